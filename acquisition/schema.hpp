@@ -1,0 +1,35 @@
+/// The tables of a record, schema gyrotherm-run/1.
+///
+///   meta     key → value: what the run knows before its first sample, and its outcome
+///   channel  the thermometers, in the order of the sample's columns
+///   segment  the expanded profile
+///   list     short lists of names: cycles, gradients, three_point
+///   sample   one row per slot; NULL where a reading was a fault; raw values, never changed
+///   fault    why a value of a sample is NULL
+///   event    what happened, in order
+///   gap      slots that have no sample, and why
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "acquisition/run_info.hpp"
+#include "acquisition/sqlite.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// A thermometer's name becomes a column: 1 to 64 of [A-Za-z0-9_ .-], unlike every other column of the sample (letter
+/// case apart). Fails with bad_file naming the channel.
+[[nodiscard]] Result<void> check_channel_names(const std::vector<Channel>& channels);
+
+/// Makes the tables and marks the file as a record. The names must be good.
+[[nodiscard]] Result<void> create_schema(Database& database, const std::vector<Channel>& channels);
+
+/// Fails with bad_file if the file is no record, or one of another schema version; with storage if it is locked.
+[[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
+
+/// The sample's columns in the order of SampleRow, quoted, separated by commas.
+[[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels);
+
+}  // namespace gyrotherm

@@ -1,0 +1,126 @@
+#include "acquisition/sqlite.hpp"
+
+#include <sqlite3.h>
+
+#include <cassert>
+#include <limits>
+
+namespace gyrotherm {
+namespace {
+
+Fault fault_of(sqlite3* connection) {
+  const char* file = sqlite3_db_filename(connection, "main");
+  const std::string where = file != nullptr ? file : "";
+  switch (sqlite3_errcode(connection)) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED: return {FaultKind::storage, where, kBeingWritten};
+    case SQLITE_NOTADB: return {FaultKind::bad_file, where, "not a gyrotherm record, expected a SQLite file"};
+    case SQLITE_CORRUPT: return {FaultKind::storage, where, "the record is damaged"};
+    default: return {FaultKind::storage, where, sqlite3_errmsg(connection)};
+  }
+}
+
+}  // namespace
+
+bool is_locked(const Fault& fault) { return fault.kind == FaultKind::storage && fault.what == kBeingWritten; }
+
+void Statement::Finalise::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+
+void Statement::put_integer(int parameter, std::int64_t value) {
+  [[maybe_unused]] const int code = sqlite3_bind_int64(statement_.get(), parameter, value);
+  assert(code == SQLITE_OK);
+}
+
+void Statement::put(int parameter, double value) {
+  [[maybe_unused]] const int code = sqlite3_bind_double(statement_.get(), parameter, value);
+  assert(code == SQLITE_OK);
+}
+
+void Statement::put(int parameter, std::string_view value) {
+  const char* bytes = value.data() != nullptr ? value.data() : "";
+  [[maybe_unused]] const int code =
+      sqlite3_bind_text64(statement_.get(), parameter, bytes, value.size(), SQLITE_STATIC, SQLITE_UTF8);
+  assert(code == SQLITE_OK);
+}
+
+Result<void> Statement::run() {
+  const int code = sqlite3_step(statement_.get());
+  if (code != SQLITE_DONE) {
+    const Fault fault = fault_of(sqlite3_db_handle(statement_.get()));
+    sqlite3_reset(statement_.get());
+    return failure(fault);
+  }
+  sqlite3_reset(statement_.get());
+  return {};
+}
+
+Result<bool> Statement::step() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  return failure(fault_of(sqlite3_db_handle(statement_.get())));
+}
+
+bool Statement::null(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
+
+std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
+
+double Statement::real(int column) const {
+  return null(column) ? std::numeric_limits<double>::quiet_NaN() : sqlite3_column_double(statement_.get(), column);
+}
+
+std::string_view Statement::text(int column) const {
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
+  if (bytes == nullptr) return {};
+  return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+void Database::Close::operator()(sqlite3* connection) const {
+  [[maybe_unused]] const int code = sqlite3_close(connection);
+  assert(code == SQLITE_OK && "a statement outlived its database");
+}
+
+Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
+  sqlite3* connection = nullptr;
+  const int flags = access == Access::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
+  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, nullptr);
+  Database database(connection);
+  if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, sqlite3_errmsg(connection));
+  sqlite3_busy_timeout(connection, patience_ms);
+  // A record may come from anywhere: its schema runs nothing, and a name in quotes is never taken for a text.
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DML, 0, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DDL, 0, nullptr);
+  return database;
+}
+
+Result<void> Database::execute(const std::string& sql) {
+  if (sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
+  return failure(fault_of(connection_.get()));
+}
+
+Result<Statement> Database::prepare(std::string_view sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v3(connection_.get(), sql.data(), static_cast<int>(sql.size()),
+                                      SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
+  if (code != SQLITE_OK) return failure(fault_of(connection_.get()));
+  return Statement(statement);
+}
+
+Result<std::string> Database::ask(std::string_view sql) {
+  auto statement = prepare(sql);
+  if (!statement) return failure(statement.error());
+  const auto row = statement->step();
+  if (!row) return failure(row.error());
+  return *row ? std::string(statement->text(0)) : std::string();
+}
+
+Result<std::int64_t> Database::ask_integer(std::string_view sql, std::int64_t fallback) {
+  auto statement = prepare(sql);
+  if (!statement) return failure(statement.error());
+  const auto row = statement->step();
+  if (!row) return failure(row.error());
+  return *row && !statement->null(0) ? statement->integer(0) : fallback;
+}
+
+}  // namespace gyrotherm

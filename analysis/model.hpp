@@ -1,0 +1,82 @@
+/// A trained compensation model: what it takes in, how it computes, and what is known of it. One JSON file.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "analysis/clusters.hpp"
+#include "analysis/correlation.hpp"
+#include "analysis/features.hpp"
+#include "analysis/statistics.hpp"
+#include "analysis/svr.hpp"
+#include "analysis/tuning.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+inline constexpr const char* kModelSchema = "gyrotherm-model/1";
+
+/// f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b, z the scaled inputs; bias = f·target.std + target.mean.
+struct SvrModel {
+  SampleMatrix support_vectors;  ///< scaled
+  Eigen::VectorXd beta;
+  double b{};
+  SvrParameters parameters;
+  double relative_gap{};
+  double kkt_violation{};
+};
+
+/// f(z) = w·z + b by column-pivoted QR.
+struct LinearModel {
+  Eigen::VectorXd weights;
+  double b{};
+  double residual_std_deg_per_h{};  ///< √(RSS/(n − p)), p coefficients with the constant
+};
+
+struct TrainingRecord {
+  std::string run_id;
+  std::string path;
+  std::string profile_name;
+  bool simulated{};
+  int clusters{};
+};
+
+struct Model {
+  std::string program_version;
+  std::string inputs;              ///< "multi-point", "multi-point-t", "three-point" or the terms as given
+  std::string method;              ///< "svr" or "linear"
+  std::vector<Term> terms;
+  Scaling scaling;
+  double target_mean_deg_per_h{};
+  double target_std_deg_per_h{};
+  std::variant<SvrModel, LinearModel> function;
+  std::vector<TrainingRecord> trained_on;
+  Selection selection;             ///< multi-point only
+  TuningSummary tuning;            ///< svr only
+  TuningOptions tuning_options;    ///< as used
+  bool quick{};                    ///< tuned with a small swarm, for a try
+  std::string folds;               ///< "leave one cycle out (4)", "4 consecutive blocks"
+  Figures in_sample;               ///< residual on the training clusters: not a verification
+  Figures leave_cycle_out;         ///< each fold predicted by a model refitted without it, selection and scaling included
+  Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
+  Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
+  std::vector<std::string> warnings;
+};
+
+/// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer the model needs.
+[[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters);
+/// The same from unscaled inputs, rows × terms.
+[[nodiscard]] Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs);
+
+[[nodiscard]] std::string to_json(const Model& model);
+/// Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not fit; the place is file:line:column
+/// for syntax and the JSON path for content.
+[[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
+
+/// The model file of LIBSVM's svm-predict, and its inputs (scaled, one row "target index:value …" per cluster).
+/// Fails with usage for a model that is not an SVR.
+[[nodiscard]] Result<std::string> to_libsvm(const Model& model);
+
+}  // namespace gyrotherm

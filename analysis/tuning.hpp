@@ -1,0 +1,50 @@
+/// C, σ and ε of an ε-SVR by particle swarm in log2 space; the fitness is the mean squared error on held-out folds.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "analysis/svr.hpp"
+#include "analysis/swarm.hpp"
+#include "core/progress.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// One held-out fold, ready to train: selection and scaling were fitted on its training part alone.
+/// Targets are in units of the fold's own training STD; `target_scale` turns an error of them into °/h.
+struct Fold {
+  SampleMatrix train_x;
+  Eigen::VectorXd train_y;
+  SampleMatrix test_x;
+  Eigen::VectorXd test_y;
+  double target_scale{};
+};
+
+/// The box of errata 4, in log2.
+struct TuningOptions {
+  double log2_c_min = -2, log2_c_max = 12;
+  double log2_sigma_min = -2, log2_sigma_max = 3.5;
+  double log2_epsilon_min = -8, log2_epsilon_max = -1;
+  double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
+  SwarmOptions swarm;
+  SvrOptions svr;
+};
+
+struct TuningSummary {
+  SvrParameters best;
+  double cross_validation_mse{};         ///< (°/h)², over all held-out rows
+  SwarmSummary swarm;
+  std::vector<std::string> warnings;     ///< "log2 C = 12 lies on the edge of its box", …
+};
+
+/// Mean squared error over all held-out rows, in the units of target_scale squared. Stops early past `limit`.
+[[nodiscard]] Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
+                                                    const SvrOptions& options, double limit);
+
+/// Fails with usage (no fold, empty fold), numeric or interrupted.
+[[nodiscard]] Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
+                                             const ProgressSink& progress = {});
+
+}  // namespace gyrotherm

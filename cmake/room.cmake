@@ -1,0 +1,42 @@
+# One library target per room: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
+# The rooms in USES are public, third parties stay private to the room.
+function(gyrotherm_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>)
+  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
+
+function(gyrotherm_room name)
+  cmake_parse_arguments(room "" "" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(gyrotherm_${name} STATIC ${room_SOURCES})
+  gyrotherm_options(gyrotherm_${name})
+  target_link_libraries(gyrotherm_${name} PRIVATE ${room_PRIVATE})
+  target_link_libraries(gyrotherm_${name} PUBLIC fmt::fmt ${room_PUBLIC})
+  foreach(other IN LISTS room_USES)
+    target_link_libraries(gyrotherm_${name} PUBLIC gyrotherm_${other})
+  endforeach()
+endfunction()
+
+# gyrotherm_test(ROOM SOURCES … [PRIVATE third parties …]) makes ROOM_test of the room and registers each of its laws with CTest.
+function(gyrotherm_test room)
+  cmake_parse_arguments(test "" "" "SOURCES;PRIVATE" ${ARGN})
+  add_executable(${room}_test ${test_SOURCES})
+  gyrotherm_options(${room}_test)
+  target_link_libraries(${room}_test PRIVATE gyrotherm_${room} ${test_PRIVATE} GTest::gtest_main)
+  target_compile_definitions(${room}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${room}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# A fuzz target: with GYROTHERM_FUZZ a libFuzzer program; otherwise a program that replays inputs and a short seeded random
+# run, so that every test run exercises it.
+function(gyrotherm_fuzz name source)
+  add_executable(${name} ${source})
+  gyrotherm_options(${name})
+  target_link_libraries(${name} PRIVATE ${ARGN})
+  if(GYROTHERM_FUZZ)
+    target_compile_options(${name} PRIVATE -fsanitize=fuzzer)
+    target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  else()
+    target_sources(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/fuzz_driver.cpp)
+    add_test(NAME Fuzz.${name} COMMAND ${name} 20000)
+  endif()
+endfunction()

@@ -1,0 +1,50 @@
+#include "core/read_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace gyrotherm {
+namespace {
+
+/// Writes all and syncs; false with errno set.
+bool write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const auto written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno != EINTR) return false;
+    if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return ::fsync(fd) == 0;
+}
+
+}  // namespace
+
+Result<std::string> read_file(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return failure(FaultKind::bad_file, path, "cannot be read: " + error.message());
+  if (size > 256'000'000) return failure(FaultKind::bad_file, path, "larger than 256 MB");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return failure(FaultKind::bad_file, path, std::string("cannot be read: ") + std::strerror(errno));
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+  const auto temporary = path + ".part";
+  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const bool written = fd >= 0 && write_all(fd, text);
+  const int write_error = errno;
+  if (fd >= 0) ::close(fd);
+  if (written && std::rename(temporary.c_str(), path.c_str()) == 0) return {};
+  const int error = written ? errno : write_error;
+  ::unlink(temporary.c_str());
+  return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(error));
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,17 @@
+/// A whole text file, read or replaced.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// Fails with bad_file if it cannot be read or is larger than 256 MB.
+[[nodiscard]] Result<std::string> read_file(const std::string& path);
+
+/// Replaces the file as a whole: written under a temporary name, synced, renamed. Fails with storage.
+[[nodiscard]] Result<void> write_file(const std::string& path, std::string_view text);
+
+}  // namespace gyrotherm

@@ -1,0 +1,66 @@
+/// What one second of the rig is made of. Plain structs, made in one place, never edited after.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// A value or the fault that stands in its place, with the instant it was taken.
+template <class T>
+struct Reading {
+  Result<T> value;
+  Instant at;
+};
+
+/// What the gyro counted, and over exactly how long by its own clock.
+struct PulseCount {
+  std::int64_t pulses{};
+  Duration interval{};
+};
+
+/// What the chamber says of itself.
+struct ChamberState {
+  Celsius air;
+  Celsius set_point;  ///< as the controller holds it, read back
+  auto operator<=>(const ChamberState&) const = default;
+};
+
+/// Where the profile stands; enough, with the profile, to go on from here.
+enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
+struct Progress {
+  int segment{};            ///< index into the expanded profile
+  int cycle{-1};            ///< index of the cycle the segment belongs to, or -1
+  Phase phase{};            ///< what the segment is doing
+  Duration in_segment{};    ///< time spent in the segment so far
+  Duration soaked{};        ///< of it, inside the soak band
+  Celsius set_point;        ///< what the profile asks of the chamber now
+  auto operator<=>(const Progress&) const = default;
+};
+
+/// One second of the whole rig. `thermometers` is in the order of the rig's channels, as read (not calibrated).
+struct Sample {
+  std::int64_t slot{};  ///< whole seconds since the run started; each has one sample or lies in one gap
+  Instant at;
+  Reading<ChamberState> chamber;
+  std::vector<Reading<Celsius>> thermometers;
+  Reading<PulseCount> gyro;
+  Progress progress;
+};
+
+enum class EventKind { started, resumed, segment, command, fault, recovered, interlock, note, interrupted, finished };
+struct Event {
+  Instant at;
+  EventKind kind{};
+  std::string text;
+};
+
+[[nodiscard]] const char* name(Phase phase);
+[[nodiscard]] const char* name(EventKind kind);
+
+}  // namespace gyrotherm

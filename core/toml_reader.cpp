@@ -1,0 +1,365 @@
+#include "core/toml_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <span>
+#include <toml++/toml.h>
+
+#include "core/nearest.hpp"
+
+namespace gyrotherm {
+
+struct TomlTable::Document {
+  std::string file;
+  toml::table root;
+  struct Mistake {
+    toml::source_position at;
+    std::string what;
+  };
+  std::vector<Mistake> mistakes;
+  std::vector<std::shared_ptr<Node>> nodes;  ///< one per table that was asked for
+
+  [[nodiscard]] std::string place(toml::source_position at) const {
+    return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
+  }
+};
+
+struct TomlTable::Node {
+  const toml::table* table = nullptr;  ///< null: an absent table
+  toml::source_position at{};
+  std::set<std::string, std::less<>> asked;
+};
+
+namespace {
+
+struct Quantity {
+  double value;
+  std::string unit;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// The leading number of a text and what follows it up to the next digit or the end.
+std::optional<Quantity> take_quantity(std::string_view& text) {
+  text = trimmed(text);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
+  text = trimmed(text.substr(static_cast<std::size_t>(end - text.data())));
+  const auto length = std::min(text.find_first_of("0123456789+-."), text.size());
+  Quantity q{value, std::string(trimmed(text.substr(0, length)))};
+  text = trimmed(text.substr(length));
+  return q;
+}
+
+std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units) {
+  const auto q = take_quantity(text);
+  if (!q || !text.empty()) return std::nullopt;
+  if (std::find(units.begin(), units.end(), q->unit) == units.end()) return std::nullopt;
+  return q->value;
+}
+
+}  // namespace
+
+Result<Duration> parse_duration(std::string_view whole) {
+  constexpr std::array<std::pair<std::string_view, double>, 5> kUnits{
+      {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}}};
+  auto rest = trimmed(whole);
+  double seconds = 0;
+  bool any = false;
+  while (!rest.empty()) {
+    const auto q = take_quantity(rest);
+    const auto* unit = q ? std::find_if(kUnits.begin(), kUnits.end(), [&](auto& u) { return u.first == q->unit; }) : kUnits.end();
+    if (unit == kUnits.end() || q->value < 0) {
+      any = false;
+      break;
+    }
+    seconds += q->value * unit->second;
+    any = true;
+  }
+  if (!any || seconds > 1e8)
+    return failure(FaultKind::bad_file, "", fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
+  return from_seconds(seconds);
+}
+
+TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
+    : document_(std::move(document)), node_(std::move(node)) {
+  const auto known = std::find_if(document_->nodes.begin(), document_->nodes.end(),
+                                  [&](const auto& other) { return node_->table && other->table == node_->table; });
+  if (known != document_->nodes.end())
+    node_ = *known;
+  else
+    document_->nodes.push_back(node_);
+}
+
+Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
+  auto document = std::make_shared<Document>();
+  document->file = std::move(file);
+  try {
+    document->root = toml::parse(text, document->file);
+  } catch (const toml::parse_error& error) {
+    return failure(FaultKind::bad_file, document->place(error.source().begin), std::string(error.description()));
+  }
+  auto node = std::make_shared<Node>();
+  node->table = &document->root;
+  node->at = {1, 1};
+  return TomlTable(std::move(document), std::move(node));
+}
+
+namespace {
+
+const toml::node* find(const toml::table* table, std::string_view key) { return table ? table->get(key) : nullptr; }
+
+std::optional<double> as_number(const toml::node& node) {
+  const auto value = node.value<double>();
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<double> as_unit(const toml::node& node, std::span<const std::string_view> units) {
+  if (node.is_number()) return as_number(node);
+  if (const auto* text = node.as_string()) return quantity_in(text->get(), units);
+  return std::nullopt;
+}
+
+std::optional<Duration> as_duration(const toml::node& node) {
+  const auto* text = node.as_string();
+  if (!text) return std::nullopt;
+  const auto d = parse_duration(text->get());
+  return d ? std::optional(*d) : std::nullopt;
+}
+
+constexpr std::array<std::string_view, 2> kCelsius{"°C", "C"};
+constexpr std::array<std::string_view, 2> kKelvins{"K", "°C"};
+constexpr std::array<std::string_view, 2> kRates{"°C/min", "K/min"};
+
+constexpr const char* kExpectNumber = "expected a number";
+constexpr const char* kExpectInteger = "expected a whole number";
+constexpr const char* kExpectBoolean = "expected true or false";
+constexpr const char* kExpectText = "expected text";
+constexpr const char* kExpectDuration = "expected a duration like \"2 h\" or \"90 s\"";
+constexpr const char* kExpectCelsius = "expected a temperature like 20 or \"20 °C\"";
+constexpr const char* kExpectKelvins = "expected a temperature difference like 2 or \"2 K\"";
+constexpr const char* kExpectRate = "expected a rate like 5 or \"5 °C/min\"";
+constexpr const char* kExpectArray = "expected an array";
+
+/// Reads one key with a converter; notes a missing key (when there is no fallback) or a value that does not convert.
+template <class T, class Convert>
+T read(const TomlTable& self, const toml::table* table, std::string_view key, const T* fallback, const char* expected,
+       Convert convert) {
+  const auto* node = find(table, key);
+  if (!node) {
+    if (!fallback) self.mistake("", fmt::format("missing key \"{}\", {}", key, expected));
+    return fallback ? *fallback : T{};
+  }
+  if (const auto value = convert(*node)) return *value;
+  self.mistake(key, fmt::format("\"{}\" is not what it should be, {}", key, expected));
+  return fallback ? *fallback : T{};
+}
+
+template <class T, class Convert>
+std::vector<T> read_array(const TomlTable& self, const toml::table* table, std::string_view key, const char* expected,
+                          Convert convert) {
+  std::vector<T> values;
+  const auto* node = find(table, key);
+  if (!node) return values;
+  const auto* array = node->as_array();
+  if (!array) self.mistake(key, fmt::format("\"{}\" is not an array, {}", key, kExpectArray));
+  for (std::size_t i = 0; array && i < array->size(); ++i) {
+    if (const auto value = convert(*array->get(i)))
+      values.push_back(*value);
+    else
+      self.mistake(key, fmt::format("element {} of \"{}\" is not what it should be, {}", i + 1, key, expected));
+  }
+  return values;
+}
+
+std::optional<std::string> as_text(const toml::node& node) {
+  const auto* text = node.as_string();
+  return text ? std::optional(text->get()) : std::nullopt;
+}
+std::optional<std::int64_t> as_integer(const toml::node& node) {
+  return node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+}
+std::optional<bool> as_boolean(const toml::node& node) { return node.is_boolean() ? node.value<bool>() : std::nullopt; }
+
+template <class T>
+auto as_quantity(std::span<const std::string_view> units) {
+  return [units](const toml::node& node) -> std::optional<T> {
+    const auto value = as_unit(node, units);
+    return value ? std::optional(T{*value}) : std::nullopt;
+  };
+}
+
+std::optional<std::vector<double>> as_row(const toml::node& node) {
+  const auto* array = node.as_array();
+  if (!array) return std::nullopt;
+  std::vector<double> row;
+  for (const auto& element : *array) {
+    const auto value = as_number(element);
+    if (!value) return std::nullopt;
+    row.push_back(*value);
+  }
+  return row;
+}
+
+}  // namespace
+
+// Every getter marks its key as asked for, then reads.
+#define GYROTHERM_ASK(key) (node_->asked.emplace(key), node_->table)
+
+bool TomlTable::has(std::string_view key) const { return find(GYROTHERM_ASK(key), key) != nullptr; }
+
+double TomlTable::number(std::string_view key) const {
+  return read<double>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectNumber, as_number);
+}
+double TomlTable::number(std::string_view key, double fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectNumber, as_number);
+}
+std::int64_t TomlTable::integer(std::string_view key) const {
+  return read<std::int64_t>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectInteger, as_integer);
+}
+std::int64_t TomlTable::integer(std::string_view key, std::int64_t fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectInteger, as_integer);
+}
+bool TomlTable::boolean(std::string_view key, bool fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectBoolean, as_boolean);
+}
+std::string TomlTable::text(std::string_view key) const {
+  return read<std::string>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectText, as_text);
+}
+std::string TomlTable::text(std::string_view key, std::string fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectText, as_text);
+}
+
+std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed, std::string fallback) const {
+  const auto value = fallback.empty() ? text(key) : text(key, std::move(fallback));
+  if (value.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  const auto near = nearest(value, allowed);
+  mistake(key, fmt::format("\"{}\" is none of {}{}", value, fmt::join(allowed, ", "),
+                           near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+  return allowed.front();
+}
+
+void TomlTable::expect(std::string_view key, std::string_view value) const {
+  if (const auto found = text(key); !found.empty() && found != value)
+    mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
+}
+
+Duration TomlTable::duration(std::string_view key) const {
+  return read<Duration>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectDuration, as_duration);
+}
+Duration TomlTable::duration(std::string_view key, Duration fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectDuration, as_duration);
+}
+Celsius TomlTable::celsius(std::string_view key) const {
+  return read<Celsius>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+}
+Celsius TomlTable::celsius(std::string_view key, Celsius fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+}
+Kelvins TomlTable::kelvins(std::string_view key, Kelvins fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectKelvins, as_quantity<Kelvins>(kKelvins));
+}
+CelsiusPerMinute TomlTable::rate(std::string_view key) const {
+  return read<CelsiusPerMinute>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+}
+CelsiusPerMinute TomlTable::rate(std::string_view key, CelsiusPerMinute fallback) const {
+  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+}
+
+std::vector<double> TomlTable::numbers(std::string_view key) const {
+  return read_array<double>(*this, GYROTHERM_ASK(key), key, kExpectNumber, as_number);
+}
+std::vector<std::string> TomlTable::texts(std::string_view key) const {
+  return read_array<std::string>(*this, GYROTHERM_ASK(key), key, kExpectText, as_text);
+}
+std::vector<std::vector<double>> TomlTable::number_rows(std::string_view key) const {
+  return read_array<std::vector<double>>(*this, GYROTHERM_ASK(key), key, kExpectNumber, as_row);
+}
+std::vector<CelsiusPerMinute> TomlTable::rates(std::string_view key) const {
+  return read_array<CelsiusPerMinute>(*this, GYROTHERM_ASK(key), key, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+}
+std::vector<Duration> TomlTable::durations(std::string_view key) const {
+  return read_array<Duration>(*this, GYROTHERM_ASK(key), key, kExpectDuration, as_duration);
+}
+
+TomlTable TomlTable::table(std::string_view key) const {
+  auto child = std::make_shared<Node>();
+  child->at = node_->at;
+  if (const auto* node = find(GYROTHERM_ASK(key), key)) {
+    child->table = node->as_table();
+    child->at = node->source().begin;
+    if (!child->table) mistake(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
+  }
+  return {document_, std::move(child)};
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
+  std::vector<TomlTable> children;
+  const auto* node = find(GYROTHERM_ASK(key), key);
+  const auto* array = node ? node->as_array() : nullptr;
+  if (node && !array) mistake(key, fmt::format("\"{}\" is not an array of tables, expected [[{}]]", key, key));
+  for (std::size_t i = 0; array && i < array->size(); ++i) {
+    auto child = std::make_shared<Node>();
+    child->table = array->get(i)->as_table();
+    child->at = array->get(i)->source().begin;
+    if (!child->table) mistake(key, fmt::format("element {} of \"{}\" is not a table", i + 1, key));
+    children.push_back(TomlTable(document_, std::move(child)));
+  }
+  return children;
+}
+
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::pair<toml::source_position, std::string>> found;
+  if (node_->table)
+    for (const auto& [key, value] : *node_->table) {
+      node_->asked.emplace(key.str());
+      found.emplace_back(key.source().begin, std::string(key.str()));
+    }
+  std::stable_sort(found.begin(), found.end(), [](auto& a, auto& b) { return a.first < b.first; });
+  std::vector<std::string> names;
+  for (auto& [at, key] : found) names.push_back(std::move(key));
+  return names;
+}
+
+void TomlTable::ignore(std::string_view key) const { node_->asked.emplace(key); }
+
+std::string TomlTable::place(std::string_view key) const {
+  const auto* node = key.empty() ? nullptr : find(node_->table, key);
+  return document_->place(node ? node->source().begin : node_->at);
+}
+
+void TomlTable::mistake(std::string_view key, std::string what) const {
+  const auto* node = key.empty() ? nullptr : find(node_->table, key);
+  document_->mistakes.push_back({node ? node->source().begin : node_->at, std::move(what)});
+}
+
+Result<void> TomlTable::verdict() const {
+  auto mistakes = document_->mistakes;
+  for (const auto& node : document_->nodes)
+    for (const auto& [key, value] : node->table ? *node->table : toml::table{}) {
+      if (node->asked.contains(key.str())) continue;
+      const auto near = nearest(key.str(), std::vector<std::string>(node->asked.begin(), node->asked.end()));
+      mistakes.push_back({key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(),
+                                                          near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near))});
+    }
+  if (mistakes.empty()) return {};
+  std::stable_sort(mistakes.begin(), mistakes.end(), [](auto& a, auto& b) { return a.at < b.at; });
+  std::string what = mistakes.front().what;
+  for (std::size_t i = 1; i < mistakes.size(); ++i)
+    what += fmt::format("\n{}: {}", document_->place(mistakes[i].at), mistakes[i].what);
+  return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,51 @@
+/// What the rig sees of an instrument, whatever its protocol.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm {
+
+/// A temperature chamber that is driven by set points from the host.
+class Chamber {
+ public:
+  virtual ~Chamber() = default;
+  /// Who it is, in words; fails if the fingerprint of its register map does not fit.
+  [[nodiscard]] virtual Result<std::string> identify() = 0;
+  /// One read of the air and of the set point that the controller holds.
+  [[nodiscard]] virtual Result<ChamberState> read() = 0;
+  /// Makes `target` the controller's set point: written, then read back within the register's resolution.
+  /// Fails with timeout, disconnected, refused or mismatch; then the set point is unknown.
+  [[nodiscard]] virtual Result<void> head_for(Celsius target) = 0;
+  /// Starts conditioning at the present set point, verified by the state register where the map has one.
+  [[nodiscard]] virtual Result<void> start() = 0;
+  /// Ends conditioning, verified likewise.
+  [[nodiscard]] virtual Result<void> stop() = 0;
+};
+
+/// One instrument with one or more temperature inputs.
+class Thermometer {
+ public:
+  virtual ~Thermometer() = default;
+  [[nodiscard]] virtual Result<std::string> identify() = 0;
+  /// One reading per input, in the instrument's order. A silent instrument yields its fault in every place, an open or
+  /// over-range input its own fault in its place.
+  [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
+};
+
+/// A gyro that sends frames by itself.
+class Gyro {
+ public:
+  virtual ~Gyro() = default;
+  /// What was counted since the last successful read, over the interval that the gyro's own clock measured. Waits until
+  /// `expected` of its time is covered or the driver's limit is over. The first read sets the origin and covers only what
+  /// it saw. Fails with timeout, disconnected or corrupted (frames lost: the count of the interval is unknown and the next
+  /// read starts afresh).
+  [[nodiscard]] virtual Result<PulseCount> read(Duration expected) = 0;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,23 @@
+/// Lake Shore 218: eight thermometers on one line.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "drivers/instruments.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+/// The user's manual (chapter 6) asks for 50 ms between communications; the reply to an unknown command never comes.
+struct Lakeshore218Timing {
+  Duration within = std::chrono::seconds(2);       ///< for a whole reply
+  Duration pause = std::chrono::milliseconds(50);  ///< the line must be silent this long before a query; 0 on the virtual rig
+};
+
+/// `place` names the instrument in its faults.
+[[nodiscard]] std::unique_ptr<Thermometer> make_lakeshore_218(std::unique_ptr<ByteStream> line, std::string place,
+                                                              Lakeshore218Timing timing = {});
+
+}  // namespace gyrotherm

@@ -1,0 +1,57 @@
+/// A rig in words: which instruments, on which lines, with which calibrations and limits. One TOML file per rig.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/run_info.hpp"
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "drivers/frame_format.hpp"
+#include "drivers/register_map.hpp"
+#include "rig/interlocks.hpp"
+#include "sequencer/profile.hpp"
+
+namespace gyrotherm {
+
+inline constexpr std::string_view kVirtualLine = "virtual";
+
+struct ThermometerEntry {
+  std::string driver;
+  std::string line;
+  std::vector<std::string> channels;  ///< in the order of the instrument's inputs
+  std::vector<Kelvins> offsets;       ///< calibration, one per channel
+  std::string place;
+};
+
+struct RigFile {
+  std::string name;
+  std::string title;
+  std::string text;             ///< the file, as read
+  std::string file;             ///< its path, as given
+  RegisterMap chamber_map;
+  std::string chamber_line;
+  ChamberLimits chamber_limits;
+  Celsius safe_set_point;
+  std::vector<ThermometerEntry> thermometers;
+  std::string gyro_line;
+  FrameFormat gyro_frame;
+  GyroInfo gyro;
+  std::vector<std::string> gradients;
+  std::vector<std::string> three_point;
+  InterlockLimits limits;
+  bool simulated{};             ///< every line is "virtual"; mixed rigs are refused
+};
+
+/// Fails with bad_file, every mistake with its place. `chamber_map_text`: the register map's text where it is already known
+/// (resume: the record's copy); otherwise the file named by [chamber] map is read, relative to `file`.
+[[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file,
+                                        const std::optional<std::string>& chamber_map_text = {});
+[[nodiscard]] Result<RigFile> read_rig(const std::string& file);
+
+/// All channels of all thermometers, in order of the file.
+[[nodiscard]] std::vector<Channel> channels_of(const RigFile& rig);
+
+}  // namespace gyrotherm

@@ -1,0 +1,64 @@
+/// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything moves.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+enum class SegmentKind { hold, ramp };
+
+/// One step of the expanded profile. A ramp moves the set point from the previous segment's target to its own in a straight
+/// line over `duration`; a hold keeps it there for `duration`.
+struct Segment {
+  SegmentKind kind{};
+  std::string name;
+  Celsius target;
+  CelsiusPerMinute rate{};       ///< magnitude; 0 for a hold
+  Duration duration{};           ///< whole seconds, by set point
+  bool guaranteed_soak{};        ///< the hold's time counts only while the air is inside the band
+  Kelvins soak_band{};           ///< |air − set point| that counts as soaked
+  Duration soak_time{};          ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
+  Duration deadline{};           ///< longest time the segment may take, waiting included
+  int cycle{-1};                 ///< index into Profile::cycles, or -1
+  std::string place;             ///< "file:line:column" it was written at
+};
+
+/// Limits of the profile's `[accept]` table; a result beyond one is exit code 1. Absent keys accept anything.
+struct AcceptLimit {
+  std::string key;  ///< a path of the report, like "random.multi_point_t.std_deg_per_h"
+  double at_most{};
+};
+
+struct Profile {
+  std::string name;
+  std::string title;
+  std::map<std::string, std::string> metadata;
+  std::vector<std::string> cycles;  ///< names, in order
+  std::vector<Segment> segments;
+  std::vector<AcceptLimit> accept;
+  std::string text;  ///< the file, as read
+};
+
+/// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown keys,
+/// a hold or ramp without what it needs, more than 100,000 segments …).
+[[nodiscard]] Result<Profile> parse_profile(std::string_view text, const std::string& file);
+
+/// What a chamber can do; from the rig file.
+struct ChamberLimits {
+  Celsius lowest{-273.15};
+  Celsius highest{1000};
+  CelsiusPerMinute fastest_heating{1000};
+  CelsiusPerMinute fastest_cooling{1000};  ///< magnitude
+};
+
+/// Refuses what the chamber cannot do (temperatures and rates beyond it, deadlines shorter than the segment); every
+/// mistake with the place of its segment.
+[[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
+
+}  // namespace gyrotherm

@@ -1,0 +1,92 @@
+#include "simulator/world.hpp"
+
+#include <cassert>
+
+#include "simulator/chamber_plant.hpp"
+#include "simulator/gyro_bias.hpp"
+#include "simulator/gyro_readout.hpp"
+#include "simulator/spread.hpp"
+#include "simulator/thermal_network.hpp"
+#include "simulator/thermometer_bank.hpp"
+
+namespace gyrotherm {
+namespace {
+
+const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
+
+}  // namespace
+
+struct World::Parts {
+  Parts(const WorldParameters& drawn, std::uint64_t seed);
+  void measure_air();
+  [[nodiscard]] DegreesPerHour bias_now() const;
+
+  WorldParameters parameters;
+  ChamberPlant plant;
+  std::unique_ptr<GyroThermal> thermal;
+  ThermometerBank thermometers;
+  GyroReadout readout;
+  RandomStream air_noise;
+  Celsius set_point;
+  bool on = false;
+  Celsius measured_air;
+};
+
+World::Parts::Parts(const WorldParameters& drawn, std::uint64_t seed)
+    : parameters(drawn),
+      plant(drawn.plant),
+      thermal(std::make_unique<ThermalNetwork>(drawn.network)),
+      thermometers(drawn.thermometers, thermal->temperatures_c(), seed),
+      readout(drawn.gyro, seed),
+      air_noise(seed, RandomPurpose::air_noise),
+      set_point{drawn.plant.start_c} {
+  measure_air();
+}
+
+void World::Parts::measure_air() {
+  const double shown_c = plant.sensed().value + parameters.plant.sensor_noise_k * air_noise.normal();
+  measured_air = {to_resolution(shown_c, parameters.plant.sensor_resolution_k)};
+}
+
+DegreesPerHour World::Parts::bias_now() const {
+  return thermal_bias(parameters.bias, thermal->temperatures_c().first<kBlockPlaces>());
+}
+
+World::World(const WorldParameters& parameters, std::uint64_t seed)
+    : parts_(std::make_unique<Parts>(draw_gyro(parameters, seed), seed)) {}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+bool World::accepts(Celsius set_point) const {
+  const auto& plant = parts_->parameters.plant;
+  return set_point.value >= plant.lowest_c && set_point.value <= plant.highest_c;
+}
+
+void World::command(Celsius set_point) {
+  assert(accepts(set_point));
+  parts_->set_point = set_point;
+}
+
+void World::switch_on(bool on) { parts_->on = on; }
+
+void World::step() {
+  auto& p = *parts_;
+  p.readout.step(p.bias_now());
+  p.thermal->step(p.plant.air());
+  p.plant.step(p.set_point, p.on);
+  p.thermometers.step(p.thermal->temperatures_c());
+  p.measure_air();
+}
+
+Celsius World::set_point() const { return parts_->set_point; }
+bool World::is_on() const { return parts_->on; }
+Celsius World::air_as_measured() const { return parts_->measured_air; }
+double World::output_percent() const { return parts_->plant.output_percent(); }
+std::span<const double> World::thermometers_as_measured_c() const { return parts_->thermometers.readings_c(); }
+const std::vector<std::string>& World::thermometer_names() const { return kThermometerNames; }
+std::int64_t World::pulses() const { return parts_->readout.pulses(); }
+std::int64_t World::device_time_us() const { return parts_->readout.device_time_us(); }
+DegreesPerHour World::true_bias() const { return parts_->bias_now() + parts_->readout.drift(); }
+
+}  // namespace gyrotherm

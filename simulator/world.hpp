@@ -1,0 +1,54 @@
+/// The virtual laboratory, one second at a time: a chamber's air, the gyro's thermal network, its bias and its read-out.
+/// Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its seed and the
+/// set points of its steps alone.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+struct WorldParameters;  // simulator/world_parameters.hpp
+
+/// Reads the [virtual] table of a rig file (the rest of the file is someone else's). Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file);
+
+class World {
+ public:
+  /// Seed 0 is the gyro of the file exactly; any other seed draws another gyro of the same type. The seed also draws the noise.
+  World(const WorldParameters& parameters, std::uint64_t seed);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  /// Whether the controller can be told this.
+  [[nodiscard]] bool accepts(Celsius set_point) const;
+  /// What the controller is told, which it must accept; in force from the next step on.
+  void command(Celsius set_point);
+  void switch_on(bool on);
+  /// Lets one second pass.
+  void step();
+
+  [[nodiscard]] Celsius set_point() const;
+  [[nodiscard]] bool is_on() const;
+  [[nodiscard]] Celsius air_as_measured() const;                       ///< by the chamber's own sensor: noise, resolution
+  [[nodiscard]] double output_percent() const;                         ///< −100 (full cooling) … 100 (full heating)
+  [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;  ///< in the order of thermometer_names()
+  [[nodiscard]] const std::vector<std::string>& thermometer_names() const;
+  [[nodiscard]] std::int64_t pulses() const;          ///< accumulated
+  [[nodiscard]] std::int64_t device_time_us() const;  ///< the gyro's own clock, with its skew
+  [[nodiscard]] DegreesPerHour true_bias() const;     ///< for tests; no instrument can see it
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace gyrotherm

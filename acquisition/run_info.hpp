@@ -31,6 +31,7 @@ struct RunInfo {
   std::string profile_text;
   std::string rig_name;
   std::string rig_text;
+  std::string chamber_map_text;  ///< the register map that the rig file names
   bool simulated{};
   std::uint64_t seed{};
   bool imported{};              ///< rows are a foreign record's, at its own times

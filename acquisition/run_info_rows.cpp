@@ -25,6 +25,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("profile_text", info.profile_text);
   put("rig_name", info.rig_name);
   put("rig_text", info.rig_text);
+  put("chamber_map_text", info.chamber_map_text);
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
   put("imported", info.imported);
@@ -72,6 +73,7 @@ void take(RunInfo& info, std::string_view key, const Statement& row) {
   if (key == "profile_text") info.profile_text = row.text(1);
   if (key == "rig_name") info.rig_name = row.text(1);
   if (key == "rig_text") info.rig_text = row.text(1);
+  if (key == "chamber_map_text") info.chamber_map_text = row.text(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
   if (key == "seed") std::from_chars(row.text(1).data(), row.text(1).data() + row.text(1).size(), info.seed);
   if (key == "imported") info.imported = row.integer(1) != 0;

@@ -21,16 +21,22 @@ struct Clusters {
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd set_point_c;
   Eigen::VectorXi segment;          ///< of the cluster's first sample
+  Eigen::VectorXi last_segment;     ///< of its last sample; another one where a corner lies inside the cluster
   Eigen::VectorXi cycle;
   Eigen::VectorXi samples;          ///< how many are in each
   int dropped_rest{};               ///< samples after the last whole cluster
   int dropped_gaps{};               ///< clusters with a missing reading or across a gap
 };
 
-/// Fails with usage if no whole cluster remains.
+/// Our own records: a cluster is whole if each of its seconds has every temperature and the bias; one missing reading drops it.
+/// Imported records: rows count by their own time, however many there are; a missing reading or no row at all drops the
+/// cluster. Fails with usage if no whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
 /// Rows chosen, in order.
 [[nodiscard]] Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
+
+/// One after the other. Fails with usage if thermometers or lengths differ, or there is none.
+[[nodiscard]] Result<Clusters> concatenate(const std::vector<Clusters>& parts);
 
 }  // namespace gyrotherm

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -28,11 +29,11 @@ struct SvrModel {
   double kkt_violation{};
 };
 
-/// f(z) = w·z + b by column-pivoted QR.
+/// f(z) = w·z + b by column-pivoted QR; the shortest w where inputs are dependent.
 struct LinearModel {
   Eigen::VectorXd weights;
   double b{};
-  double residual_std_deg_per_h{};  ///< √(RSS/(n − p)), p coefficients with the constant
+  double residual_std_deg_per_h{};  ///< √(RSS/(n − p)), p independent coefficients with the constant
 };
 
 struct TrainingRecord {
@@ -47,6 +48,7 @@ struct Model {
   std::string program_version;
   std::string inputs;              ///< "multi-point", "multi-point-t", "three-point" or the terms as given
   std::string method;              ///< "svr" or "linear"
+  double cluster_length_s = 100;   ///< of the means it was trained on
   std::vector<Term> terms;
   Scaling scaling;
   double target_mean_deg_per_h{};
@@ -75,8 +77,11 @@ struct Model {
 /// for syntax and the JSON path for content.
 [[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
 
-/// The model file of LIBSVM's svm-predict, and its inputs (scaled, one row "target index:value …" per cluster).
+/// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean.
 /// Fails with usage for a model that is not an SVR.
 [[nodiscard]] Result<std::string> to_libsvm(const Model& model);
+/// The data file of svm-predict: one row "target index:value …" per cluster, inputs and target scaled as the model scales them.
+/// Fails like predict.
+[[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters);
 
 }  // namespace gyrotherm

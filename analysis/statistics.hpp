@@ -8,7 +8,7 @@
 
 namespace gyrotherm {
 
-/// Of cluster means, °/h. `std` is eq. 11 (N − 1).
+/// Of cluster means, °/h. `std` is eq. 11 (N − 1), 0 of a single value; all are 0 of none.
 struct Figures {
   double std{}, mean{}, rmse{}, max_abs{};
   int count{};
@@ -25,7 +25,8 @@ struct Improvement {
 [[nodiscard]] Improvement improvement(double std_raw, double std_three_point, double std_multi_point);
 
 /// σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of each hold (physics of the noise floor);
-/// NaN if there is none. A record without segments is one hold.
+/// NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end of the last one. A
+/// record without segments is one hold. It does not see bias instability slower than some minutes.
 struct NoiseFloor {
   double deg_per_h{};
   int differences{};

@@ -66,7 +66,7 @@ class SquaredDistances {
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
                                             const SvrOptions& options = {});
 
-/// The same with a kernel matrix already computed (n × n, symmetric, unit diagonal).
+/// The same with a kernel matrix already computed (n × n, symmetric, unit diagonal, finite).
 [[nodiscard]] Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                                    const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
                                                    const SvrOptions& options = {});

@@ -25,9 +25,9 @@ Eigen::MatrixXd squared_distances(const Eigen::Ref<const SampleMatrix>& a, const
   return sum;
 }
 
-// Squared distances become kernel values.
-void to_kernel(Eigen::MatrixXd& squared, double sigma) {
-  exponentiate(squared.data(), squared.size(), -0.5 / (sigma * sigma));
+void to_kernel(const Eigen::MatrixXd& squared, double sigma, Eigen::MatrixXd& out) {
+  out.resizeLike(squared);
+  exponentiate(squared.data(), squared.size(), -0.5 / (sigma * sigma), out.data());
 }
 
 }  // namespace
@@ -38,8 +38,7 @@ SquaredDistances::SquaredDistances(const Eigen::Ref<const SampleMatrix>& a, cons
     : d2_(squared_distances(a, b)) {}
 
 void SquaredDistances::kernel(double sigma, Eigen::MatrixXd& out) const {
-  out = d2_;
-  to_kernel(out, sigma);
+  to_kernel(d2_, sigma, out);
 }
 
 Eigen::MatrixXd SquaredDistances::kernel(double sigma) const {
@@ -52,7 +51,7 @@ Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const E
                                 double sigma) {
   assert(a.cols() == b.cols());
   Eigen::MatrixXd out = squared_distances(a, b);
-  to_kernel(out, sigma);
+  to_kernel(out, sigma, out);
   return out;
 }
 

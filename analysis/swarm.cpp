@@ -1,6 +1,7 @@
 #include "analysis/swarm.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -18,6 +19,12 @@ constexpr double kNothingYet = std::numeric_limits<double>::infinity();
 
 // Uniform in [0, 1) from the upper 53 bits: std::uniform_real_distribution differs between libraries.
 double uniform(std::mt19937_64& generator) { return static_cast<double>(generator() >> 11) * 0x1p-53; }
+
+// oneTBB complains on stderr of more than the machine has.
+int threads_of(const SwarmOptions& options) {
+  const int available = tbb::info::default_concurrency();
+  return options.threads == 0 ? available : std::min(options.threads, available);
+}
 
 struct Particle {
   std::vector<Coordinate> coordinates;
@@ -77,6 +84,7 @@ class Swarm {
   std::mt19937_64 generator_;
   std::vector<Particle> particles_;
   std::vector<Result<double>> values_;  // of the present iteration, by particle
+  tbb::task_arena arena_;
   std::thread::id caller_ = std::this_thread::get_id();
   std::atomic<int> done_ = 0;  // evaluations of the present iteration
   std::atomic<bool> interrupted_ = false;
@@ -92,7 +100,8 @@ Swarm::Swarm(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& op
       progress_(progress),
       generator_(options.seed),
       particles_(static_cast<std::size_t>(options.particles)),
-      values_(particles_.size()) {
+      values_(particles_.size()),
+      arena_(threads_of(options)) {
   for (Particle& particle : particles_) {
     for (std::size_t k = 0; k < box.lower.size(); ++k) {
       const double range = box.upper[k] - box.lower[k];
@@ -122,8 +131,7 @@ void Swarm::evaluate_one(std::size_t index, int iteration) {
 
 Result<void> Swarm::evaluate(int iteration) {
   done_ = 0;
-  tbb::task_arena arena(options_.threads == 0 ? tbb::task_arena::automatic : options_.threads);
-  arena.execute([&] {
+  arena_.execute([&] {
     tbb::parallel_for(
         std::size_t{0}, particles_.size(), [&](std::size_t index) { evaluate_one(index, iteration); },
         tbb::simple_partitioner{});

@@ -21,6 +21,7 @@ struct TomlTable::Document {
   struct Mistake {
     toml::source_position at;
     std::string what;
+    bool operator==(const Mistake&) const = default;
   };
   std::vector<Mistake> mistakes;
   std::vector<std::shared_ptr<Node>> nodes;  ///< one per table that was asked for
@@ -215,31 +216,38 @@ std::optional<std::vector<double>> as_row(const toml::node& node) {
 
 }  // namespace
 
-// Every getter marks its key as asked for, then reads.
-#define GYROTHERM_ASK(key) (node_->asked.emplace(key), node_->table)
+const TomlTable::Node& TomlTable::ask(std::string_view key) const {
+  node_->asked.emplace(key);
+  return *node_;
+}
 
-bool TomlTable::has(std::string_view key) const { return find(GYROTHERM_ASK(key), key) != nullptr; }
+bool TomlTable::has(std::string_view key) const { return find(ask(key).table, key) != nullptr; }
+
+bool TomlTable::is_table(std::string_view key) const {
+  const auto* node = find(ask(key).table, key);
+  return node && node->is_table();
+}
 
 double TomlTable::number(std::string_view key) const {
-  return read<double>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectNumber, as_number);
+  return read<double>(*this, ask(key).table, key, nullptr, kExpectNumber, as_number);
 }
 double TomlTable::number(std::string_view key, double fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectNumber, as_number);
+  return read(*this, ask(key).table, key, &fallback, kExpectNumber, as_number);
 }
 std::int64_t TomlTable::integer(std::string_view key) const {
-  return read<std::int64_t>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectInteger, as_integer);
+  return read<std::int64_t>(*this, ask(key).table, key, nullptr, kExpectInteger, as_integer);
 }
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectInteger, as_integer);
+  return read(*this, ask(key).table, key, &fallback, kExpectInteger, as_integer);
 }
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectBoolean, as_boolean);
+  return read(*this, ask(key).table, key, &fallback, kExpectBoolean, as_boolean);
 }
 std::string TomlTable::text(std::string_view key) const {
-  return read<std::string>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectText, as_text);
+  return read<std::string>(*this, ask(key).table, key, nullptr, kExpectText, as_text);
 }
 std::string TomlTable::text(std::string_view key, std::string fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectText, as_text);
+  return read(*this, ask(key).table, key, &fallback, kExpectText, as_text);
 }
 
 std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed, std::string fallback) const {
@@ -257,47 +265,47 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
 }
 
 Duration TomlTable::duration(std::string_view key) const {
-  return read<Duration>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectDuration, as_duration);
+  return read<Duration>(*this, ask(key).table, key, nullptr, kExpectDuration, as_duration);
 }
 Duration TomlTable::duration(std::string_view key, Duration fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectDuration, as_duration);
+  return read(*this, ask(key).table, key, &fallback, kExpectDuration, as_duration);
 }
 Celsius TomlTable::celsius(std::string_view key) const {
-  return read<Celsius>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+  return read<Celsius>(*this, ask(key).table, key, nullptr, kExpectCelsius, as_quantity<Celsius>(kCelsius));
 }
 Celsius TomlTable::celsius(std::string_view key, Celsius fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+  return read(*this, ask(key).table, key, &fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
 }
 Kelvins TomlTable::kelvins(std::string_view key, Kelvins fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectKelvins, as_quantity<Kelvins>(kKelvins));
+  return read(*this, ask(key).table, key, &fallback, kExpectKelvins, as_quantity<Kelvins>(kKelvins));
 }
 CelsiusPerMinute TomlTable::rate(std::string_view key) const {
-  return read<CelsiusPerMinute>(*this, GYROTHERM_ASK(key), key, nullptr, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read<CelsiusPerMinute>(*this, ask(key).table, key, nullptr, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
 }
 CelsiusPerMinute TomlTable::rate(std::string_view key, CelsiusPerMinute fallback) const {
-  return read(*this, GYROTHERM_ASK(key), key, &fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read(*this, ask(key).table, key, &fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
 }
 
 std::vector<double> TomlTable::numbers(std::string_view key) const {
-  return read_array<double>(*this, GYROTHERM_ASK(key), key, kExpectNumber, as_number);
+  return read_array<double>(*this, ask(key).table, key, kExpectNumber, as_number);
 }
 std::vector<std::string> TomlTable::texts(std::string_view key) const {
-  return read_array<std::string>(*this, GYROTHERM_ASK(key), key, kExpectText, as_text);
+  return read_array<std::string>(*this, ask(key).table, key, kExpectText, as_text);
 }
 std::vector<std::vector<double>> TomlTable::number_rows(std::string_view key) const {
-  return read_array<std::vector<double>>(*this, GYROTHERM_ASK(key), key, kExpectNumber, as_row);
+  return read_array<std::vector<double>>(*this, ask(key).table, key, kExpectNumber, as_row);
 }
 std::vector<CelsiusPerMinute> TomlTable::rates(std::string_view key) const {
-  return read_array<CelsiusPerMinute>(*this, GYROTHERM_ASK(key), key, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read_array<CelsiusPerMinute>(*this, ask(key).table, key, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
 }
 std::vector<Duration> TomlTable::durations(std::string_view key) const {
-  return read_array<Duration>(*this, GYROTHERM_ASK(key), key, kExpectDuration, as_duration);
+  return read_array<Duration>(*this, ask(key).table, key, kExpectDuration, as_duration);
 }
 
 TomlTable TomlTable::table(std::string_view key) const {
   auto child = std::make_shared<Node>();
   child->at = node_->at;
-  if (const auto* node = find(GYROTHERM_ASK(key), key)) {
+  if (const auto* node = find(ask(key).table, key)) {
     child->table = node->as_table();
     child->at = node->source().begin;
     if (!child->table) mistake(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
@@ -307,7 +315,7 @@ TomlTable TomlTable::table(std::string_view key) const {
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   std::vector<TomlTable> children;
-  const auto* node = find(GYROTHERM_ASK(key), key);
+  const auto* node = find(ask(key).table, key);
   const auto* array = node ? node->as_array() : nullptr;
   if (node && !array) mistake(key, fmt::format("\"{}\" is not an array of tables, expected [[{}]]", key, key));
   for (std::size_t i = 0; array && i < array->size(); ++i) {
@@ -342,18 +350,22 @@ std::string TomlTable::place(std::string_view key) const {
 
 void TomlTable::mistake(std::string_view key, std::string what) const {
   const auto* node = key.empty() ? nullptr : find(node_->table, key);
-  document_->mistakes.push_back({node ? node->source().begin : node_->at, std::move(what)});
+  Document::Mistake found{node ? node->source().begin : node_->at, std::move(what)};
+  auto& known = document_->mistakes;
+  if (std::find(known.begin(), known.end(), found) == known.end()) known.push_back(std::move(found));
 }
 
 Result<void> TomlTable::verdict() const {
   auto mistakes = document_->mistakes;
-  for (const auto& node : document_->nodes)
-    for (const auto& [key, value] : node->table ? *node->table : toml::table{}) {
+  for (const auto& node : document_->nodes) {
+    if (!node->table) continue;
+    for (const auto& [key, value] : *node->table) {
       if (node->asked.contains(key.str())) continue;
       const auto near = nearest(key.str(), std::vector<std::string>(node->asked.begin(), node->asked.end()));
       mistakes.push_back({key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(),
                                                           near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near))});
     }
+  }
   if (mistakes.empty()) return {};
   std::stable_sort(mistakes.begin(), mistakes.end(), [](auto& a, auto& b) { return a.at < b.at; });
   std::string what = mistakes.front().what;

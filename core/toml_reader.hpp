@@ -22,6 +22,7 @@ class TomlTable {
   [[nodiscard]] static Result<TomlTable> parse(std::string_view text, std::string file);
 
   [[nodiscard]] bool has(std::string_view key) const;
+  [[nodiscard]] bool is_table(std::string_view key) const;
 
   [[nodiscard]] double number(std::string_view key) const;
   [[nodiscard]] double number(std::string_view key, double fallback) const;
@@ -61,7 +62,7 @@ class TomlTable {
 
   /// "file:line:column" of a key, or of this table if the key is absent (or empty).
   [[nodiscard]] std::string place(std::string_view key = {}) const;
-  /// Notes a mistake of the parser's own finding at a key.
+  /// Notes a mistake of the parser's own finding at a key; the same one again is not noted twice.
   void mistake(std::string_view key, std::string what) const;
 
   /// Fails with bad_file if any table of the file has a mistake: the first in `where`, all of them in `what`, one a line
@@ -72,6 +73,8 @@ class TomlTable {
   struct Document;
   struct Node;
   TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
+  /// The node, with the key marked as asked for.
+  [[nodiscard]] const Node& ask(std::string_view key) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };

@@ -59,13 +59,41 @@ struct FrameFormat {
 
 /// One frame's fields, unscaled. A role that the format lacks is absent.
 struct GyroFrame {
-  std::optional<std::int64_t> pulses;     ///< pulse_count or increment
-  std::optional<std::uint32_t> sequence;
-  std::optional<std::uint64_t> timestamp;
+  std::optional<std::int64_t> pulses{};  ///< pulse_count or increment
+  std::optional<std::uint32_t> sequence{};
+  std::optional<std::uint64_t> timestamp{};
   bool good = true;
 };
 
+[[nodiscard]] std::size_t byte_count(FieldType type);
+[[nodiscard]] bool is_signed(FieldType type);
+
 /// Reads a [frame] table; mistakes are noted in it (the caller asks for the verdict).
+///
+///     [frame]
+///     name = "…"
+///     sync = [0xA5, 0x5A]
+///     length = 16                 # bytes in all
+///     [[frame.field]]
+///     role = "timestamp"          # pulse_count or increment (one of them), sequence, timestamp, status
+///     type = "u32"                # u8 … u32, i8 … i32
+///     offset = 4
+///     endian = "little"           # or "big"
+///     unit = "us"                 # of one count of a timestamp: s, ms, us, ns
+///     [[frame.field]]
+///     role = "status"
+///     type = "u8"
+///     offset = 12
+///     mask = 0xFF                 # good when (status & mask) == good
+///     good = 0
+///     [frame.check]
+///     kind = "crc16"              # none, sum8, xor8, crc16, crc32
+///     from = 0                    # first byte covered; covers up to the check itself
+///     offset = 14
+///     polynomial = 0x1021
+///     initial = 0xFFFF
+///     reflected = false
+///     final_xor = 0
 [[nodiscard]] FrameFormat read_frame_format(const TomlTable& table);
 
 /// Takes bytes as they come, gives whole good frames; resynchronises from the byte after a false sync.
@@ -73,16 +101,19 @@ class FrameDecoder {
  public:
   explicit FrameDecoder(FrameFormat format);
   void feed(std::span<const std::byte> bytes);
+  /// The next whole good frame; nothing if more bytes are needed.
   [[nodiscard]] std::optional<GyroFrame> take();
+  /// Bytes that were part of no good frame, so far.
   [[nodiscard]] std::uint64_t rejected_bytes() const { return rejected_; }
 
  private:
   FrameFormat format_;
   std::vector<std::byte> buffer_;
+  std::size_t begin_{};  ///< of what is not yet taken, in the buffer
   std::uint64_t rejected_{};
 };
 
-/// The bytes of a frame (used by the virtual gyro, and by tests).
+/// The bytes of a frame (used by the virtual gyro, and by tests). Counts wrap at the width of their fields; bytes of no field are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
 
 }  // namespace gyrotherm

@@ -18,8 +18,8 @@ struct ModbusRequest {
   std::uint8_t unit{};
   ModbusFunction function{};
   std::uint16_t address{};
-  std::uint16_t count{};             ///< registers read or written
-  std::vector<std::uint16_t> words;  ///< written
+  std::uint16_t count{};               ///< registers read or written
+  std::vector<std::uint16_t> words{};  ///< written
 };
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);

@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cerrno>
@@ -108,6 +109,7 @@ ModbusTcp::Words ModbusTcp::receive(const ModbusRequest& request) {
   const int size = modbus_receive_confirmation(context_.get(), frame.data());
   if (size < 0 && errno == ETIMEDOUT)
     return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
+  if (size < 0 && errno >= MODBUS_ENOBASE) return failure(FaultKind::corrupted, "", modbus_strerror(errno));
   if (size < 0) return failure(FaultKind::disconnected, "", fmt::format("the line broke: {}", modbus_strerror(errno)));
   const auto reply = std::as_bytes(std::span(frame).first(static_cast<std::size_t>(size)));
   auto words = decode_reply(request, reply);
@@ -137,7 +139,9 @@ ModbusTcp::Words ModbusTcp::exchange(ModbusRequest& request, const Deadline& dea
 bool ModbusTcp::rest_while_busy(Duration rest, const Deadline& deadline) {
   if (deadline.left() <= rest) return false;
   pollfd line{modbus_get_socket(context_.get()), POLLIN, 0};
-  return poll(&line, 1, static_cast<int>(rest / milliseconds(1))) == 0;
+  if (poll(&line, 1, static_cast<int>(rest / milliseconds(1))) == 0) return true;
+  disconnect();
+  return false;
 }
 
 /// Names the place of a failure, and keeps the account for the back-off.
@@ -158,6 +162,7 @@ ModbusTcp::Words ModbusTcp::conclude(const ModbusRequest& request, Words words) 
 }
 
 Result<std::vector<std::uint16_t>> ModbusTcp::read(std::uint16_t address, std::uint16_t count) {
+  assert(count >= 1 && count <= 125);
   const Deadline deadline(kWholeExchange);
   ModbusRequest request{.unit = unit_, .function = ModbusFunction::read_holding, .address = address, .count = count};
   auto words = exchange(request, deadline);
@@ -175,6 +180,7 @@ Result<std::vector<std::uint16_t>> ModbusTcp::read(std::uint16_t address, std::u
 }
 
 Result<void> ModbusTcp::write(std::uint16_t address, std::span<const std::uint16_t> words) {
+  assert(!words.empty() && words.size() <= 123);
   const Deadline deadline(kWholeExchange);
   ModbusRequest request{.unit = unit_, .address = address, .count = static_cast<std::uint16_t>(words.size())};
   request.function = words.size() == 1 ? ModbusFunction::write_single : ModbusFunction::write_multiple;

@@ -57,7 +57,8 @@ void read_link(const TomlTable& link, RegisterMap& map) {
 }
 
 RegisterItem read_item(const TomlTable& table, WordOrder order) {
-  RegisterItem item{.name = table.text("name")};
+  RegisterItem item;
+  item.name = table.text("name");
   item.address = whole<std::uint16_t>(table, "address", table.integer("address"), 0, 65535);
   item.type = one_of(kTypes, table, "type");
   item.order = table.has("order") ? one_of(kOrders, table, "order") : order;

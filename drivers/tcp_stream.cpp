@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "drivers/backoff.hpp"
 #include "drivers/deadline.hpp"
@@ -61,6 +62,7 @@ class TcpStream final : public ByteStream {
  private:
   [[nodiscard]] Result<void> connect();
   [[nodiscard]] Result<void> open_socket();
+  void close_line();  ///< to be opened again at the next use
   [[nodiscard]] std::string place() const { return fmt::format("tcp {}:{}", address_.host, address_.port); }
   [[nodiscard]] tl::unexpected<Fault> broken(const char* why);
 
@@ -70,10 +72,13 @@ class TcpStream final : public ByteStream {
   Backoff backoff_;
 };
 
-/// Closes the line, to be opened again at the next use.
-tl::unexpected<Fault> TcpStream::broken(const char* why) {
+void TcpStream::close_line() {
   socket_.close();
   backoff_.failed();
+}
+
+tl::unexpected<Fault> TcpStream::broken(const char* why) {
+  close_line();
   return failure(FaultKind::disconnected, place(), why);
 }
 
@@ -134,8 +139,9 @@ Result<void> TcpStream::write(std::span<const std::byte> bytes, Duration within)
     }
     if (!would_block()) return broken(std::strerror(errno));
     const auto left = deadline.left();
-    if (left == Duration::zero() || !ready(socket_, POLLOUT, left))
-      return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
+    if (left > Duration::zero() && ready(socket_, POLLOUT, left)) continue;
+    close_line();  // a part may have been sent
+    return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
   }
   return {};
 }

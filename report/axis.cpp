@@ -12,6 +12,11 @@ namespace {
 /// A tick within this part of a step of the range's end counts as on it.
 constexpr double kRounding = 1e-6;
 
+Range moved_out(const Range& range, double step) {
+  const Range out{step * std::floor(range.low / step + kRounding), step * std::ceil(range.high / step - kRounding)};
+  return out.high > out.low ? out : Range{out.low - step, out.low + step};
+}
+
 }  // namespace
 
 Range range_of(const std::vector<double>& values) {
@@ -34,9 +39,13 @@ double tick_step(const Range& range, int count) {
 }
 
 Range rounded_out(const Range& range, int count) {
-  const double step = tick_step(range, count);
-  Range out{step * std::floor(range.low / step + kRounding), step * std::ceil(range.high / step - kRounding)};
-  if (out.high <= out.low) out = {out.low - step, out.low + step};
+  double step = tick_step(range, count);
+  Range out = moved_out(range, step);
+  // The wider range may ask for wider steps, whose ticks its ends must meet.
+  while (tick_step(out, count) > step * (1 + kRounding)) {
+    step = tick_step(out, count);
+    out = moved_out(range, step);
+  }
   return out;
 }
 

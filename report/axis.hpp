@@ -25,7 +25,7 @@ struct Tick {
 /// The step of 1, 2 or 5 times a power of ten that cuts the range into about `count` parts. A range without width counts as 1.
 [[nodiscard]] double tick_step(const Range& range, int count);
 
-/// The range with both ends moved outwards to the next tick.
+/// The range with both ends moved outwards to a tick of about `count` that ticks() then finds again.
 [[nodiscard]] Range rounded_out(const Range& range, int count);
 
 /// The ticks inside the range, ends included, each labelled with as many decimals as the step needs.

@@ -10,6 +10,7 @@
 
 #include "core/read_file.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/wires.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,6 +1,7 @@
 /// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything moves.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -26,8 +27,11 @@ struct Segment {
   Duration soak_time{};          ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
   Duration deadline{};           ///< longest time the segment may take, waiting included
   int cycle{-1};                 ///< index into Profile::cycles, or -1
-  std::string place;             ///< "file:line:column" it was written at
+  std::string place{};           ///< "file:line:column" it was written at
 };
+
+/// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the hold's duration.
+[[nodiscard]] Duration shortest(const Segment& segment);
 
 /// Limits of the profile's `[accept]` table; a result beyond one is exit code 1. Absent keys accept anything.
 struct AcceptLimit {
@@ -44,6 +48,9 @@ struct Profile {
   std::vector<AcceptLimit> accept;
   std::string text;  ///< the file, as read
 };
+
+/// The set point that a segment starts from: the target of the one before it, or its own if it is the first.
+[[nodiscard]] Celsius set_point_before(const Profile& profile, std::size_t segment);
 
 /// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown keys,
 /// a hold or ramp without what it needs, more than 100,000 segments …).

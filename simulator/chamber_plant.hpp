@@ -1,4 +1,5 @@
-/// The chamber: air that heater, cooler and wall pull at, a controller that follows its set point, and the controller's sensor.
+/// The chamber: air that heater, cooler and wall pull at, a controller that follows its set point, and the controller's
+/// sensor.
 #pragma once
 
 #include "core/quantity.hpp"
@@ -6,8 +7,8 @@
 
 namespace gyrotherm {
 
-/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller whose integral stops
-/// while the output is at its limit. Explicit Euler, 1 s. Free of noise.
+/// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller whose integral
+/// stops while the output is at its limit. Explicit Euler, 1 s. Free of noise.
 class ChamberPlant {
  public:
   explicit ChamberPlant(const PlantParameters& parameters);

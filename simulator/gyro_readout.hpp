@@ -1,4 +1,5 @@
-/// What the gyro makes of its rotation: an accumulated angle with noise, counted in whole pulses, and a clock of its own.
+/// What the gyro makes of its rotation: an accumulated angle with noise, counted in whole pulses, and a clock of its
+/// own.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,9 @@
 
 namespace gyrotherm {
 
-/// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse). The rate
-/// is bias + Earth rate + turn-on offset + a first-order Markov drift that starts from its stationary distribution.
+/// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
+/// The rate is bias + Earth rate + turn-on offset + a first-order Markov drift that starts from its stationary
+/// distribution.
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);
@@ -26,7 +28,7 @@ class GyroReadout {
   ReadoutParameters parameters_;
   RandomStream angle_noise_;
   RandomStream drift_noise_;
-  double drift_memory_;       ///< of the Markov drift, per second
+  double drift_memory_;  ///< of the Markov drift, per second
   double drift_deg_per_h_;
   double angle_arcsec_{};
   std::int64_t pulses_{};

@@ -1,4 +1,5 @@
-/// The gyro as a thermal body: what a lumped network, or a reduced finite-element model, must offer to the virtual laboratory.
+/// The gyro as a thermal body: what a lumped network, or a reduced finite-element model, must offer to the virtual
+/// laboratory.
 #pragma once
 
 #include <array>
@@ -14,10 +15,10 @@ inline constexpr std::size_t kBlockPlaces = 8;    ///< A…H, on the block
 inline constexpr std::size_t kThermalPlaces = 9;  ///< and "shell", the air inside the cabinet
 
 /// The names of the places, in their order everywhere in this room.
-inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "B", "C", "D", "E",
-                                                                         "F", "G", "H", "shell"};
+inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "B", "C", "D",    "E",
+                                                                          "F", "G", "H", "shell"};
 
-using BlockTemperatures = std::span<const double, kBlockPlaces>;     ///< °C
+using BlockTemperatures = std::span<const double, kBlockPlaces>;    ///< °C
 using PlaceTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
 
 class GyroThermal {

@@ -24,8 +24,8 @@ struct NetworkEquations {
 
 class ThermalNetwork final : public GyroThermal {
  public:
-  /// Starts at rest at the network's start temperature. `network` must hold the nodes A…H and "air", and every node must
-  /// have a way to the chamber (parse_world checks both).
+  /// Starts at rest at the network's start temperature. `network` must hold the nodes A…H and "air", and every node
+  /// must have a way to the chamber (parse_world checks both).
   explicit ThermalNetwork(const NetworkParameters& network);
 
   void step(Celsius air) override;

@@ -25,13 +25,18 @@ struct VirtualInstrumentsOptions {
   std::vector<VirtualThermometer> thermometers;
   FrameFormat gyro;
   std::uint16_t first_port = 0;  ///< 0: any free ports; else chamber, thermometers, gyro on consecutive ones
+  int cpu =
+      -1;  ///< the core that the serving thread keeps to, −1: any; an exchange whose both ends share a core is quickest
 };
 
-/// Serves on 127.0.0.1 from a thread of its own until destroyed. All clients see one world; several clients may connect to each.
+/// Serves on 127.0.0.1 from a thread of its own until destroyed. All clients see one world; several clients may connect
+/// to each.
 class VirtualInstruments {
  public:
-  /// Fails with disconnected if a port cannot be bound, or usage if a channel is not a thermometer of the world.
-  [[nodiscard]] static Result<std::unique_ptr<VirtualInstruments>> start(World world, VirtualInstrumentsOptions options);
+  /// Fails with disconnected if a port cannot be bound, or usage if a channel is not a thermometer of the world or an
+  /// instrument has too many.
+  [[nodiscard]] static Result<std::unique_ptr<VirtualInstruments>> start(World world,
+                                                                         VirtualInstrumentsOptions options);
   virtual ~VirtualInstruments() = default;
 
   /// Lets `seconds` pass, one step each; the gyro sends one frame per second to whoever is connected.

@@ -27,7 +27,8 @@ double not_negative(const TomlTable& table, const char* key) {
 /// A time constant that a step of one second can follow.
 double time_constant_s(const TomlTable& table, const char* key) {
   const double value = table.number(key);
-  if (table.has(key) && !(value >= 1)) table.mistake(key, fmt::format("{} s, expected at least the step of 1 s", value));
+  if (table.has(key) && !(value >= 1))
+    table.mistake(key, fmt::format("{} s, expected at least the step of 1 s", value));
   return value;
 }
 
@@ -76,8 +77,10 @@ std::vector<ThermalLink> read_links(const TomlTable& table, const std::vector<st
     std::vector<std::size_t> chain;
     for (const auto& name : conduction.texts("chain")) {
       const auto found = std::ranges::find(nodes, name);
-      if (found == nodes.end()) conduction.mistake("chain", fmt::format("\"{}\" is not one of the nodes", name));
-      else chain.push_back(static_cast<std::size_t>(found - nodes.begin()));
+      if (found == nodes.end())
+        conduction.mistake("chain", fmt::format("\"{}\" is not one of the nodes", name));
+      else
+        chain.push_back(static_cast<std::size_t>(found - nodes.begin()));
     }
     for (std::size_t i = 1; i < chain.size(); ++i) links.push_back({chain[i - 1], chain[i], w_per_k});
   }
@@ -91,7 +94,8 @@ void expect_places(const TomlTable& table, const std::vector<std::string>& nodes
   }
 }
 
-/// The conductances that leave each node, and whether each node has a way to the chamber: else it would never come to rest.
+/// The conductances that leave each node, and whether each node has a way to the chamber: else it would never come to
+/// rest.
 struct Connections {
   std::vector<double> leaving_w_per_k;
   std::vector<bool> anchored;
@@ -104,7 +108,7 @@ Connections connections_of(const NetworkParameters& n) {
     if (i != air && n.film_w_per_k[i] > 0) links.push_back({i, air, n.film_w_per_k[i]});
   }
   Connections found{n.chamber_w_per_k, std::vector<bool>(n.nodes.size())};
-  std::ranges::transform(n.chamber_w_per_k, found.anchored.begin(), [](double w_per_k) { return w_per_k > 0; });
+  for (std::size_t i = 0; i < n.nodes.size(); ++i) found.anchored[i] = n.chamber_w_per_k[i] > 0;
   for (const auto& link : links) {
     found.leaving_w_per_k[link.from] += link.w_per_k;
     found.leaving_w_per_k[link.to] += link.w_per_k;
@@ -125,9 +129,10 @@ void expect_sound_network(const TomlTable& table, const NetworkParameters& n) {
       table.mistake("nodes", fmt::format("node \"{}\" has no way to the chamber", n.nodes[i]));
     }
     if (!(n.capacity_j_per_k[i] > connections.leaving_w_per_k[i])) {
-      table.mistake("capacity_j_per_k",
-                    fmt::format("node \"{}\": {} J/K, expected more than its conductances carry in a step of 1 s, {} J/K",
-                                n.nodes[i], n.capacity_j_per_k[i], connections.leaving_w_per_k[i]));
+      table.mistake(
+          "capacity_j_per_k",
+          fmt::format("node \"{}\": {} J/K, expected more than its conductances carry in a step of 1 s, {} J/K",
+                      n.nodes[i], n.capacity_j_per_k[i], connections.leaving_w_per_k[i]));
     }
   }
 }
@@ -156,8 +161,7 @@ BiasParameters read_bias(const TomlTable& table) {
   b.wave_period_k = positive(table, "wave_period_k");
   b.arm_deg_per_h_per_k = table.number("arm_deg_per_h_per_k");
   b.arm_growth_per_k = table.number("arm_growth_per_k");
-  const auto gradients =
-      numbers(table, "gradient_deg_per_h_per_k", b.gradient_deg_per_h_per_k.size(), -1e6);
+  const auto gradients = numbers(table, "gradient_deg_per_h_per_k", b.gradient_deg_per_h_per_k.size(), -1e6);
   std::ranges::copy(gradients, b.gradient_deg_per_h_per_k.begin());
   return b;
 }
@@ -200,7 +204,8 @@ Result<WorldParameters> parse_world(std::string_view rig_text, const std::string
   for (const auto& key : root->keys()) {
     if (key != "virtual") root->ignore(key);
   }
-  if (!root->has("virtual")) return failure(FaultKind::bad_file, root->place(), "no [virtual] table: a rig of real instruments");
+  if (!root->has("virtual"))
+    return failure(FaultKind::bad_file, root->place(), "no [virtual] table: a rig of real instruments");
   const auto table = root->table("virtual");
   WorldParameters world{.plant = read_plant(table.table("plant")),
                         .network = read_network(table.table("network")),

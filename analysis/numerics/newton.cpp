@@ -205,7 +205,6 @@ NewtonResult Newton::run() {
     const int before = best_.steps;
     const bool solved = minimise();
     const int used = best_.steps - before;
-    if (getenv("TRACE")&&!solved) printf("  sigma/C %.2e  failed used %d F %zu\n", sigma_/problem_.C, used, slope_.size());
     if (!solved) {
       sigma_ *= 0.2;
       beta_ = centre_;
@@ -217,7 +216,6 @@ NewtonResult Newton::run() {
     const SvrPoint point{centre_, best_offset(problem_, response_)};
     const double gap = certify(problem_, point, response_).relative_gap;
     if (gap < best_.relative_gap) best_ = {point, gap, best_.steps};
-    if (getenv("TRACE")) printf("  sigma/C %.2e  solved %d used %d F %zu gap %.3e  viol %.2e sum %.1e\n", sigma_/problem_.C, solved, used, slope_.size(), gap, kkt_violation(problem_, centre_, response_), centre_.sum());
     sigma_ *= !solved ? 0.2 : used <= 4 ? 8 : used <= 10 ? 2.8 : 1.3;
   }
   return best_;

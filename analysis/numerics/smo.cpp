@@ -48,11 +48,14 @@ void move(float* g, const float* up, const float* down, float step, const float*
 }
 
 // The least v = −g − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is K_i.
+// Quotients are compared crosswise, without a division.
 GYROTHERM_CLONES
 void choose_partner(const float* row, const float* g, const float* fall, float u, int count, Partner& partner) {
   FloatLanes least = {};
   least += kWall;
-  FloatLanes best = {};
+  FloatLanes best_square = {};
+  FloatLanes best_curvature = {};
+  best_curvature += 1.0F;
   IndexLanes where = {};
   IndexLanes at = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const FloatLanes zero = {};
@@ -61,24 +64,24 @@ void choose_partner(const float* row, const float* g, const float* fall, float u
     const FloatLanes v = -*reinterpret_cast<const UnalignedFloatLanes*>(g + i) -
                          *reinterpret_cast<const UnalignedFloatLanes*>(fall + i);
     least = v < least ? v : least;
-    const FloatLanes curvature = 2.0F - 2.0F * *reinterpret_cast<const UnalignedFloatLanes*>(row + i);
+    const FloatLanes exact = 2.0F - 2.0F * *reinterpret_cast<const UnalignedFloatLanes*>(row + i);
+    const FloatLanes curvature = exact > flat ? exact : flat;
     const FloatLanes difference = u - v;
     const FloatLanes slack = difference > zero ? difference : zero;
-    const FloatLanes decrease = slack * slack / (curvature > flat ? curvature : flat);
-    const IndexLanes better = decrease > best;
-    best = better ? decrease : best;
+    const FloatLanes square = slack * slack;
+    const IndexLanes better = square * best_curvature > best_square * curvature;
+    best_square = better ? square : best_square;
+    best_curvature = better ? curvature : best_curvature;
     where = better ? at : where;
     at += kFloatLanes;
   }
-  float largest = best[0];
-  partner = {least[0], where[0]};
+  int best = 0;
+  partner.least_slope = least[0];
   for (int lane = 1; lane < kFloatLanes; ++lane) {
     partner.least_slope = std::min(partner.least_slope, least[lane]);
-    if (best[lane] > largest) {
-      largest = best[lane];
-      partner.index = where[lane];
-    }
+    if (best_square[lane] * best_curvature[best] > best_square[best] * best_curvature[lane]) best = lane;
   }
+  partner.index = where[best];
 }
 
 // How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by 2ε
@@ -105,13 +108,13 @@ class Smo {
   SmoResult run(double tolerance, int max_iterations);
 
  private:
-  [[nodiscard]] const float* row(int i) const { return rows_.data() + static_cast<std::size_t>(i) * stride_; }
+  [[nodiscard]] const float* row(int i) const { return rows_.col(i).data(); }
   void set(int i, double beta);
   void take_step(int i, int j);
 
   const SvrProblem& problem_;
   int stride_;               // n rounded up to whole lanes
-  std::vector<float> rows_;  // K, padded with zeros
+  Eigen::MatrixXf rows_;     // K, a column per point, padded with zeros
   Eigen::VectorXd beta_;
   std::vector<float> g_;     // Kβ − y
   std::vector<float> rise_;  // slope of ε|β_i| upwards
@@ -122,14 +125,15 @@ class Smo {
 Smo::Smo(const SvrProblem& problem)
     : problem_(problem),
       stride_((static_cast<int>(problem.size()) + kFloatLanes - 1) / kFloatLanes * kFloatLanes),
-      rows_(static_cast<std::size_t>(problem.size()) * stride_),
+      rows_(stride_, problem.size()),
       beta_(Eigen::VectorXd::Zero(problem.size())),
       g_(stride_),
       rise_(stride_, kWall),
       fall_(stride_, -kWall) {
   const int n = static_cast<int>(problem.size());
   for (int i = 0; i < n; ++i) {
-    Eigen::Map<Eigen::VectorXf>(rows_.data() + static_cast<std::size_t>(i) * stride_, n) = problem.kernel.col(i).cast<float>();
+    rows_.col(i).head(n) = problem.kernel.col(i).cast<float>();
+    rows_.col(i).tail(stride_ - n).setZero();
     g_[i] = static_cast<float>(-problem.y[i]);
     set(i, 0);
   }

@@ -21,7 +21,7 @@ constexpr int kMantissaBits = 52;
 
 // exp(x) = 2^k exp(r), k the integer nearest to x/ln 2, |r| ≤ ln 2/2, exp(r) by its Taylor polynomial of degree 12.
 GYROTHERM_CLONES
-void exponentiate(double* values, Eigen::Index count, double scale) {
+void exponentiate(const double* values, Eigen::Index count, double scale, double* out) {
   for (Eigen::Index i = 0; i < count; ++i) {
     const double product = values[i] * scale;
     const double x = product > kSmallestExponent ? product : kSmallestExponent;
@@ -43,7 +43,7 @@ void exponentiate(double* values, Eigen::Index count, double scale) {
     p = p * r + 1.0;
     const auto power = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(rounded) << kMantissaBits);
     const double scaled = std::bit_cast<double>(std::bit_cast<std::int64_t>(p) + power);
-    values[i] = product > kSmallestExponent ? scaled : 0.0;
+    out[i] = product > kSmallestExponent ? scaled : 0.0;
   }
 }
 

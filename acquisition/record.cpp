@@ -1,0 +1,112 @@
+#include "acquisition/record.hpp"
+
+#include <fmt/format.h>
+
+#include "acquisition/record_rows.hpp"
+#include "acquisition/run_info_rows.hpp"
+#include "acquisition/status.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Says in bad_file's words that a file is damaged, and in a locked one's who holds it.
+Fault explained(Fault fault, const std::string& path) {
+  if (!is_locked(fault)) {
+    fault.kind = FaultKind::bad_file;
+    return fault;
+  }
+  if (const auto status = read_status(path); status && status->pid != 0)
+    fault.what = fmt::format("{} (process {})", fault.what, status->pid);
+  return fault;
+}
+
+void reserve(Record& record, std::size_t rows) {
+  record.slot.reserve(rows);
+  for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c,
+                       &record.gyro, &record.gyro_interval_s})
+    column->reserve(rows);
+  record.thermometers_c.resize(record.info.thermometers.size());
+  for (auto& column : record.thermometers_c) column.reserve(rows);
+  record.progress.reserve(rows);
+}
+
+void add(Record& record, const StoredRow& row) {
+  record.slot.push_back(row.slot);
+  record.time_s.push_back(to_seconds(row.monotonic));
+  record.set_point_c.push_back(row.progress.set_point.value);
+  record.chamber_air_c.push_back(row.chamber_air_c);
+  record.chamber_set_point_c.push_back(row.chamber_set_point_c);
+  for (std::size_t i = 0; i < row.thermometers_c.size(); ++i) record.thermometers_c[i].push_back(row.thermometers_c[i]);
+  record.gyro.push_back(row.gyro);
+  record.gyro_interval_s.push_back(row.interval_s);
+  record.progress.push_back(row.progress);
+}
+
+Result<void> read_samples(Database& database, Record& record) {
+  const auto rows = database.ask_integer("SELECT count(*) FROM sample", 0);
+  if (!rows) return failure(rows.error());
+  reserve(record, static_cast<std::size_t>(*rows));
+  return each_sample(database, record.info, [&](const StoredRow& row) { add(record, row); });
+}
+
+Result<void> read_gaps(Database& database, Record& record) {
+  auto query = database.prepare("SELECT first, last, cause FROM gap ORDER BY first");
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    record.gaps.push_back({query->integer(0), query->integer(1), std::string(query->text(2))});
+  }
+}
+
+Result<void> read_events(Database& database, Record& record) {
+  auto query = database.prepare("SELECT slot, monotonic_ns, utc_ns, kind, text FROM event ORDER BY id");
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    const Instant at{Duration(query->integer(1)), Duration(query->integer(2))};
+    record.events.push_back({query->integer(0), {at, event_kind_named(query->text(3)), std::string(query->text(4))}});
+  }
+}
+
+Result<Record> read_all(const std::string& path) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  auto info = read_run_info(*database);
+  if (!info) return failure(info.error());
+  const auto finished = is_finished(*database);
+  if (!finished) return failure(finished.error());
+  Record record;
+  record.info = std::move(*info);
+  record.finished = *finished;
+  const auto read = read_samples(*database, record)
+                        .and_then([&] { return read_gaps(*database, record); })
+                        .and_then([&] { return read_events(*database, record); });
+  if (!read) return failure(read.error());
+  return record;
+}
+
+Result<LastRow> read_last(const std::string& path) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  const auto info = read_run_info(*database);
+  if (!info) return failure(info.error());
+  const auto row = last_row(*database, *info);
+  if (!row) return failure(row.error());
+  return *row ? LastRow{(*row)->slot, (*row)->progress} : LastRow{};
+}
+
+}  // namespace
+
+Result<Record> read_record(const std::string& path) {
+  return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });
+}
+
+Result<LastRow> read_last_row(const std::string& path) {
+  return read_last(path).map_error([&](const Fault& fault) { return explained(fault, path); });
+}
+
+}  // namespace gyrotherm

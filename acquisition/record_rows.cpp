@@ -1,0 +1,99 @@
+#include "acquisition/record_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <initializer_list>
+
+#include "acquisition/schema.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr int kPatienceMs = 0;  // a record being written stays so
+
+template <class Kind>
+Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
+  for (const Kind kind : kinds)
+    if (text == name(kind)) return kind;
+  return *kinds.begin();
+}
+
+/// Columns in the order of sample_columns().
+void take(const Statement& row, StoredRow& into) {
+  into.slot = row.integer(0);
+  into.monotonic = Duration(row.integer(1));
+  into.progress.set_point = Celsius{row.real(3)};
+  into.chamber_air_c = row.real(4);
+  into.chamber_set_point_c = row.real(5);
+  int column = 6;
+  for (double& reading_c : into.thermometers_c) reading_c = row.real(column++);
+  into.gyro = row.real(column);
+  into.interval_s = row.real(column + 1) * 1e-9;
+  if (row.null(column + 2)) return;
+  into.progress.segment = static_cast<int>(row.integer(column + 2));
+  into.progress.cycle = static_cast<int>(row.integer(column + 3));
+  into.progress.phase = phase_named(row.text(column + 4));
+  into.progress.in_segment = Duration(row.integer(column + 5));
+  into.progress.soaked = Duration(row.integer(column + 6));
+}
+
+StoredRow empty_row(const RunInfo& info) {
+  StoredRow row;
+  row.thermometers_c.resize(info.thermometers.size());
+  return row;
+}
+
+}  // namespace
+
+Phase phase_named(std::string_view text) {
+  return named(text, {Phase::ramping, Phase::holding, Phase::waiting_for_soak, Phase::overdue, Phase::complete});
+}
+
+EventKind event_kind_named(std::string_view text) {
+  return named(text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::command, EventKind::fault,
+                      EventKind::recovered, EventKind::interlock, EventKind::note, EventKind::interrupted,
+                      EventKind::finished});
+}
+
+Result<Database> open_record(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    return failure(FaultKind::bad_file, path, "no such file, expected a gyrotherm record");
+  auto database = Database::open(path, Access::read_only, kPatienceMs);
+  if (!database) return database;
+  if (auto checked = check_schema(*database, path); !checked) return failure(checked.error());
+  return database;
+}
+
+Result<void> each_sample(Database& database, const RunInfo& info, const std::function<void(const StoredRow&)>& use) {
+  auto query = database.prepare(fmt::format("SELECT {} FROM sample ORDER BY slot", sample_columns(info.thermometers)));
+  if (!query) return failure(query.error());
+  StoredRow row = empty_row(info);
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    take(*query, row);
+    use(row);
+  }
+}
+
+Result<std::optional<StoredRow>> last_row(Database& database, const RunInfo& info) {
+  auto query = database.prepare(
+      fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", sample_columns(info.thermometers)));
+  if (!query) return failure(query.error());
+  const auto more = query->step();
+  if (!more) return failure(more.error());
+  if (!*more) return std::nullopt;
+  StoredRow row = empty_row(info);
+  take(*query, row);
+  return row;
+}
+
+Result<std::int64_t> last_slot(Database& database) {
+  return database.ask_integer(
+      "SELECT max(coalesce((SELECT max(slot) FROM sample), -1), coalesce((SELECT max(last) FROM gap), -1))", -1);
+}
+
+}  // namespace gyrotherm

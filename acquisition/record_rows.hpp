@@ -1,0 +1,48 @@
+/// The rows of a record as they come out of the file.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/run_info.hpp"
+#include "acquisition/sqlite.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm {
+
+/// One row of the table `sample`; NaN where NULL.
+struct StoredRow {
+  std::int64_t slot{};
+  Duration monotonic{};
+  double chamber_air_c{};
+  double chamber_set_point_c{};
+  std::vector<double> thermometers_c;
+  double gyro{};
+  double interval_s{};
+  Progress progress;  ///< its set point is NaN in an imported record
+};
+
+/// Opens a record to read it, and checks that it is one. Nothing in the file changes, not even a dead writer's log.
+/// Fails with bad_file, or with storage if it is being written or damaged.
+[[nodiscard]] Result<Database> open_record(const std::string& path);
+
+/// Calls `use` with each sample in order of slots; the row is overwritten by the next.
+[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info,
+                                       const std::function<void(const StoredRow&)>& use);
+
+/// The last sample, if there is one.
+[[nodiscard]] Result<std::optional<StoredRow>> last_row(Database& database, const RunInfo& info);
+
+/// The last slot that has a sample or lies in a gap; −1 if none.
+[[nodiscard]] Result<std::int64_t> last_slot(Database& database);
+
+/// The reverse of name(Phase) and name(EventKind); an unknown name gives the first of them.
+[[nodiscard]] Phase phase_named(std::string_view text);
+[[nodiscard]] EventKind event_kind_named(std::string_view text);
+
+}  // namespace gyrotherm

@@ -1,0 +1,140 @@
+#include "acquisition/sampler.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <deque>
+#include <future>
+#include <optional>
+
+#include "acquisition/worker.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
+
+/// An instrument's answer with the instant it was there.
+template <class T>
+Reading<T> stamped(const Clock& clock, Result<T> answer) {
+  return {std::move(answer), clock.now()};
+}
+
+ThermometerReadings read_stamped(Thermometer& thermometer, const Clock& clock) {
+  return stamped<std::vector<Result<Celsius>>>(clock, thermometer.read());
+}
+
+void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings, Sample& into) {
+  for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
+    if (!readings.value) {
+      Fault fault = readings.value.error();
+      fault.where = inputs.channels[i];
+      into.thermometers.push_back({failure(fault), readings.at});
+      continue;
+    }
+    assert(i < readings.value->size());
+    into.thermometers.push_back({(*readings.value)[i], readings.at});
+  }
+}
+
+Sample empty_sample(std::int64_t slot, Instant at) {
+  Sample sample;
+  sample.slot = slot;
+  sample.at = at;
+  return sample;
+}
+
+class InlineSampler final : public Sampler {
+ public:
+  InlineSampler(Instruments instruments, SamplerOptions options)
+      : instruments_(std::move(instruments)), options_(options) {}
+
+  Sample read(std::int64_t slot, const Clock& clock) override {
+    Sample sample = empty_sample(slot, clock.now());
+    sample.chamber = stamped(clock, instruments_.chamber.read());
+    for (const ThermometerInputs& inputs : instruments_.thermometers)
+      spread(inputs, read_stamped(inputs.instrument, clock), sample);
+    sample.gyro = stamped(clock, instruments_.gyro.read(options_.interval));
+    return sample;
+  }
+  Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
+
+ private:
+  Instruments instruments_;
+  SamplerOptions options_;
+};
+
+std::string in_ms(Duration d) {
+  return fmt::format("{} ms", std::chrono::duration_cast<std::chrono::milliseconds>(d).count());
+}
+
+class WorkerSampler final : public Sampler {
+ public:
+  WorkerSampler(Instruments instruments, SamplerOptions options)
+      : instruments_(std::move(instruments)), options_(options), thermometers_(instruments_.thermometers.size()) {}
+
+  Sample read(std::int64_t slot, const Clock& clock) override;
+  Result<void> command(Celsius target) override;
+
+ private:
+  /// The worker's answer to what was posted at `since`, or the fault that it was not there in time.
+  template <class T>
+  Reading<T> await(Worker& worker, std::future<Reading<T>>& answer, const char* who, const Clock& clock, Instant since);
+
+  Instruments instruments_;
+  SamplerOptions options_;
+  Worker chamber_;
+  std::deque<Worker> thermometers_;  // a deque, for a worker does not move
+  Worker gyro_;
+};
+
+template <class T>
+Reading<T> WorkerSampler::await(Worker& worker, std::future<Reading<T>>& answer, const char* who, const Clock& clock,
+                                Instant since) {
+  const Duration left = options_.patience - (clock.now().since_start - since.since_start);
+  if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
+  worker.withdraw();
+  return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
+}
+
+Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
+  const Instant now = clock.now();
+  auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
+  std::vector<std::future<ThermometerReadings>> thermometers;
+  for (std::size_t i = 0; i < thermometers_.size(); ++i)
+    thermometers.push_back(thermometers_[i].post([&clock, &thermometer = instruments_.thermometers[i].instrument] {
+      return read_stamped(thermometer, clock);
+    }));
+  auto gyro = gyro_.post([this, &clock] { return stamped(clock, instruments_.gyro.read(options_.interval)); });
+
+  Sample sample = empty_sample(slot, now);
+  sample.chamber = await(chamber_, chamber, "chamber", clock, now);
+  for (std::size_t i = 0; i < thermometers_.size(); ++i)
+    spread(instruments_.thermometers[i], await(thermometers_[i], thermometers[i], "thermometer", clock, now), sample);
+  sample.gyro = await(gyro_, gyro, "gyro", clock, now);
+  return sample;
+}
+
+Result<void> WorkerSampler::command(Celsius target) {
+  auto done = chamber_.post([this, target] { return instruments_.chamber.head_for(target); });
+  if (done.wait_for(options_.patience) == std::future_status::ready) return done.get();
+  const bool never_begun = chamber_.withdraw();
+  return failure(FaultKind::timeout, "chamber",
+                 fmt::format("set point {:g} °C {} {}", target.value,
+                             never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
+                             in_ms(options_.patience)));
+}
+
+}  // namespace
+
+std::unique_ptr<Sampler> Sampler::inline_calls(Instruments instruments, SamplerOptions options) {
+  return std::make_unique<InlineSampler>(std::move(instruments), options);
+}
+
+std::unique_ptr<Sampler> Sampler::workers(Instruments instruments, SamplerOptions options) {
+  return std::make_unique<WorkerSampler>(std::move(instruments), options);
+}
+
+}  // namespace gyrotherm

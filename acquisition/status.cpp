@@ -1,0 +1,106 @@
+#include "acquisition/status.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "acquisition/record_rows.hpp"
+#include "acquisition/record_status.hpp"
+#include "acquisition/sqlite.hpp"
+#include "acquisition/text_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_value(const std::optional<Celsius>& reading) { return reading ? Json(reading->value) : Json(nullptr); }
+
+std::optional<Celsius> to_reading(const Json& value) {
+  if (value.is_null()) return std::nullopt;
+  return Celsius{value.get<double>()};
+}
+
+RunStatus from_json(const Json& json) {
+  RunStatus status;
+  json.at("path").get_to(status.path);
+  json.at("id").get_to(status.id);
+  json.at("pid").get_to(status.pid);
+  json.at("being_written").get_to(status.being_written);
+  json.at("finished").get_to(status.finished);
+  json.at("simulated").get_to(status.simulated);
+  json.at("slot").get_to(status.slot);
+  json.at("acknowledged").get_to(status.acknowledged);
+  json.at("segment").get_to(status.segment);
+  json.at("segment_index").get_to(status.segment_index);
+  json.at("segment_count").get_to(status.segment_count);
+  status.phase = phase_named(json.at("phase").get<std::string>());
+  status.set_point = to_reading(json.at("set_point_c"));
+  status.chamber_air = to_reading(json.at("chamber_air_c"));
+  for (const auto& [channel, value] : json.at("thermometers_c").items())
+    status.thermometers.push_back({channel, to_reading(value)});
+  json.at("faults").get_to(status.faults);
+  return status;
+}
+
+Result<RunStatus> read_status_file(const std::string& path) {
+  const std::string where = status_path(path);
+  return read_text_file(where).and_then([&](const std::string& text) { return parse_status(text, where); });
+}
+
+Result<RunStatus> status_of_record(const std::string& path) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  return stored_status(*database, path);
+}
+
+}  // namespace
+
+std::string status_path(const std::string& record_path) { return record_path + ".status"; }
+
+std::string to_json(const RunStatus& status) {
+  Json thermometers = Json::object();
+  for (const auto& thermometer : status.thermometers) thermometers[thermometer.channel] = to_value(thermometer.reading);
+  const Json json{{"schema", kStatusSchema},
+                  {"path", status.path},
+                  {"id", status.id},
+                  {"pid", status.pid},
+                  {"being_written", status.being_written},
+                  {"finished", status.finished},
+                  {"simulated", status.simulated},
+                  {"slot", status.slot},
+                  {"acknowledged", status.acknowledged},
+                  {"segment", status.segment},
+                  {"segment_index", status.segment_index},
+                  {"segment_count", status.segment_count},
+                  {"phase", name(status.phase)},
+                  {"set_point_c", to_value(status.set_point)},
+                  {"chamber_air_c", to_value(status.chamber_air)},
+                  {"thermometers_c", thermometers},
+                  {"faults", status.faults}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<RunStatus> parse_status(const std::string& text, const std::string& where) {
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("schema") != kStatusSchema)
+      return failure(FaultKind::bad_file, where, std::string("another schema, expected ") + kStatusSchema);
+    return from_json(json);
+  } catch (const Json::exception& error) {
+    return failure(FaultKind::bad_file, where, std::string("not a status: ") + error.what());
+  }
+}
+
+Result<void> write_status(const RunStatus& status) {
+  return replace_text_file(status_path(status.path), to_json(status) + '\n');
+}
+
+Result<RunStatus> read_status(const std::string& path) {
+  auto status = status_of_record(path);
+  if (status || !is_locked(status.error())) return status;
+  auto told = read_status_file(path);
+  if (!told) return failure(status.error());
+  told->being_written = true;
+  return told;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,45 @@
+#include "acquisition/worker.hpp"
+
+#include <cassert>
+#include <csignal>
+
+namespace gyrotherm {
+namespace {
+
+/// A signal would end a poll of the instruments' libraries as an unplugged device does; signals belong to the main thread.
+void block_signals() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
+}  // namespace
+
+void Worker::enqueue(std::function<void()> job) {
+  {
+    const std::lock_guard lock(mutex_);
+    assert(!waiting_ && "the job before has neither begun nor been withdrawn");
+    waiting_ = std::move(job);
+  }
+  posted_.notify_one();
+}
+
+bool Worker::withdraw() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(waiting_, nullptr) != nullptr;
+}
+
+void Worker::serve(std::stop_token stop) {
+  block_signals();
+  for (;;) {
+    std::function<void()> job;
+    {
+      std::unique_lock lock(mutex_);
+      if (!posted_.wait(lock, stop, [this] { return waiting_ != nullptr; })) return;
+      job = std::exchange(waiting_, nullptr);
+    }
+    job();
+  }
+}
+
+}  // namespace gyrotherm

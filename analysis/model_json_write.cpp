@@ -1,0 +1,161 @@
+#include <nlohmann/json.hpp>
+
+#include "analysis/model.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class Vector>
+Json numbers(const Vector& values) {
+  Json array = Json::array();
+  for (Eigen::Index i = 0; i < values.size(); ++i) array.push_back(values(i));
+  return array;
+}
+
+Json rows(const SampleMatrix& values) {
+  Json array = Json::array();
+  for (Eigen::Index i = 0; i < values.rows(); ++i) array.push_back(numbers(values.row(i)));
+  return array;
+}
+
+const char* name(TermKind kind) {
+  switch (kind) {
+    case TermKind::temperature: return "temperature";
+    case TermKind::gradient: return "gradient";
+    case TermKind::rate: return "rate";
+    case TermKind::squared: return "squared";
+  }
+  return "unknown";
+}
+
+Json json_of(const std::vector<Term>& terms) {
+  Json array = Json::array();
+  for (const Term& term : terms) {
+    Json entry{{"kind", name(term.kind)}, {"first", term.first}};
+    if (term.kind == TermKind::gradient) entry["second"] = term.second;
+    array.push_back(std::move(entry));
+  }
+  return array;
+}
+
+Json json_of(const SvrParameters& parameters) {
+  return {{"C", parameters.C}, {"sigma", parameters.sigma}, {"epsilon", parameters.epsilon}};
+}
+
+Json json_of(const SvrModel& svr) {
+  return {{"parameters", json_of(svr.parameters)},
+          {"b", svr.b},
+          {"relative_gap", svr.relative_gap},
+          {"kkt_violation", svr.kkt_violation},
+          {"beta", numbers(svr.beta)},
+          {"support_vectors", rows(svr.support_vectors)}};
+}
+
+Json json_of(const LinearModel& linear) {
+  return {{"weights", numbers(linear.weights)},
+          {"b", linear.b},
+          {"residual_std_deg_per_h", linear.residual_std_deg_per_h}};
+}
+
+Json json_of(const std::vector<TrainingRecord>& records) {
+  Json array = Json::array();
+  for (const TrainingRecord& record : records) {
+    array.push_back({{"run_id", record.run_id},
+                     {"path", record.path},
+                     {"profile_name", record.profile_name},
+                     {"simulated", record.simulated},
+                     {"clusters", record.clusters}});
+  }
+  return array;
+}
+
+Json json_of(const Selection& selection) {
+  return {{"terms", json_of(selection.terms)},
+          {"threshold", selection.threshold},
+          {"rank", selection.rank},
+          {"fallback", selection.fallback},
+          {"statement", selection.statement}};
+}
+
+Json json_of(const SwarmSummary& swarm) {
+  return {{"end", name(swarm.end)},
+          {"best", swarm.best},
+          {"best_fitness", swarm.best_fitness},
+          {"history", swarm.history},
+          {"coordinates_on_edge", swarm.coordinates_on_edge},
+          {"evaluations", swarm.evaluations}};
+}
+
+Json json_of(const SwarmOptions& swarm) {
+  return {{"particles", swarm.particles}, {"iterations", swarm.iterations},
+          {"omega_max", swarm.omega_max}, {"omega_min", swarm.omega_min},
+          {"c1", swarm.c1},               {"c2", swarm.c2},
+          {"v_max", swarm.v_max},         {"stall_iterations", swarm.stall_iterations},
+          {"stall_gain", swarm.stall_gain}, {"seed", swarm.seed}};
+}
+
+Json json_of(const TuningOptions& options) {
+  return {{"log2_c", {options.log2_c_min, options.log2_c_max}},
+          {"log2_sigma", {options.log2_sigma_min, options.log2_sigma_max}},
+          {"log2_epsilon", {options.log2_epsilon_min, options.log2_epsilon_max}},
+          {"fixed_epsilon", options.fixed_epsilon},
+          {"relative_gap", options.svr.relative_gap},
+          {"max_newton_steps", options.svr.max_newton_steps},
+          {"swarm", json_of(options.swarm)}};
+}
+
+Json json_of(const TuningSummary& tuning, const TuningOptions& options) {
+  return {{"best", json_of(tuning.best)},
+          {"cross_validation_mse", tuning.cross_validation_mse},
+          {"uncertified", tuning.uncertified},
+          {"swarm", json_of(tuning.swarm)},
+          {"warnings", tuning.warnings},
+          {"options", json_of(options)}};
+}
+
+Json json_of(const Figures& figures) {
+  return {{"std_deg_per_h", figures.std},
+          {"mean_deg_per_h", figures.mean},
+          {"rmse_deg_per_h", figures.rmse},
+          {"max_abs_deg_per_h", figures.max_abs},
+          {"count", figures.count}};
+}
+
+/// Of one input each: what a person reading the file wants side by side.
+Json json_of_inputs(const Model& model) {
+  Json array = json_of(model.terms);
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(model.terms.size()); ++i) {
+    array[i]["mean"] = model.scaling.mean(i);
+    array[i]["std"] = model.scaling.std(i);
+    array[i]["min"] = model.input_min(i);
+    array[i]["max"] = model.input_max(i);
+  }
+  return array;
+}
+
+}  // namespace
+
+std::string to_json(const Model& model) {
+  Json json{{"schema", kModelSchema},
+            {"program_version", model.program_version},
+            {"inputs", model.inputs},
+            {"method", model.method},
+            {"quick", model.quick},
+            {"cluster_length_s", model.cluster_length_s},
+            {"terms", json_of_inputs(model)},
+            {"target", {{"mean_deg_per_h", model.target_mean_deg_per_h}, {"std_deg_per_h", model.target_std_deg_per_h}}},
+            {"trained_on", json_of(model.trained_on)},
+            {"folds", model.folds},
+            {"in_sample", json_of(model.in_sample)},
+            {"leave_cycle_out", json_of(model.leave_cycle_out)},
+            {"leave_cycle_out_residual_deg_per_h", numbers(model.leave_cycle_out_residual)},
+            {"warnings", model.warnings},
+            {"function", std::visit([](const auto& function) { return json_of(function); }, model.function)}};
+  if (!model.selection.terms.empty()) json["selection"] = json_of(model.selection);
+  if (std::holds_alternative<SvrModel>(model.function)) json["tuning"] = json_of(model.tuning, model.tuning_options);
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace gyrotherm

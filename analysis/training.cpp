@@ -1,0 +1,223 @@
+#include "analysis/training.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+#include "analysis/fitting.hpp"
+#include "analysis/folds.hpp"
+#include "analysis/inputs.hpp"
+#include "core/nearest.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Clusters of one fold: what is learnt from, what is held out, and what was learnt before the fit.
+struct Split {
+  Clusters training;
+  Clusters held_out;
+  std::vector<Eigen::Index> held_out_rows;
+  Preparation preparation;
+};
+
+/// Everything the fits share.
+struct Workshop {
+  Clusters clusters;
+  InputPlan inputs;
+  FoldPlan folds;
+  std::vector<Split> splits;
+  Preparation all;
+};
+
+/// A fit of either method; the SVR's parameters are those of the tuning.
+struct Method {
+  bool svr{};
+  SvrParameters parameters;
+  SvrOptions options;
+};
+
+tl::unexpected<Fault> stopped() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
+
+Result<void> check_method(const std::string& method) {
+  static const std::array<std::string, 2> kMethods = {"svr", "linear"};
+  if (method == kMethods[0] || method == kMethods[1]) return {};
+  const std::string meant = nearest(method, kMethods);
+  return failure(FaultKind::usage, "method", fmt::format("\"{}\" is neither svr nor linear{}", method,
+                                                         meant.empty() ? "" : fmt::format(", did you mean {}?", meant)));
+}
+
+Result<Split> split_at(const Workshop& shop, int fold) {
+  Split split;
+  split.training = pick(shop.clusters, rows_outside(shop.folds, fold));
+  split.held_out_rows = rows_in(shop.folds, fold);
+  split.held_out = pick(shop.clusters, split.held_out_rows);
+  auto preparation = prepare(shop.inputs, split.training);
+  if (!preparation) return failure(preparation.error());
+  split.preparation = std::move(*preparation);
+  return split;
+}
+
+Result<Workshop> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
+                        const TrainingOptions& options) {
+  if (datasets.empty() || datasets.size() != records.size()) {
+    return failure(FaultKind::usage, "training", "needs at least one record");
+  }
+  auto clusters = concatenate(records);
+  if (!clusters) return failure(clusters.error());
+  auto inputs = plan_inputs(options.inputs, datasets.front(), options.threshold);
+  if (!inputs) return failure(inputs.error());
+  auto folds = plan_folds(records);
+  if (!folds) return failure(folds.error());
+  Workshop shop;
+  shop.clusters = std::move(*clusters);
+  shop.inputs = std::move(*inputs);
+  shop.folds = std::move(*folds);
+  for (int fold = 0; fold < shop.folds.count; ++fold) {
+    auto split = split_at(shop, fold);
+    if (!split) return failure(split.error());
+    shop.splits.push_back(std::move(*split));
+  }
+  auto all = prepare(shop.inputs, shop.clusters);
+  if (!all) return failure(all.error());
+  shop.all = std::move(*all);
+  return shop;
+}
+
+Result<Fold> fold_of(const Split& split) {
+  auto train_x = scaled_inputs(split.preparation, split.training);
+  if (!train_x) return failure(train_x.error());
+  auto test_x = scaled_inputs(split.preparation, split.held_out);
+  if (!test_x) return failure(test_x.error());
+  return Fold{.train_x = std::move(*train_x),
+              .train_y = scaled_target(split.preparation, split.training),
+              .test_x = std::move(*test_x),
+              .test_y = scaled_target(split.preparation, split.held_out),
+              .target_scale = split.preparation.target_std_deg_per_h};
+}
+
+Result<TuningSummary> tune(const Workshop& shop, const TuningOptions& options, const ProgressSink& progress) {
+  std::vector<Fold> folds;
+  for (const Split& split : shop.splits) {
+    auto fold = fold_of(split);
+    if (!fold) return failure(fold.error());
+    folds.push_back(std::move(*fold));
+  }
+  return tune_svr(folds, options, progress);
+}
+
+Result<Model> fit(const Preparation& preparation, const Clusters& training, const Method& method) {
+  const auto x = scaled_inputs(preparation, training);
+  if (!x) return failure(x.error());
+  const Eigen::VectorXd y = scaled_target(preparation, training);
+  const auto assembled = [&](auto function) { return assemble(preparation, std::move(function)); };
+  if (!method.svr) return fit_linear(*x, y, preparation.target_std_deg_per_h).map(assembled);
+  return fit_svr(*x, y, method.parameters, method.options).map(assembled);
+}
+
+/// The model to keep asks for a tight certificate and settles for the common one.
+Result<Model> fit_to_keep(const Workshop& shop, Method method) {
+  constexpr double kTightGap = 1e-6;
+  const SvrOptions common = method.options;
+  method.options.relative_gap = std::min(kTightGap, common.relative_gap);
+  auto model = fit(shop.all, shop.clusters, method);
+  if (model || model.error().kind != FaultKind::numeric) return model;
+  method.options = common;
+  return fit(shop.all, shop.clusters, method);
+}
+
+Result<Eigen::VectorXd> leave_out_residual(const Workshop& shop, const Method& method, const ProgressSink& progress) {
+  Eigen::VectorXd residual(shop.clusters.bias_deg_per_h.size());
+  for (std::size_t i = 0; i < shop.splits.size(); ++i) {
+    const Split& split = shop.splits[i];
+    if (!keep_going(progress, "leaving each fold out", static_cast<double>(i) / shop.folds.count)) return stopped();
+    const auto model = fit(split.preparation, split.training, method);
+    if (!model) return failure(model.error());
+    const auto predicted = predict(*model, split.held_out);
+    if (!predicted) return failure(predicted.error());
+    residual(split.held_out_rows) = split.held_out.bias_deg_per_h - *predicted;
+  }
+  return residual;
+}
+
+TuningOptions tuning_options_of(const TrainingOptions& options) {
+  TuningOptions tuning = options.tuning;
+  if (!options.quick) return tuning;
+  constexpr int kQuickParticles = 8, kQuickIterations = 6;
+  tuning.swarm.particles = kQuickParticles;
+  tuning.swarm.iterations = kQuickIterations;
+  return tuning;
+}
+
+void record_sources(Model& model, const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const Dataset& dataset = datasets[i];
+    model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
+                                static_cast<int>(records[i].start_s.size())});
+    if (dataset.three_point_stand_in && model.inputs == "three-point") {
+      model.warnings.push_back(fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
+    }
+  }
+}
+
+/// What the fit does on its own training clusters, and the range in which it was made.
+Result<void> judge_in_sample(Model& model, const Workshop& shop) {
+  const auto inputs = evaluate(model.terms, shop.clusters);
+  if (!inputs) return failure(inputs.error());
+  model.input_min = inputs->colwise().minCoeff();
+  model.input_max = inputs->colwise().maxCoeff();
+  model.in_sample = figures_of(shop.clusters.bias_deg_per_h - predict(model, *inputs));
+  return {};
+}
+
+void collect_warnings(Model& model, const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+  if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
+  model.warnings.insert(model.warnings.end(), model.tuning.warnings.begin(), model.tuning.warnings.end());
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
+    if (!(model.in_sample.std < floor.deg_per_h)) continue;
+    model.warnings.push_back(fmt::format("over-fit: the in-sample STD, {:.4g} °/h, is below the noise floor of {}, {:.4g} °/h",
+                                         model.in_sample.std, datasets[i].path, floor.deg_per_h));
+  }
+}
+
+}  // namespace
+
+Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
+                    const TrainingOptions& options, const ProgressSink& progress) {
+  if (const auto known = check_method(options.method); !known) return failure(known.error());
+  const auto shop = set_up(datasets, clusters, options);
+  if (!shop) return failure(shop.error());
+
+  Method method;
+  method.svr = options.method == "svr";
+  TuningSummary tuning;
+  const TuningOptions tuning_options = tuning_options_of(options);
+  if (method.svr) {
+    auto tuned = tune(*shop, tuning_options, progress);
+    if (!tuned) return failure(tuned.error());
+    tuning = std::move(*tuned);
+    method = {.svr = true, .parameters = tuning.best, .options = tuning_options.svr};
+  }
+  auto residual = leave_out_residual(*shop, method, progress);
+  if (!residual) return failure(residual.error());
+  if (!keep_going(progress, "fitting", 0)) return stopped();
+  auto model = fit_to_keep(*shop, method);
+  if (!model) return model;
+
+  model->program_version = options.program_version;
+  model->inputs = options.inputs;
+  model->cluster_length_s = shop->clusters.length_s;
+  model->tuning = std::move(tuning);
+  model->tuning_options = tuning_options;
+  model->quick = options.quick;
+  model->folds = shop->folds.statement;
+  model->leave_cycle_out = figures_of(*residual);
+  model->leave_cycle_out_residual = std::move(*residual);
+  record_sources(*model, datasets, clusters);
+  if (const auto judged = judge_in_sample(*model, *shop); !judged) return failure(judged.error());
+  collect_warnings(*model, datasets, clusters);
+  return model;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,136 @@
+#include "analysis/tuning.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+tl::unexpected<Fault> misuse(std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); }
+
+Result<void> check(std::span<const Fold> folds) {
+  if (folds.empty()) return misuse("no fold");
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    const Fold& fold = folds[f];
+    if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
+      return misuse(fmt::format("fold {} has {} training and {} held-out rows, must have both", f, fold.train_x.rows(),
+                                fold.test_x.rows()));
+    }
+    if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
+        fold.train_x.cols() != fold.test_x.cols()) {
+      return misuse(fmt::format("fold {}: inputs and targets have different shapes", f));
+    }
+    if (!fold.train_x.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite()) {
+      return misuse(fmt::format("fold {} has a value that is not finite", f));
+    }
+  }
+  return {};
+}
+
+// A fold with the distances that every evaluation needs.
+class PreparedFold {
+ public:
+  explicit PreparedFold(const Fold& fold)
+      : fold_(&fold), within_(fold.train_x), across_(fold.train_x, fold.test_x) {}
+
+  [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
+
+  // Of all held-out rows, in the units of target_scale squared.
+  [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options) const {
+    const auto solution = solve_svr_kernel(within_.kernel(parameters.sigma), fold_->train_y, parameters.C,
+                                           parameters.epsilon, options);
+    if (!solution) return failure(solution.error());
+    const Eigen::VectorXd predicted =
+        (across_.kernel(parameters.sigma).transpose() * solution->beta).array() + solution->b;
+    return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y).squaredNorm();
+  }
+
+ private:
+  const Fold* fold_;
+  SquaredDistances within_;
+  SquaredDistances across_;
+};
+
+std::vector<PreparedFold> prepare(std::span<const Fold> folds) { return {folds.begin(), folds.end()}; }
+
+Result<double> mean_squared_error(std::span<const PreparedFold> folds, const SvrParameters& parameters,
+                                  const SvrOptions& options, double limit) {
+  Eigen::Index rows = 0;
+  for (const PreparedFold& fold : folds) rows += fold.held_out();
+  double mean = 0;
+  for (const PreparedFold& fold : folds) {
+    const auto error = fold.squared_error(parameters, options);
+    if (!error) return failure(error.error());
+    mean += *error / static_cast<double>(rows);
+    if (mean > limit) break;
+  }
+  return mean;
+}
+
+SwarmBox box_of(const TuningOptions& options) {
+  SwarmBox box{.lower = {options.log2_c_min, options.log2_sigma_min}, .upper = {options.log2_c_max, options.log2_sigma_max}};
+  if (options.fixed_epsilon > 0) return box;
+  box.lower.push_back(options.log2_epsilon_min);
+  box.upper.push_back(options.log2_epsilon_max);
+  return box;
+}
+
+SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options) {
+  return {.C = std::exp2(position[0]),
+          .sigma = std::exp2(position[1]),
+          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
+}
+
+std::vector<std::string> warnings_of(const SwarmSummary& swarm, int uncertified) {
+  constexpr const char* kNames[] = {"C", "sigma", "epsilon"};
+  std::vector<std::string> warnings;
+  for (const int k : swarm.coordinates_on_edge) {
+    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", kNames[k], swarm.best[k]));
+  }
+  if (uncertified > 0) {
+    warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were passed over",
+                                   uncertified, swarm.evaluations));
+  }
+  return warnings;
+}
+
+}  // namespace
+
+Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
+                                      const SvrOptions& options, double limit) {
+  if (auto ok = check(folds); !ok) return failure(ok.error());
+  return mean_squared_error(prepare(folds), parameters, options, limit);
+}
+
+Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options, const ProgressSink& progress) {
+  if (auto ok = check(folds); !ok) return failure(ok.error());
+  const std::vector<PreparedFold> prepared = prepare(folds);
+  std::atomic<int> uncertified = 0;
+  const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
+    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, limit);
+    if (error || error.error().kind != FaultKind::numeric) return error;
+    ++uncertified;
+    return kNoLimit;
+  };
+  auto swarm = minimise(fitness, box_of(options), options.swarm, progress);
+  if (!swarm) return failure(swarm.error());
+  if (!std::isfinite(swarm->best_fitness)) {
+    return failure(FaultKind::numeric, "tuning",
+                   fmt::format("none of {} positions could be certified", swarm->evaluations));
+  }
+  TuningSummary summary;
+  summary.best = parameters_at(swarm->best, options);
+  summary.cross_validation_mse = swarm->best_fitness;
+  summary.uncertified = uncertified;
+  summary.warnings = warnings_of(*swarm, uncertified);
+  summary.swarm = std::move(*swarm);
+  return summary;
+}
+
+}  // namespace gyrotherm

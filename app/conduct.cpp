@@ -1,0 +1,178 @@
+#include "app/conduct.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "acquisition/record.hpp"
+#include "acquisition/store.hpp"
+#include "app/drive.hpp"
+#include "app/run_info.hpp"
+#include "core/read_file.hpp"
+#include "rig/experiment.hpp"
+#include "rig/one_core.hpp"
+#include "rig/rig.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kLongestUnattendedGap = std::chrono::seconds(120);
+constexpr Duration kShortestGap = std::chrono::seconds(1);  ///< preparing a rig takes a second
+constexpr Kelvins kResumeBand{2};
+
+/// Ends a run as its outcome says.
+Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path, Outcome outcome) {
+  if (outcome == Outcome::made_safe) return failure(FaultKind::interlock, path, experiment.end_cause());
+  if (auto finished = store.finish(); !finished) return finished;
+  console.say(fmt::format("{}: {} s recorded", path, experiment.next_slot()));
+  return {};
+}
+
+Result<void> drive(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store,
+                   const std::string& path) {
+  const auto outcome = rig.file().simulated ? drive_virtual(console, profile, experiment, rig, store)
+                                            : drive_real(console, profile, experiment, rig, store);
+  if (!outcome) {
+    if (outcome.error().kind == FaultKind::interrupted)
+      return failure(FaultKind::interrupted, path,
+                     fmt::format("stopped after {} s, the chamber holds its set point; \"gyrotherm resume {}\" goes on",
+                                 experiment.next_slot(), path));
+    return failure(outcome.error());
+  }
+  return conclude(console, experiment, store, path, *outcome);
+}
+
+/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile asked). A
+/// gap was spent at the set point of the second that ended it.
+std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
+  std::vector<Celsius> points;
+  for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
+    const auto read_back = record.chamber_set_point_c[i];
+    points.resize(static_cast<std::size_t>(record.slot[i] + 1), {std::isnan(read_back) ? record.set_point_c[i] : read_back});
+  }
+  return points;
+}
+
+/// How long ago the record's last second was.
+Duration time_since_last(const Record& record) {
+  const auto last = record.info.started_utc + from_seconds(record.time_s.empty() ? 0 : record.time_s.back());
+  return std::max(Duration{}, SteadyClock().now().utc - last);
+}
+
+/// Where an interrupted run stood, and how it goes on.
+struct Continuation {
+  RigFile rig;
+  Profile profile;
+  State state;                    ///< of the first second after the gap
+  std::int64_t last_slot{};
+  Celsius last_air{NAN};
+  Duration gap{};
+  RigStart start;
+};
+
+/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones, the gap.
+std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
+  if (on.last_slot < 0) return {};
+  auto points = set_points_of(record, on.last_slot);
+  points.insert(points.begin(), record.set_point_c.empty() ? Celsius{} : Celsius{record.set_point_c.front()});
+  points.resize(points.size() + static_cast<std::size_t>(on.gap / std::chrono::seconds(1)) - 1, command(on.profile, on.state));
+  return points;
+}
+
+Result<Continuation> continuation(const std::string& path, const ResumeOptions& options) {
+  const auto record = read_record(path);
+  if (!record) return failure(record.error());
+  if (record->finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
+  if (record->info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
+  auto rig = parse_rig(record->info.rig_text, path + " (rig)", record->info.chamber_map_text);
+  if (!rig) return failure(rig.error());
+  auto profile = parse_profile(record->info.profile_text, path + " (profile)");
+  if (!profile) return failure(profile.error());
+
+  Continuation on{.rig = std::move(*rig), .profile = std::move(*profile), .state = {}, .start = {}};
+  on.last_slot = record->slot.empty() ? -1 : record->slot.back();
+  on.state = begin(on.profile);
+  if (on.last_slot >= 0) {
+    const auto last = state_of(on.profile, record->progress.back());
+    if (!last) return failure(last.error());
+    on.last_air = {record->chamber_air_c.back()};
+    const auto air = std::isnan(on.last_air.value) ? std::nullopt : std::optional(on.last_air);
+    on.state = next(on.profile, *last, {.elapsed = std::chrono::seconds(1), .air = air});
+  }
+  const auto down = on.rig.simulated ? std::max(options.gap, kShortestGap) : time_since_last(*record);
+  on.gap = on.last_slot < 0 ? Duration{} : std::chrono::floor<std::chrono::seconds>(down);
+  on.start.seed = record->info.seed;
+  on.start.already = std::chrono::seconds(on.last_slot + 1) + on.gap;
+  if (on.rig.simulated) on.start.replay = replay_of(*record, on);
+  return on;
+}
+
+/// The resume rule: only an operator goes on after a long gap, or with the air elsewhere.
+Result<void> allow(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
+  if (accepted || on.last_slot < 0) return {};
+  const auto refuse = [&](std::string why) {
+    return failure(FaultKind::interrupted, path, std::move(why) + "; look at the chamber, then \"gyrotherm resume --accept\"");
+  };
+  if (on.gap > kLongestUnattendedGap) return refuse(fmt::format("down for {}, longer than {}", spoken(on.gap), spoken(kLongestUnattendedGap)));
+  if (!std::isnan(on.last_air.value) && abs(now.air - on.last_air) > kResumeBand)
+    return refuse(fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", now.air.value, on.last_air.value));
+  return {};
+}
+
+Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
+  return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
+}
+
+}  // namespace
+
+Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits) {
+  const auto text = read_file(path);
+  if (!text) return failure(text.error());
+  auto profile = parse_profile(*text, path);
+  if (!profile) return profile;
+  if (auto checked = check_profile(*profile, limits); !checked) return failure(checked.error());
+  return profile;
+}
+
+Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
+                       const std::string& path) {
+  std::optional<OneCore> one_core;
+  if (file.simulated) one_core.emplace();
+  auto rig = Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}});
+  if (!rig) return failure(rig.error());
+  const auto first = begin(profile);
+  const auto prepared = (*rig)->prepare(command(profile, first));
+  if (!prepared) return failure(prepared.error());
+  for (const auto& who : prepared->names) console.detail(who);
+  auto store = Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc));
+  if (!store) return failure(store.error());
+  Experiment experiment(profile, **rig, **store, first, 0);
+  experiment.note(EventKind::started, profile.name);
+  return drive(console, profile, experiment, **rig, **store, path);
+}
+
+Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
+  auto on = continuation(path, options);
+  if (!on) return failure(on.error());
+  std::optional<OneCore> one_core;
+  if (on->rig.simulated) one_core.emplace();
+  auto rig = Rig::assemble(on->rig, on->start);
+  if (!rig) return failure(rig.error());
+  const auto prepared = (*rig)->prepare(command(on->profile, on->state));
+  if (!prepared) return failure(prepared.error());
+  if (auto allowed = allow(*on, prepared->chamber, path, options.accept); !allowed) return allowed;
+  auto store = Store::reopen(path);
+  if (!store) return failure(store.error());
+  const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
+  if (auto recorded = record_absence(**store, on->last_slot + 1, first - 1); !recorded) return recorded;
+  Experiment experiment(on->profile, **rig, **store, on->state, first);
+  const auto text = fmt::format("resumed after {}", spoken(on->gap));
+  console.say(fmt::format("{}: {} at second {}", path, text, first));
+  experiment.note(EventKind::resumed, text);
+  return drive(console, on->profile, experiment, **rig, **store, path);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,86 @@
+#include "app/console.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+#include "app/interrupt.hpp"
+#include "core/clock.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::steady_clock;
+
+bool may_move() { return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr; }
+
+/// "12 min 03 s left", or nothing while there is nothing to go by.
+std::string time_left(double fraction, steady_clock::duration spent) {
+  if (fraction < 0.01 || spent < std::chrono::seconds(2) || fraction >= 1) return {};
+  const auto seconds = std::chrono::duration<double>(spent).count() * (1 - fraction) / fraction;
+  return ", " + spoken(from_seconds(seconds)) + " left";
+}
+
+}  // namespace
+
+Console::Console() : moving_(may_move()) {}
+
+void Console::clear_line() {
+  if (line_open_) fmt::print(stderr, "\r\033[K");
+  line_open_ = false;
+}
+
+void Console::say(std::string_view message) {
+  if (quiet) return;
+  clear_line();
+  fmt::print(stderr, "{}\n", message);
+}
+
+void Console::detail(std::string_view message) {
+  if (verbose) say(message);
+}
+
+void Console::data(std::string_view text) {
+  clear_line();
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fflush(stdout);
+}
+
+void Console::complain(const Fault& fault) {
+  clear_line();
+  fmt::print(stderr, "gyrotherm: {}\n", text(fault));
+}
+
+void Console::progress(std::string_view stage, double fraction) {
+  if (quiet) return;
+  const auto now = steady_clock::now();
+  const bool new_stage = stage != stage_;
+  if (new_stage) {
+    stage_ = stage;
+    stage_began_ = now;
+  }
+  const auto rest = moving_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000);
+  if (!new_stage && now - last_shown_ < rest && fraction < 1) return;
+  if (new_stage && !moving_ && fraction >= 1) return;
+  last_shown_ = now;
+  const auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
+                                time_left(fraction, now - stage_began_));
+  if (moving_)
+    fmt::print(stderr, "\r\033[K{}", line);
+  else
+    fmt::print(stderr, "{}\n", line);
+  line_open_ = moving_;
+  std::fflush(stderr);
+}
+
+ProgressSink Console::sink() {
+  return [this](std::string_view stage, double fraction) {
+    progress(stage, fraction);
+    return !interrupted();
+  };
+}
+
+}  // namespace gyrotherm

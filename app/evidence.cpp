@@ -1,0 +1,44 @@
+#include "app/evidence.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <numeric>
+
+#include "core/read_file.hpp"
+
+namespace gyrotherm {
+
+Result<ClusterRange> parse_cluster_range(const std::string& text) {
+  ClusterRange range;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, range.first);
+  if (first.ec == std::errc{} && first.ptr != end && *first.ptr == ':') {
+    const auto last = std::from_chars(first.ptr + 1, end, range.end);
+    if (last.ec == std::errc{} && last.ptr == end && range.first >= 0 && range.end > range.first) return range;
+  }
+  return failure(FaultKind::usage, "--clusters", fmt::format("\"{}\" is no range, expected FIRST:END like 0:14", text));
+}
+
+Result<Evidence> load_evidence(const std::string& path, const std::optional<ClusterRange>& range) {
+  auto dataset = load_dataset(path);
+  if (!dataset) return failure(dataset.error());
+  auto clusters = make_clusters(*dataset);
+  if (!clusters) return failure(clusters.error());
+  if (range) {
+    if (range->end > clusters->start_s.size())
+      return failure(FaultKind::usage, path, fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), range->end));
+    std::vector<Eigen::Index> rows(static_cast<std::size_t>(range->end - range->first));
+    std::iota(rows.begin(), rows.end(), range->first);
+    *clusters = pick(*clusters, rows);
+  }
+  return Evidence{std::move(*dataset), std::move(*clusters)};
+}
+
+Result<Model> load_model(const std::string& path) {
+  const auto text = read_file(path);
+  if (!text) return failure(text.error());
+  return model_from_json(*text, path);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,37 @@
+#include "acquisition/import.hpp"
+
+#include <fmt/format.h>
+
+#include "app/command.hpp"
+#include "core/clock.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Options {
+  std::string table, map, out;
+};
+
+Result<Exit> import(Console& console, const Options& options) {
+  const auto summary = import_record(options.table, options.map, options.out, GYROTHERM_VERSION);
+  if (!summary) return failure(summary.error());
+  if (console.json)
+    console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows, to_seconds(summary->span), summary->silences));
+  else
+    console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span), summary->silences));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_import(Program& program) {
+  auto options = std::make_shared<Options>();
+  auto* command = add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
+                              "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db");
+  command->add_option("csv", options->table, "the table")->required();
+  command->add_option("--map", options->map, "which column is what")->required();
+  command->add_option("--out", options->out, "the record")->required();
+  set_action(command, program, [&program, options] { return import(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,35 @@
+#include "app/interrupt.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+
+namespace gyrotherm {
+namespace {
+
+std::atomic<bool> was_interrupted{false};
+int wake_pipe[2] = {-1, -1};
+
+void on_signal(int) {
+  was_interrupted = true;
+  [[maybe_unused]] const auto written = ::write(wake_pipe[1], "", 1);
+}
+
+}  // namespace
+
+void watch_for_interrupts() {
+  if (::pipe2(wake_pipe, O_CLOEXEC | O_NONBLOCK) != 0) wake_pipe[0] = wake_pipe[1] = -1;
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+bool interrupted() { return was_interrupted; }
+
+int interrupt_descriptor() { return wake_pipe[0]; }
+
+}  // namespace gyrotherm

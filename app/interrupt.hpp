@@ -1,0 +1,15 @@
+/// Ctrl-C and SIGTERM ask for a clean stop; nothing is done in the signal handler itself.
+#pragma once
+
+namespace gyrotherm {
+
+/// Takes SIGINT and SIGTERM over, and ignores SIGPIPE. Once, at the start of the program.
+void watch_for_interrupts();
+
+/// True from the first such signal on.
+[[nodiscard]] bool interrupted();
+
+/// Becomes readable at the first such signal; for an event loop.
+[[nodiscard]] int interrupt_descriptor();
+
+}  // namespace gyrotherm

@@ -1,0 +1,70 @@
+/// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "app/command.hpp"
+#include "app/interrupt.hpp"
+#include "core/nearest.hpp"
+
+namespace gyrotherm {
+namespace {
+
+void add_commands(Program& program) {
+  add_qualify(program);
+  add_run(program);
+  add_resume(program);
+  add_status(program);
+  add_simulate(program);
+  add_check(program);
+  add_import(program);
+  add_export(program);
+  add_train(program);
+  add_verify(program);
+  add_compensate(program);
+  add_export_model(program);
+  add_report(program);
+}
+
+/// The likeliest command for a word that is none, or "".
+std::string suggestion(const CLI::App& cli, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const auto* command : cli.get_subcommands({})) known.push_back(command->get_name());
+  for (int i = 1; i < argc; ++i)
+    if (const std::string word = argv[i]; !word.starts_with('-')) {
+      for (const auto& name : known)
+        if (name == word) return {};
+      return nearest(word, known);
+    }
+  return {};
+}
+
+int run(int argc, char** argv) {
+  Program program;
+  program.cli.description("gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
+  program.cli.name("gyrotherm");
+  program.cli.require_subcommand(1);
+  program.cli.set_version_flag("--version", std::string("gyrotherm ") + GYROTHERM_VERSION);
+  add_commands(program);
+  try {
+    program.cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.cli.exit(error);
+    fmt::print(stderr, "gyrotherm: {}\n", error.what());
+    if (const auto word = suggestion(program.cli, argc, argv); !word.empty()) fmt::print(stderr, "Did you mean \"{}\"?\n", word);
+    fmt::print(stderr, "Run with --help for more information.\n");
+    return static_cast<int>(Exit::usage);
+  }
+  if (program.outcome) return static_cast<int>(*program.outcome);
+  program.console.complain(program.outcome.error());
+  return static_cast<int>(exit_for(program.outcome.error()));
+}
+
+}  // namespace
+}  // namespace gyrotherm
+
+int main(int argc, char** argv) {
+  gyrotherm::watch_for_interrupts();
+  return gyrotherm::run(argc, argv);
+}

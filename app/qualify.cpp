@@ -1,0 +1,162 @@
+/// The whole experiment: two runs, three models, a report.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "acquisition/export.hpp"
+#include "acquisition/record.hpp"
+#include "analysis/training.hpp"
+#include "analysis/verification.hpp"
+#include "app/command.hpp"
+#include "app/conduct.hpp"
+#include "app/evidence.hpp"
+#include "app/places.hpp"
+#include "app/qualify_report.hpp"
+#include "app/sha256.hpp"
+#include "app/timings.hpp"
+#include "core/read_file.hpp"
+#include "report/write.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Options {
+  std::string rig, out, rate_profile, random_profile;
+  std::uint64_t seed = 0;
+  int threads = 0;
+  bool quick = false;
+};
+
+using Run = QualificationRun;
+
+/// True if the record at `path` is (part of) this very experiment.
+bool belongs(const RunInfo& info, const Profile& profile, const RigFile& rig, std::uint64_t seed) {
+  return info.profile_text == profile.text && info.rig_text == rig.text && info.chamber_map_text == rig.chamber_map.text &&
+         info.program_version == GYROTHERM_VERSION && (!rig.simulated || info.seed == seed);
+}
+
+/// Records a run, or goes on with it, or keeps it: whatever is still to be done.
+Result<void> record(Console& console, const Run& run, const RigFile& rig, std::uint64_t seed) {
+  if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, seed, run.path);
+  const auto before = read_record(run.path);
+  if (!before) return failure(before.error());
+  if (!belongs(before->info, run.profile, rig, seed))
+    return failure(FaultKind::usage, run.path, "is of another experiment (profile, rig, seed or program differ); choose another --out");
+  if (!before->finished) return resume_run(console, run.path, {});
+  console.say(fmt::format("{}: already recorded", run.path));
+  return {};
+}
+
+Result<void> load(Run& run) {
+  auto evidence = load_evidence(run.path);
+  if (!evidence) return failure(evidence.error());
+  run.evidence = std::move(*evidence);
+  const auto rows = read_record(run.path);
+  if (!rows) return failure(rows.error());
+  run.sha256 = sha256(to_csv(*rows));
+  return {};
+}
+
+Result<TrainedModel> train_model(Console& console, const Options& options, const std::string& inputs, const std::string& method,
+                                 const Run& rate, const Run& random) {
+  TrainingOptions training{.inputs = inputs, .method = method, .quick = options.quick, .tuning = {}, .program_version = GYROTHERM_VERSION};
+  training.tuning.swarm.seed = options.seed;
+  training.tuning.swarm.threads = options.threads;
+  const auto sink = [&console, &inputs](std::string_view, double fraction) {
+    return console.sink()("training " + inputs, fraction);
+  };
+  auto model = train({rate.evidence.dataset}, {rate.evidence.clusters}, training, sink);
+  if (!model) return failure(model.error());
+  auto on_rate = verify(*model, rate.evidence.dataset, rate.evidence.clusters);
+  if (!on_rate) return failure(on_rate.error());
+  auto on_random = verify(*model, random.evidence.dataset, random.evidence.clusters);
+  if (!on_random) return failure(on_random.error());
+  return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random)};
+}
+
+Result<std::vector<TrainedModel>> train_models(Console& console, const Options& options, const Run& rate, const Run& random) {
+  std::vector<TrainedModel> models;
+  for (const auto* inputs : {"three-point", "multi-point", "multi-point-t"}) {
+    auto model = train_model(console, options, inputs, "svr", rate, random);
+    if (!model) return failure(model.error());
+    if (auto written = write_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model)); !written)
+      return failure(written.error());
+    models.push_back(std::move(*model));
+  }
+  return models;
+}
+
+/// The same inputs by linear regression: what the support vectors are worth.
+Result<std::vector<TrainedModel>> train_compared(Console& console, const Options& options, const Run& rate, const Run& random) {
+  std::vector<TrainedModel> compared;
+  for (const auto* inputs : {"three-point", "multi-point", "multi-point-t", "seven-point"}) {
+    auto model = train_model(console, options, inputs, "linear", rate, random);
+    if (!model) return failure(model.error());
+    compared.push_back(std::move(*model));
+  }
+  return compared;
+}
+
+Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
+  auto read = read_profile(profile, rig.chamber_limits);
+  if (!read) return failure(read.error());
+  return Run{.stage = stage, .path = fmt::format("{}/{}.db", out, stage), .profile = std::move(*read), .evidence = {}, .sha256 = {}};
+}
+
+Result<Exit> qualify(Console& console, const Options& options) {
+  const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
+  if (!rig) return failure(rig.error());
+  auto rate = plan_run("rate", options.rate_profile.empty() ? shipped("profiles/qualification.toml") : options.rate_profile, *rig, options.out);
+  if (!rate) return failure(rate.error());
+  auto random = plan_run("random", options.random_profile.empty() ? shipped("profiles/random.toml") : options.random_profile, *rig, options.out);
+  if (!random) return failure(random.error());
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
+  if (rig->simulated) console.say(fmt::format("SIMULATED: {}, seed {}", rig->title, options.seed));
+
+  Timings timings;
+  for (auto* run : {&*rate, &*random}) {
+    timings.begin("record " + run->stage);
+    if (auto recorded = record(console, *run, *rig, options.seed); !recorded) return failure(recorded.error());
+  }
+  timings.begin("read records");
+  for (auto* run : {&*rate, &*random})
+    if (auto loaded = load(*run); !loaded) return failure(loaded.error());
+  timings.begin("train three models");
+  auto models = train_models(console, options, *rate, *random);
+  if (!models) return failure(models.error());
+  timings.begin("compare");
+  auto compared = train_compared(console, options, *rate, *random);
+  if (!compared) return failure(compared.error());
+  timings.begin("report");
+  const Qualification all{.rig = *rig, .seed = options.seed, .rate = *rate, .random = *random, .models = *models, .compared = *compared};
+  const auto report = assemble_report(all);
+  if (!report) return failure(report.error());
+  const auto folder = options.out + "/report";
+  if (auto written = write_report(report->json, folder); !written) return failure(written.error());
+  timings.end();
+  if (auto written = write_file(options.out + "/timings.json", timings.to_json()); !written) return failure(written.error());
+  console.data(console.json ? report->json : result_table(all));
+  console.say(timings.words() + folder + "/report.html");
+  for (const auto& missed : report->missed) console.say("FAIL: " + missed);
+  return report->missed.empty() ? Exit::done : Exit::outside_limits;
+}
+
+}  // namespace
+
+void add_qualify(Program& program) {
+  auto options = std::make_shared<Options>();
+  auto* command = add_command(program, "qualify", "The whole experiment: the rate program, the random program, three models, the report. Run again, it goes on where it was.",
+                              "gyrotherm qualify --out out");
+  command->add_option("--out", options->out, "the folder for everything that is made")->required();
+  command->add_option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
+  command->add_option("--seed", options->seed, "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file");
+  command->add_option("--threads", options->threads, "of the training; 0: all; the result is the same");
+  command->add_flag("--quick", options->quick, "a small swarm, for a try; the report says so");
+  command->add_option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
+  command->add_option("--random-profile", options->random_profile, "instead of profiles/random.toml");
+  set_action(command, program, [&program, options] { return qualify(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,108 @@
+#include "app/qualify_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "analysis/correlation.hpp"
+#include "analysis/statistics.hpp"
+#include "app/sha256.hpp"
+#include "report/report_json.hpp"
+
+namespace gyrotherm {
+namespace {
+
+ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel>& models, Verification TrainedModel::*on) {
+  return {.dataset = run.evidence.dataset,
+          .clusters = run.evidence.clusters,
+          .three_point = models[0].*on,
+          .multi_point = models[1].*on,
+          .multi_point_t = models[2].*on,
+          .record_sha256 = run.sha256,
+          .profile_sha256 = sha256(run.profile.text)};
+}
+
+ComparedMethod compared(const TrainedModel& trained) {
+  const auto& model = trained.model;
+  return {.name = fmt::format("{}-{}", model.method, model.inputs),
+          .inputs = model.inputs,
+          .method = model.method,
+          .in_sample = model.in_sample,
+          .leave_cycle_out = model.leave_cycle_out,
+          .random = trained.random.compensated};
+}
+
+/// The number at a path like "random.multi_point_t.std_deg_per_h", or null.
+const nlohmann::json* figure(const nlohmann::json& report, const std::string& path) {
+  const nlohmann::json* node = &report;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const auto end = std::min(path.find('.', begin), path.size());
+    const auto found = node->find(path.substr(begin, end - begin));
+    if (!node->is_object() || found == node->end()) return nullptr;
+    node = &*found;
+    begin = end + 1;
+  }
+  return node->is_number() ? node : nullptr;
+}
+
+/// The figures that the profiles' [accept] tables name, held against their limits.
+Result<std::vector<AcceptedLimit>> judge_limits(const std::string& report_text, const Qualification& all) {
+  const auto report = nlohmann::json::parse(report_text);
+  std::vector<AcceptedLimit> verdicts;
+  for (const auto* run : {&all.rate, &all.random})
+    for (const auto& [key, at_most] : run->profile.accept) {
+      const auto* found = figure(report, key);
+      if (!found)
+        return failure(FaultKind::bad_file, run->profile.name, fmt::format("[accept] names \"{}\", which is no figure of the report", key));
+      const double value = found->get<double>();
+      verdicts.push_back({.figure = key, .limit = at_most, .value = value, .passed = value <= at_most});
+    }
+  return verdicts;
+}
+
+}  // namespace
+
+Result<AssembledReport> assemble_report(const Qualification& all) {
+  const auto correlation = correlate(all.rate.evidence.clusters, all.rate.evidence.dataset.gradients);
+  ReportInput input{.rig = {.name = all.rig.name,
+                            .title = all.rig.title,
+                            .gyro = fmt::format("pulse counts, {:g} arcsec each", all.rig.gyro.scale),
+                            .sha256 = sha256(all.rig.text),
+                            .is_virtual = all.rig.simulated},
+                    .rate = reported(all.rate, all.models, &TrainedModel::rate),
+                    .random = reported(all.random, all.models, &TrainedModel::random),
+                    .models = {all.models[0].model, all.models[1].model, all.models[2].model},
+                    .correlation = correlation,
+                    .compared = {},
+                    .accept = {},
+                    .program_version = GYROTHERM_VERSION,
+                    .seed = all.seed,
+                    .warnings = {}};
+  std::transform(all.compared.begin(), all.compared.end(), std::back_inserter(input.compared), compared);
+  auto verdicts = judge_limits(report_json(input), all);
+  if (!verdicts) return failure(verdicts.error());
+  input.accept = std::move(*verdicts);
+  AssembledReport report{.json = report_json(input), .missed = {}};
+  for (const auto& verdict : input.accept)
+    if (!verdict.passed) report.missed.push_back(fmt::format("{} is {:.5g}, limit {:.5g}", verdict.figure, verdict.value, verdict.limit));
+  return report;
+}
+
+std::string result_table(const Qualification& all) {
+  const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle, const std::string& random) {
+    return fmt::format("{:<16} {:>14} {:>14} {:>16}\n", what, rate, cycle, random);
+  };
+  const auto number = [](double std) { return fmt::format("{:.5f}", std); };
+  const auto floor = [&](const QualificationRun& run) {
+    return number(noise_floor(run.evidence.clusters, run.evidence.dataset.segments).deg_per_h);
+  };
+  auto text = std::string(all.rig.simulated ? "SIMULATED\n" : "");
+  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)");
+  text += row("raw", number(all.models[0].rate.raw.std), "", number(all.models[0].random.raw.std));
+  for (const auto& [model, rate, random] : all.models)
+    text += row(model.inputs, number(rate.compensated.std), number(model.leave_cycle_out.std), number(random.compensated.std));
+  return text + row("noise floor", floor(all.rate), "", floor(all.random));
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,51 @@
+/// What qualify has made, as a report and as a table for the terminal.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/model.hpp"
+#include "analysis/verification.hpp"
+#include "app/evidence.hpp"
+#include "core/result.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/profile.hpp"
+
+namespace gyrotherm {
+
+/// One of the two runs: its plan, its record, and what came of it.
+struct QualificationRun {
+  std::string stage;  ///< "rate" or "random"
+  std::string path;
+  Profile profile;
+  Evidence evidence;
+  std::string sha256;  ///< of the record's rows as `export` writes them
+};
+
+/// A model of the rate run, and how it does on both.
+struct TrainedModel {
+  Model model;
+  Verification rate, random;
+};
+
+struct Qualification {
+  const RigFile& rig;
+  std::uint64_t seed{};
+  const QualificationRun& rate;
+  const QualificationRun& random;
+  const std::vector<TrainedModel>& models;    ///< three-point, multi-point, multi-point-t
+  const std::vector<TrainedModel>& compared;  ///< by other methods
+};
+
+struct AssembledReport {
+  std::string json;
+  std::vector<std::string> missed;  ///< limits of the profiles' [accept] tables that a result is beyond
+};
+
+/// Fails with bad_file if an [accept] table names no figure of the report.
+[[nodiscard]] Result<AssembledReport> assemble_report(const Qualification& all);
+
+[[nodiscard]] std::string result_table(const Qualification& all);
+
+}  // namespace gyrotherm

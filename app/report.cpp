@@ -1,0 +1,18 @@
+#include "app/command.hpp"
+#include "report/write.hpp"
+
+namespace gyrotherm {
+
+void add_report(Program& program) {
+  auto folder = std::make_shared<std::string>();
+  auto* command = add_command(program, "report", "Rebuilds the report from what qualify left in a folder.", "gyrotherm report out");
+  command->add_option("dir", *folder, "the folder that qualify wrote")->required();
+  set_action(command, program, [&program, folder]() -> Result<Exit> {
+    const auto report = *folder + "/report";
+    if (auto rebuilt = rebuild_report(report); !rebuilt) return failure(rebuilt.error());
+    program.console.say(report + "/report.html");
+    return Exit::done;
+  });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,15 @@
+/// What a new record knows before its first sample, from the profile, the rig and the seed.
+#pragma once
+
+#include <cstdint>
+
+#include "acquisition/run_info.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/profile.hpp"
+
+namespace gyrotherm {
+
+/// The id of a dry run is derived from what determines it (program, profile, rig, seed); that of a real run is drawn.
+[[nodiscard]] RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed, Duration started_utc);
+
+}  // namespace gyrotherm

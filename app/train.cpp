@@ -1,0 +1,79 @@
+#include "analysis/training.hpp"
+
+#include <fmt/format.h>
+
+#include "app/command.hpp"
+#include "app/evidence.hpp"
+#include "core/read_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Options {
+  std::vector<std::string> runs;
+  std::string out, clusters;
+  TrainingOptions training;
+};
+
+std::string figures(const Figures& f) {
+  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse, f.max_abs, f.count);
+}
+
+std::string words(const Model& model) {
+  std::string text = fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
+  if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
+  if (const auto* linear = std::get_if<LinearModel>(&model.function))
+    text += fmt::format("  residual std (n − p): {:.3f} °/h\n", linear->residual_std_deg_per_h);
+  if (const auto* svr = std::get_if<SvrModel>(&model.function))
+    text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n", svr->parameters.C,
+                        svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(), svr->relative_gap);
+  text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
+  text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
+  for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
+  return text;
+}
+
+Result<Exit> train_and_write(Console& console, const Options& options) {
+  std::optional<ClusterRange> range;
+  if (!options.clusters.empty()) {
+    const auto parsed = parse_cluster_range(options.clusters);
+    if (!parsed) return failure(parsed.error());
+    range = *parsed;
+  }
+  std::vector<Dataset> datasets;
+  std::vector<Clusters> clusters;
+  for (const auto& run : options.runs) {
+    auto evidence = load_evidence(run, range);
+    if (!evidence) return failure(evidence.error());
+    datasets.push_back(std::move(evidence->dataset));
+    clusters.push_back(std::move(evidence->clusters));
+  }
+  const auto model = train(datasets, clusters, options.training, console.sink());
+  if (!model) return failure(model.error());
+  const auto json = to_json(*model);
+  if (auto written = write_file(options.out, json); !written) return failure(written.error());
+  console.data(console.json ? json : words(*model));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_train(Program& program) {
+  auto options = std::make_shared<Options>();
+  options->training.program_version = GYROTHERM_VERSION;
+  auto* command = add_command(program, "train", "Trains a compensation model on one or more records.",
+                              "gyrotherm train rate.db --inputs multi-point-t --out model.json");
+  command->add_option("runs", options->runs, "the records")->required();
+  command->add_option("--out", options->out, "the model")->required();
+  command->add_option("--inputs", options->training.inputs,
+                      "multi-point, multi-point-t, three-point, seven-point, or terms like A-B,A,rate:A,A^2");
+  command->add_option("--method", options->training.method, "svr or linear");
+  command->add_option("--threshold", options->training.threshold, "of |r|, for multi-point (default 0.90)");
+  command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
+  command->add_flag("--quick", options->training.quick, "a small swarm, for a try; the model says so");
+  command->add_option("--seed", options->training.tuning.swarm.seed, "of the swarm");
+  command->add_option("--threads", options->training.tuning.swarm.threads, "0: all; the result is the same");
+  set_action(command, program, [&program, options] { return train_and_write(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,213 @@
+#include "report/figures.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "report/colour.hpp"
+#include "report/format.hpp"
+#include "report/heat_map.hpp"
+#include "report/plot.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kBiasTitle = "Bias, °/h";
+constexpr const char* kErrorTitle = "Residual, °/h";
+
+AxisStyle time_axis() { return {.title = "Time since the start of the run, h"}; }
+
+std::vector<Stretch> cycle_stretches(const RunView& run) {
+  std::vector<Stretch> all;
+  for (const auto& cycle : run.series.cycles) all.push_back({cycle.name, {cycle.start_h, cycle.end_h}});
+  return all;
+}
+
+Curve over_time(const RunView& run, const std::vector<double>& values, const char* name, const char* colour) {
+  return {.name = name, .colour = colour, .x = run.series.time_h, .y = values};
+}
+
+Plot time_plot(const ReportView& view, const RunView& run, const std::string& id, const std::string& title) {
+  return {.id = id, .title = title, .x = time_axis(), .stretches = cycle_stretches(run), .simulated = view.simulated};
+}
+
+Panel panel(std::string title, const char* left_title, std::vector<Curve> curves, double height_px) {
+  Panel made;
+  made.title = std::move(title);
+  made.left.title = left_title;
+  made.curves = std::move(curves);
+  made.height_px = height_px;
+  return made;
+}
+
+std::vector<Band> floor_band(const RunView& run) {
+  const double floor = run.noise_floor_deg_per_h;
+  if (!std::isfinite(floor)) return {};
+  return {{"± noise floor", {-floor, floor}}};
+}
+
+/// What is drawn of one model.
+struct Drawn {
+  const char* name;
+  const char* colour;
+  const std::vector<double>& residual;
+};
+
+Panel error_panel(const RunView& run, const std::string& title, const Drawn& drawn, std::optional<Range> range, double height_px) {
+  Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+  made.left.range = range;
+  made.bands = floor_band(run);
+  return made;
+}
+
+ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const std::string& id, const std::string& heading) {
+  const RunView& run = view.rate;
+  Plot plot = time_plot(view, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
+  Panel both = panel("(a) Before and after", kBiasTitle, {over_time(run, run.series.raw, "before", colour::kRaw),
+                     over_time(run, drawn.residual, drawn.name, drawn.colour)}, 210);
+  plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
+  const std::string caption = fmt::format(
+      "Bias on the {} before and after {} compensation, and the enlarged error curve. {}", run.profile, drawn.name,
+      run.in_sample ? "In-sample: the model was fitted to these data." : "The model has not seen these data.");
+  return {id, heading, caption, svg_of(plot)};
+}
+
+constexpr std::size_t kMarkers = 4;
+
+Curve correlation_curve(const CorrelationView& correlation, std::size_t row) {
+  Curve curve{.name = correlation.names[row], .colour = palette(row), .width_px = 1.4};
+  for (std::size_t column = 0; column < correlation.names.size(); ++column) {
+    if (column == row) continue;
+    curve.x.push_back(static_cast<double>(column));
+    curve.y.push_back(correlation.magnitude[row][column]);
+  }
+  curve.marker = static_cast<Marker>(1 + row % kMarkers);
+  curve.hollow = row >= kMarkers;
+  return curve;
+}
+
+/// The decade of tenths in which the threshold lies, up to 1.
+Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
+
+std::vector<double> roots(std::vector<double> squares) {
+  for (double& value : squares) value = std::sqrt(value);
+  return squares;
+}
+
+Curve history_curve(const ModelView& model, const char* name, const char* colour) {
+  Curve curve{.name = name, .colour = colour, .y = roots(model.history), .width_px = 1.6, .steps = true};
+  for (std::size_t k = 0; k < model.history.size(); ++k) curve.x.push_back(static_cast<double>(k));
+  return curve;
+}
+
+}  // namespace
+
+ReportFigure temperature_figure(const ReportView& view, const RunView& run, const std::string& id, const std::string& heading) {
+  const auto& [first_name, first] = run.series.thermometers_c.front();
+  Plot plot = time_plot(view, run, id, "Set point, block temperature and bias over time");
+  Curve bias = over_time(run, run.series.raw, "bias", colour::kBias);
+  bias.side = Side::right;
+  Curve set_point = over_time(run, run.series.set_point_c, "set point", colour::kSetPoint);
+  set_point.dashed = true;
+  const std::string block_name = "block (" + first_name + ")";
+  Panel only = panel("", "Temperature, °C", {bias, set_point, over_time(run, first, block_name.c_str(), colour::kTemperature)}, 270);
+  only.left.colour = colour::kTemperature;
+  only.right = AxisStyle{.title = kBiasTitle, .colour = colour::kBias};
+  plot.panels = {only};
+  return {id, heading,
+          fmt::format("Chamber set point, block temperature (thermometer {}) and bias on the {}; means over {} s.", first_name,
+                      run.profile, decimal(view.cluster_length_s, 0)),
+          svg_of(plot)};
+}
+
+ReportFigure correlation_array(const ReportView& view) {
+  const CorrelationView& correlation = view.correlation;
+  const HeatMap map{.title = "Correlation of the bias with every temperature gradient",
+                    .names = correlation.names,
+                    .values = correlation.magnitude,
+                    .threshold = correlation.threshold,
+                    .caption = fmt::format("|r|; framed: above {}", decimal(correlation.threshold, 2)),
+                    .simulated = view.simulated};
+  return {"table-3", "Table 3",
+          "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters alone. "
+          "The array is symmetric; its diagonal is zero by convention.",
+          svg_of(map)};
+}
+
+ReportFigure correlation_curves(const ReportView& view) {
+  const CorrelationView& correlation = view.correlation;
+  const Rule threshold{"threshold " + decimal(correlation.threshold, 2), correlation.threshold};
+  Panel whole = panel("(a)", "|r|", {}, 200), enlarged = panel("(b) Enlarged", "|r|", {}, 170);
+  for (std::size_t row = 0; row < correlation.names.size(); ++row) {
+    whole.curves.push_back(correlation_curve(correlation, row));
+    enlarged.curves.push_back(whole.curves.back());
+    enlarged.curves.back().name.clear();
+  }
+  whole.left.range = Range{0, 1};
+  enlarged.left.range = enlarged_range(correlation.threshold);
+  whole.rules = {{"", threshold.value}};
+  enlarged.rules = {threshold};
+  const Plot plot{.id = "figure-5",
+                  .title = "Correlation of the bias with the gradients of each thermometer",
+                  .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
+                  .panels = {whole, enlarged},
+                  .simulated = view.simulated};
+  return {plot.id, "Figure 5", "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
+          svg_of(plot)};
+}
+
+std::vector<ReportFigure> rate_figures(const ReportView& view) {
+  const auto& residual = view.rate.series.compensated;
+  return {before_and_after(view, {"three-point", colour::kThreePoint, residual.three_point}, "figure-6", "Figure 6"),
+          before_and_after(view, {"multi-point", colour::kMultiPoint, residual.multi_point}, "figure-7", "Figure 7"),
+          before_and_after(view, {"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t},
+                           "figure-7-with-temperature", "Figure 7, with temperature")};
+}
+
+ReportFigure random_figure(const ReportView& view) {
+  const RunView& run = view.random;
+  const auto& residual = run.series.compensated;
+  const Drawn three{"three-point", colour::kThreePoint, residual.three_point};
+  const Drawn multi{"multi-point", colour::kMultiPoint, residual.multi_point};
+  const Drawn multi_t{"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t};
+  Range range = joined(joined(range_of(three.residual), range_of(multi.residual)), range_of(multi_t.residual));
+  range = rounded_out(range, 3);
+  Plot plot = time_plot(view, run, "figure-8", "Bias of the random run before and after compensation");
+  plot.panels = {panel("(a) Before and after", kBiasTitle,
+                       {over_time(run, run.series.raw, "before", colour::kRaw),
+                        over_time(run, multi.residual, multi.name, multi.colour),
+                        over_time(run, multi_t.residual, multi_t.name, multi_t.colour)},
+                       210),
+                 error_panel(run, "(b) Error, enlarged", three, range, 120), error_panel(run, "(c)", multi, range, 120),
+                 error_panel(run, "(d)", multi_t, range, 120)};
+  return {plot.id, "Figure 8",
+          fmt::format("The {}, which no model has seen: (a) bias before and after compensation; (b) to (d) the error of each "
+                      "model, all to one scale.", run.profile),
+          svg_of(plot)};
+}
+
+ReportFigure tuning_figure(const ReportView& view) {
+  const auto& models = view.models;
+  Plot plot{.id = "tuning", .title = "Best fitness of the swarm over its iterations",
+            .x = {.title = "Iteration (0: the initial swarm)"},
+            .simulated = view.simulated};
+  plot.panels = {panel("", "RMSE on held-out cycles, °/h",
+                       {history_curve(models.three_point, "three-point", colour::kThreePoint),
+                        history_curve(models.multi_point, "multi-point", colour::kMultiPoint),
+                        history_curve(models.multi_point_t, "multi-point with temperature", colour::kMultiPointT)},
+                       210)};
+  return {plot.id, "Tuning", "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.",
+          svg_of(plot)};
+}
+
+std::vector<ReportFigure> all_figures(const ReportView& view) {
+  std::vector<ReportFigure> all = {temperature_figure(view, view.rate, "figure-4", "Figure 4"), correlation_array(view),
+                                   correlation_curves(view)};
+  for (ReportFigure& figure : rate_figures(view)) all.push_back(std::move(figure));
+  all.push_back(temperature_figure(view, view.random, "figure-8-program", "Figure 8, its program"));
+  all.push_back(random_figure(view));
+  all.push_back(tuning_figure(view));
+  return all;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,82 @@
+/// Assembles report.json (schema "gyrotherm-report/1"), the only source of every view of the report.
+///
+/// Equal inputs give equal bytes: nothing in it varies from run to run of the same experiment, so no wall time, no thread
+/// count and no path of the machine. Numbers have the fewest digits that give back the same double; NaN is null.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/clusters.hpp"
+#include "analysis/correlation.hpp"
+#include "analysis/dataset.hpp"
+#include "analysis/model.hpp"
+#include "analysis/statistics.hpp"
+#include "analysis/verification.hpp"
+
+namespace gyrotherm {
+
+inline constexpr const char* kReportSchema = "gyrotherm-report/1";
+
+/// One record and how each of the three models does on it. The verifications are of exactly these clusters.
+struct ReportedRun {
+  const Dataset& dataset;
+  const Clusters& clusters;
+  const Verification& three_point;
+  const Verification& multi_point;
+  const Verification& multi_point_t;
+  std::string record_sha256;
+  std::string profile_sha256;
+};
+
+/// All three are SVRs, trained on the rate run.
+struct ReportedModels {
+  const Model& three_point;
+  const Model& multi_point;
+  const Model& multi_point_t;
+};
+
+struct ReportedRig {
+  std::string name;
+  std::string title;
+  std::string gyro;        ///< in words: "pulse counts, 0.1 arcsec each"
+  std::string sha256;      ///< of the rig file
+  bool is_virtual{};
+};
+
+/// A further method, compared on the same records.
+struct ComparedMethod {
+  std::string name;        ///< "linear-multi-point-t": the key of its row
+  std::string inputs;
+  std::string method;
+  Figures in_sample;
+  Figures leave_cycle_out;
+  Figures random;
+};
+
+/// One limit of the profiles' [accept] tables and the figure held against it.
+struct AcceptedLimit {
+  std::string figure;      ///< its key in the report: "random.multi_point_t.std_deg_per_h"
+  double limit{};
+  double value{};
+  bool passed{};
+};
+
+struct ReportInput {
+  ReportedRig rig;
+  ReportedRun rate;
+  ReportedRun random;
+  ReportedModels models;
+  const Correlation& correlation;        ///< of the rate run's clusters, over the gradient thermometers
+  std::vector<ComparedMethod> compared;
+  std::vector<AcceptedLimit> accept;     ///< empty: the profiles set no limit
+  std::string program_version;
+  std::uint64_t seed{};
+  std::vector<std::string> warnings;     ///< the program's own, beside those of models and verifications
+};
+
+/// The text of report.json, ending in a newline. Asserts that models are SVRs, and that verifications fit their clusters.
+[[nodiscard]] std::string report_json(const ReportInput& input);
+
+}  // namespace gyrotherm

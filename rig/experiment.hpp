@@ -1,0 +1,64 @@
+/// One run of a profile on a rig: the tick, once a second (house: read, step the profile, judge, command, store, publish).
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/store.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+#include "rig/interlocks.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/machine.hpp"
+#include "sequencer/profile.hpp"
+
+namespace gyrotherm {
+
+enum class Outcome { going_on, complete, made_safe };
+
+/// Told of every second; must return at once.
+using Watcher = std::function<void(const Sample&)>;
+
+class Experiment {
+ public:
+  /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot `first_slot`.
+  Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot, Watcher watcher = {});
+
+  /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap.
+  /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them.
+  [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
+
+  /// Puts an event into the record with the next tick.
+  void note(EventKind kind, std::string text);
+
+  /// Why the interlocks ended the run, and whether the chamber took the safe set point.
+  [[nodiscard]] const std::string& end_cause() const { return end_cause_; }
+  [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
+  [[nodiscard]] const State& state() const { return state_; }
+
+ private:
+  void catch_up(std::int64_t slot);
+  void note_changes(const Sample& sample);
+  void send_set_point();
+  void make_safe(const std::string& cause);
+  Result<void> record_gap(std::int64_t slot);
+
+  const Profile& profile_;
+  Rig& rig_;
+  Store& store_;
+  Watcher watcher_;
+  State state_;
+  std::int64_t next_slot_;
+  InterlockMemory memory_;
+  Reaction reaction_ = Reaction::go_on;
+  std::optional<Celsius> air_;           ///< last known
+  std::optional<Celsius> acknowledged_;  ///< what the chamber last took
+  int last_segment_ = -1;
+  std::vector<bool> faulty_;             ///< per column: chamber, thermometers, gyro
+  std::vector<Event> events_;            ///< of the tick under way
+  std::string end_cause_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,56 @@
+/// A rig assembled from its file: instruments on their lines, a sampler, a clock. Virtual and real rigs differ here and nowhere else.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "acquisition/sampler.hpp"
+#include "core/clock.hpp"
+#include "core/result.hpp"
+#include "rig/rig_file.hpp"
+#include "simulator/virtual_instruments.hpp"
+
+namespace gyrotherm {
+
+/// The virtual instruments of a rig file, serving on loopback. Fails like parse_world and VirtualInstruments::start, and with
+/// usage if the rig is not virtual.
+[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed,
+                                                                        std::uint16_t first_port = 0);
+
+/// How a rig comes to its first second.
+struct RigStart {
+  std::uint64_t seed{};
+  Duration already{};           ///< how long the run has lasted when its next second begins (resume)
+  std::vector<Celsius> replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
+};
+
+/// What the instruments said of themselves before the first second.
+struct Prepared {
+  std::vector<std::string> names;
+  ChamberState chamber;
+};
+
+class Rig {
+ public:
+  /// Connects nothing yet: lines connect at first use.
+  [[nodiscard]] static Result<std::unique_ptr<Rig>> assemble(const RigFile& file, const RigStart& start);
+  virtual ~Rig() = default;
+
+  /// Asks each instrument who it is and reads it once, moving nothing: one line each, like "chamber: Virtual chamber, 20.01 °C".
+  /// A fault takes the place of an instrument that has one.
+  [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
+
+  /// Asks each instrument who it is, sends the chamber to `first`, starts it, and takes the gyro's origin, which takes a second of
+  /// the rig's time. Once, before the first sample; a run's clock starts at its end. Fails with the first fault.
+  [[nodiscard]] virtual Result<Prepared> prepare(Celsius first) = 0;
+  /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
+  virtual void let_pass(std::int64_t seconds) = 0;
+
+  [[nodiscard]] virtual const Clock& clock() const = 0;
+  /// Only after prepare().
+  [[nodiscard]] virtual Sampler& sampler() = 0;
+  [[nodiscard]] virtual const RigFile& file() const = 0;
+};
+
+}  // namespace gyrotherm

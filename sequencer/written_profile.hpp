@@ -1,0 +1,77 @@
+/// The profile as it is written: a tree of segments, not yet expanded.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm {
+
+/// What makes a soak: of a hold, or the `[defaults]` that it falls back to.
+struct SoakRule {
+  bool guaranteed{};
+  Kelvins band{2};
+  std::optional<Duration> time;             ///< absent: the hold's own time
+  Duration margin = std::chrono::hours(2);  ///< a guaranteed soak may take 3 times as long as it must, plus this
+};
+
+struct WrittenHold {
+  std::optional<Celsius> at;  ///< absent: where the segment before left the set point
+  Duration time{};
+  SoakRule soak;
+  std::optional<Duration> deadline;
+};
+
+/// With neither rate nor time, the ramp takes the rate of the pass that it is repeated in.
+struct WrittenRamp {
+  Celsius to;
+  std::optional<CelsiusPerMinute> rate;
+  std::optional<Duration> time;
+  std::optional<Duration> deadline;
+};
+
+template <class T>
+struct Range {
+  T low{};
+  T high{};
+};
+
+/// Ramps to drawn targets and holds of drawn lengths, until `duration` is filled exactly.
+struct WrittenRandom {
+  std::uint64_t seed{};
+  Duration duration{};
+  std::vector<Range<Celsius>> targets;  ///< used in turn
+  Range<CelsiusPerMinute> rates;
+  Range<Duration> hold;
+  Kelvins least_step;
+  SoakRule soak;
+};
+
+struct WrittenSegment;
+
+/// Either `count` passes, or one for each of `rates`.
+struct WrittenRepeat {
+  std::int64_t count{};
+  std::vector<CelsiusPerMinute> rates;
+  bool cycle{};
+  std::vector<WrittenSegment> body;
+};
+
+struct WrittenSegment {
+  TomlTable table;  ///< for the places of mistakes found later
+  std::string name;
+  std::variant<WrittenHold, WrittenRamp, WrittenRepeat, WrittenRandom> what;
+};
+
+/// Reads `[defaults]`. Mistakes are noted in the table.
+[[nodiscard]] SoakRule read_defaults(const TomlTable& defaults);
+
+/// Reads every `[[segment]]` of a file's root. Mistakes are noted in the tables; a segment that could not be understood is left out.
+[[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
+
+}  // namespace gyrotherm

@@ -1,0 +1,158 @@
+#include "acquisition/record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+
+#include "runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
+  const Folder folder;
+  store_with(folder / "run.db", 0).reset();
+  const RunInfo info = read_record(folder / "run.db").value().info;
+  const RunInfo given = two_thermometers();
+  EXPECT_EQ(info.id, given.id);
+  EXPECT_EQ(info.profile_text, given.profile_text);
+  EXPECT_EQ(info.rig_text, given.rig_text);
+  EXPECT_EQ(info.seed, given.seed);
+  EXPECT_TRUE(info.simulated);
+  EXPECT_FALSE(info.imported);
+  EXPECT_EQ(info.started_utc, given.started_utc);
+  ASSERT_EQ(info.thermometers.size(), 2u);
+  EXPECT_EQ(info.thermometers[1].name, "shell-1.b");
+  EXPECT_EQ(info.thermometers[1].instrument, "another");
+  EXPECT_EQ(info.thermometers[1].offset, Kelvins{-0.25});
+  EXPECT_EQ(info.gyro.kind, GyroKind::pulse_count);
+  EXPECT_EQ(info.gyro.scale, 0.1);
+  EXPECT_EQ(info.gyro.earth_rate, DegreesPerHour{10.636});
+  EXPECT_EQ(info.gradients, given.gradients);
+  EXPECT_EQ(info.three_point, given.three_point);
+  EXPECT_EQ(info.cycles, given.cycles);
+  ASSERT_EQ(info.segments.size(), 2u);
+  EXPECT_EQ(info.segments[0].name, "warm up");
+  EXPECT_FALSE(info.segments[0].hold);
+  EXPECT_EQ(info.segments[0].rate, CelsiusPerMinute{5});
+  EXPECT_EQ(info.segments[1].cycle, 1);
+}
+
+TEST(Record, KeepsAnUnknownEarthRateUnknown) {
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.gyro.earth_rate.reset();
+  ASSERT_TRUE(Store::create(folder / "run.db", info));
+  EXPECT_FALSE(read_record(folder / "run.db").value().info.gyro.earth_rate);
+}
+
+TEST(Record, GivesBackEachSampleToTheBit) {
+  const Folder folder;
+  store_with(folder / "run.db", 50).reset();
+  const Record record = read_record(folder / "run.db").value();
+  ASSERT_EQ(record.slot.size(), 50u);
+  const Sample sample = sample_at(49);
+  EXPECT_EQ(record.slot[49], 49);
+  EXPECT_EQ(record.time_s[49], 49.0);
+  EXPECT_EQ(record.set_point_c[49], 22.5);
+  EXPECT_EQ(record.chamber_air_c[49], sample.chamber.value->air.value);
+  EXPECT_EQ(record.chamber_set_point_c[49], 21.0);
+  EXPECT_EQ(record.thermometers_c[0][49], sample.thermometers[0].value->value);
+  EXPECT_EQ(record.thermometers_c[1][49], -0.1);
+  EXPECT_EQ(record.gyro[49], -951.0);
+  EXPECT_DOUBLE_EQ(record.gyro_interval_s[49], 1.000000001);
+  EXPECT_EQ(record.progress[49], sample.progress);
+}
+
+TEST(Record, HasNothingWhereAReadingWasAFault) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 1);
+  Sample sample = sample_at(1);
+  sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply in 500 ms");
+  sample.thermometers[0].value = failure(FaultKind::out_of_range, "A", "open input");
+  ASSERT_TRUE(store->append(sample, {}));
+  sample = sample_at(2);
+  sample.gyro.value = failure(FaultKind::corrupted, "gyro", "3 frames lost");
+  ASSERT_TRUE(store->append(sample, {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const Record record = read_record(folder / "run.db").value();
+  EXPECT_TRUE(std::isnan(record.chamber_air_c[1]) && std::isnan(record.chamber_set_point_c[1]));
+  EXPECT_TRUE(std::isnan(record.thermometers_c[0][1]));
+  EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.gyro[1]));
+  EXPECT_TRUE(std::isnan(record.gyro[2]) && std::isnan(record.gyro_interval_s[2]));
+  EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
+}
+
+TEST(Record, GivesBackEventsInTheirOrder) {
+  const Folder folder;
+  auto store = Store::create(folder / "run.db", two_thermometers()).value();
+  ASSERT_TRUE(store->append_event({{}, EventKind::started, "by hand"}));
+  const std::vector<Event> events{{sample_at(0).at, EventKind::command, "22 °C"}, {sample_at(0).at, EventKind::note, "x"}};
+  ASSERT_TRUE(store->append(sample_at(0), events));
+  ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::finished, ""}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto recorded = read_record(folder / "run.db").value().events;
+  ASSERT_EQ(recorded.size(), 4u);
+  EXPECT_EQ(recorded[0].slot, -1);
+  EXPECT_EQ(recorded[1].event.kind, EventKind::command);
+  EXPECT_EQ(recorded[1].event.text, "22 °C");
+  EXPECT_EQ(recorded[1].event.at.utc, kVirtualEpoch);
+  EXPECT_EQ(recorded[3].slot, 0);
+  EXPECT_EQ(recorded[3].event.kind, EventKind::finished);
+}
+
+TEST(Record, RefusesWhatIsNoRecord) {
+  const Folder folder;
+  std::ofstream(folder / "text") << std::string(5000, 'x');
+  for (const char* file : {"text", "missing"}) {
+    const auto record = read_record(folder / file);
+    ASSERT_FALSE(record) << file;
+    EXPECT_EQ(record.error().kind, FaultKind::bad_file) << file;
+    EXPECT_EQ(record.error().where, folder / file);
+  }
+}
+
+TEST(Record, RefusesADamagedFile) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 2000);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  std::filesystem::resize_file(folder / "run.db", std::filesystem::file_size(folder / "run.db") / 2);
+  const auto record = read_record(folder / "run.db");
+  ASSERT_FALSE(record);
+  EXPECT_EQ(record.error().kind, FaultKind::bad_file);
+}
+
+TEST(Record, OfTheQualificationIsReadInWellUnderASecond) {
+  using std::chrono::steady_clock;
+  constexpr std::int64_t kSlots = 221'600;
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.thermometers.clear();
+  for (int i = 0; i < 9; ++i) info.thermometers.push_back({"T" + std::to_string(i), "", {}});
+  auto store = Store::create(folder / "run.db", info).value();
+  Sample sample = sample_at(0);
+  sample.thermometers.resize(9, {Celsius{20.123456}, {}});
+  const auto began = steady_clock::now();
+  for (sample.slot = 0; sample.slot < kSlots; ++sample.slot) {
+    ASSERT_TRUE(store->append(sample, {}));
+    if (sample.slot % 50'000 == 0) { ASSERT_TRUE(store->sync()); }
+  }
+  const auto appended = steady_clock::now();
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto finished = steady_clock::now();
+  EXPECT_EQ(read_record(folder / "run.db").value().slot.size(), static_cast<std::size_t>(kSlots));
+  const auto read = steady_clock::now();
+  const auto us = [](auto duration) { return std::chrono::duration<double, std::micro>(duration).count(); };
+  RecordProperty("append_us", std::to_string(us(appended - began) / kSlots));
+  RecordProperty("read_s", std::to_string(us(read - finished) * 1e-6));
+  std::printf("append %.2f us, read %.3f s\n", us(appended - began) / kSlots, us(read - finished) * 1e-6);
+  EXPECT_LT(us(read - finished) * 1e-6, 3.0) << "generous, for a loaded machine";
+}
+
+}  // namespace
+}  // namespace gyrotherm

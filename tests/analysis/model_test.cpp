@@ -1,0 +1,103 @@
+#include "analysis/model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "small_model.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+Model small_linear_model() {
+  Model model = small_svr_model();
+  model.method = "linear";
+  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25, 0.003};
+  model.selection = {};
+  return model;
+}
+
+TEST(Model, PredictsByItsFormula) {
+  const Clusters clusters = three_clusters();
+  const auto predicted = predict(small_svr_model(), clusters);
+  ASSERT_TRUE(predicted);
+  const double z0 = (0.375 - 0.1) * 3, z1 = 0.9 / 2;
+  const auto kernel = [&](double v0, double v1) {
+    return std::exp(-((z0 - v0) * (z0 - v0) + (z1 - v1) * (z1 - v1)) / (2 * 1.25 * 1.25));
+  };
+  const double f = 1.5 * kernel(0.5, -1) - 1.5 * kernel(1.0 / 7, 2) + 0.125;
+  EXPECT_NEAR((*predicted)(1), 0.7 * f + 0.01, 1e-14);
+  const auto straight = predict(small_linear_model(), clusters);
+  EXPECT_NEAR((*straight)(1), 0.7 * (2 * z0 - 0.5 * z1 + 0.25) + 0.01, 1e-14);
+}
+
+TEST(Model, NeedsItsThermometers) {
+  Clusters clusters = three_clusters();
+  clusters.thermometers = {"A", "C"};
+  const auto predicted = predict(small_svr_model(), clusters);
+  ASSERT_FALSE(predicted);
+  EXPECT_EQ(predicted.error().kind, FaultKind::usage);
+}
+
+TEST(ModelFile, ComesBackBitForBit) {
+  for (const Model& model : {small_svr_model(), small_linear_model()}) {
+    const auto back = model_from_json(to_json(model), "model.json");
+    ASSERT_TRUE(back) << text(back.error());
+    EXPECT_EQ(to_json(*back), to_json(model));
+    EXPECT_EQ(*predict(*back, three_clusters()), *predict(model, three_clusters()));
+    EXPECT_EQ(back->leave_cycle_out_residual, model.leave_cycle_out_residual);
+    EXPECT_EQ(back->selection.statement, model.selection.statement);
+  }
+  EXPECT_EQ(model_from_json(to_json(small_svr_model()), "m")->tuning_options.swarm.seed, 18446744073709551615u);
+}
+
+TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
+  const auto model = model_from_json("{\n \"schema\": ?}", "m.json");
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(model.error().where, "m.json:2:12");
+}
+
+TEST(ModelFile, NamesThePathOfAWrongContent) {
+  const std::string good = to_json(small_svr_model());
+  const struct {
+    std::string json, where;
+  } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "/schema"},
+              {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
+              {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/kind"},
+              {replaced(good, "\"b\": 0.125", "\"b\": null"), "/function/b"},
+              {replaced(good, "\"b\": 0.125,", ""), "/function/b"},
+              {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "/function/parameters/sigma"},
+              {replaced(good, "\"beta\": [", "\"beta\": [1,"), "/function/beta"},
+              {replaced(good, "\"support_vectors\": [", "\"support_vectors\": [[1],"), "/function/support_vectors/0"}};
+  for (const auto& law : laws) {
+    const auto model = model_from_json(law.json, "m.json");
+    ASSERT_FALSE(model) << law.where;
+    EXPECT_EQ(model.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(model.error().where, "m.json " + law.where);
+  }
+}
+
+TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
+  Model model = small_svr_model();
+  std::get<SvrModel>(model.function).beta(0) = std::nan("");
+  EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json /function/beta/0");
+  EXPECT_FALSE(model_from_json(replaced(to_json(small_svr_model()), "0.125", "1e999"), "m.json"));
+}
+
+TEST(ModelFile, CutAnywhereIsAFaultAndNothingWorse) {
+  const std::string good = to_json(small_svr_model());
+  for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
+    EXPECT_FALSE(model_from_json(std::string_view(good).substr(0, length), "m.json"));
+  }
+  for (const char* json : {"null", "[]", "{}", "1", "\"\"", "[[[[[[", "\xff\xfe"}) EXPECT_FALSE(model_from_json(json, "m.json"));
+}
+
+}  // namespace
+}  // namespace gyrotherm

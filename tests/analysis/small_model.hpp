@@ -1,0 +1,63 @@
+/// Models small enough to write down.
+#pragma once
+
+#include "analysis/model.hpp"
+
+namespace gyrotherm {
+
+/// Two support vectors in A − B and dA/dt; every field of the file has a value.
+[[nodiscard]] inline Model small_svr_model() {
+  Model model;
+  model.program_version = "0.1.0";
+  model.inputs = "A-B,rate:A";
+  model.method = "svr";
+  model.terms = {{TermKind::gradient, "A", "B"}, {TermKind::rate, "A", ""}};
+  model.scaling = {Eigen::RowVector2d{0.1, 0}, Eigen::RowVector2d{1.0 / 3, 2}};
+  model.target_mean_deg_per_h = 0.01;
+  model.target_std_deg_per_h = 0.7;
+  model.function = SvrModel{.support_vectors = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                            .beta = Eigen::Vector2d{1.5, -1.5},
+                            .b = 0.125,
+                            .parameters = {4, 1.25, 0.05},
+                            .relative_gap = 1e-7,
+                            .kkt_violation = 2e-6};
+  model.trained_on = {{"run-1", "rate.db", "qualification", true, 2216}};
+  model.selection = {{{TermKind::gradient, "A", "B"}}, 0.9, 1, true, "the °/h statement"};
+  model.tuning.best = {4, 1.25, 0.05};
+  model.tuning.cross_validation_mse = 1e-5;
+  model.tuning.swarm.end = SwarmEnd::stalled;
+  model.tuning.swarm.best = {2, 0.3219, -4.3};
+  model.tuning.swarm.history = {3e-5, 1e-5};
+  model.tuning.swarm.coordinates_on_edge = {2};
+  model.tuning.swarm.evaluations = 620;
+  model.tuning.warnings = {"an edge"};
+  model.tuning_options.swarm.seed = 18446744073709551615u;
+  model.tuning_options.fixed_epsilon = 0.05;
+  model.quick = true;
+  model.folds = "leave one cycle out (4)";
+  model.in_sample = {0.002, 1e-5, 0.0021, 0.01, 2216};
+  model.leave_cycle_out = {0.003, 2e-5, 0.0031, 0.02, 2216};
+  model.leave_cycle_out_residual = Eigen::Vector3d{0.1, -0.2, 1e-300};
+  model.input_min = Eigen::RowVector2d{-1, -5};
+  model.input_max = Eigen::RowVector2d{1, 5};
+  model.warnings = {"careful"};
+  return model;
+}
+
+/// Three clusters with thermometers A and B.
+[[nodiscard]] inline Clusters three_clusters() {
+  Clusters clusters;
+  clusters.thermometers = {"A", "B"};
+  clusters.start_s = Eigen::Vector3d{0, 100, 200};
+  clusters.temperature_c = (Eigen::MatrixXd(3, 2) << 20, 19.75, 21.5, 21.125, 18, 18.5).finished();
+  clusters.rate_c_per_min = (Eigen::MatrixXd(3, 2) << 0, 0, 0.9, 0.825, -2.1, -1.575).finished();
+  clusters.bias_deg_per_h = Eigen::Vector3d{0.2, -0.1, 0.4};
+  clusters.set_point_c = Eigen::Vector3d{20, 21, 18};
+  clusters.segment.setConstant(3, -1);
+  clusters.last_segment.setConstant(3, -1);
+  clusters.cycle.setConstant(3, -1);
+  clusters.samples.setConstant(3, 100);
+  return clusters;
+}
+
+}  // namespace gyrotherm

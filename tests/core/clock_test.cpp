@@ -1,0 +1,48 @@
+#include "core/clock.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::hours;
+using std::chrono::seconds;
+
+TEST(VirtualClock, MovesOnlyWhenTold) {
+  VirtualClock clock;
+  EXPECT_EQ(clock.now().since_start, Duration::zero());
+  EXPECT_EQ(clock.now().utc, kVirtualEpoch);
+  clock.advance(seconds(5));
+  EXPECT_EQ(clock.now().since_start, seconds(5));
+  EXPECT_EQ(clock.now().utc, kVirtualEpoch + seconds(5));
+}
+
+TEST(VirtualClock, GoesOnFromWhatARunHasLastedAlready) {
+  EXPECT_EQ(VirtualClock(hours(3)).now().since_start, hours(3));
+}
+
+TEST(SteadyClock, NeverGoesBackAndCountsWhatWasBefore) {
+  const SteadyClock clock(hours(1));
+  const auto first = clock.now();
+  const auto second = clock.now();
+  EXPECT_GE(first.since_start, hours(1));
+  EXPECT_LT(first.since_start, hours(2));
+  EXPECT_GE(second.since_start, first.since_start);
+  EXPECT_GT(first.utc, kVirtualEpoch - hours(24 * 365));
+}
+
+TEST(CivilTime, IsUtcInWholeSeconds) {
+  EXPECT_EQ(civil_time(kVirtualEpoch), "2026-01-01T00:00:00Z");
+  EXPECT_EQ(civil_time(kVirtualEpoch + std::chrono::milliseconds(1999)), "2026-01-01T00:00:01Z");
+  EXPECT_EQ(civil_time(seconds(951'782'400)), "2000-02-29T00:00:00Z");
+}
+
+TEST(Spoken, LeavesOutWhatIsZeroAtTheFront) {
+  EXPECT_EQ(spoken(seconds(0)), "0 s");
+  EXPECT_EQ(spoken(seconds(59)), "59 s");
+  EXPECT_EQ(spoken(seconds(61)), "1 min 01 s");
+  EXPECT_EQ(spoken(seconds(67'200)), "18 h 40 min 00 s");
+}
+
+}  // namespace
+}  // namespace gyrotherm

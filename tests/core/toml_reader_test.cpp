@@ -1,0 +1,129 @@
+#include "core/toml_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace gyrotherm {
+namespace {
+
+TomlTable parsed(std::string_view text) { return TomlTable::parse(text, "f.toml").value(); }
+
+std::string verdict(const TomlTable& table) {
+  const auto verdict = table.verdict();
+  return verdict ? "nothing" : text(verdict.error());
+}
+
+TEST(TomlTable, ReadsEveryKindOfValue) {
+  const auto t = parsed(R"(number = 2.5
+integer = 7
+boolean = true
+text = "a"
+duration = "1 h 30 min"
+celsius = "-40 °C"
+bare = 20
+kelvins = "2 K"
+rate = "5 °C/min"
+numbers = [1, 2.5]
+texts = ["a", "b"]
+rows = [[1, 2], [3]]
+rates = [1, "2 K/min"]
+durations = ["1 s", "2 min"]
+)");
+  EXPECT_EQ(t.number("number"), 2.5);
+  EXPECT_EQ(t.integer("integer"), 7);
+  EXPECT_TRUE(t.boolean("boolean", false));
+  EXPECT_EQ(t.text("text"), "a");
+  EXPECT_EQ(t.duration("duration"), std::chrono::minutes(90));
+  EXPECT_EQ(t.celsius("celsius"), Celsius{-40});
+  EXPECT_EQ(t.celsius("bare"), Celsius{20});
+  EXPECT_EQ(t.kelvins("kelvins", {}), Kelvins{2});
+  EXPECT_EQ(t.rate("rate"), CelsiusPerMinute{5});
+  EXPECT_EQ(t.numbers("numbers"), (std::vector<double>{1, 2.5}));
+  EXPECT_EQ(t.texts("texts"), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(t.number_rows("rows"), (std::vector<std::vector<double>>{{1, 2}, {3}}));
+  EXPECT_EQ(t.rates("rates"), (std::vector<CelsiusPerMinute>{{1}, {2}}));
+  EXPECT_EQ(t.durations("durations"), (std::vector<Duration>{std::chrono::seconds(1), std::chrono::minutes(2)}));
+  EXPECT_EQ(verdict(t), "nothing");
+}
+
+TEST(TomlTable, AbsentKeysTakeTheirFallback) {
+  const auto t = parsed("");
+  EXPECT_EQ(t.number("a", 1.5), 1.5);
+  EXPECT_EQ(t.text("b", "x"), "x");
+  EXPECT_EQ(t.celsius("c", Celsius{3}), Celsius{3});
+  EXPECT_TRUE(t.numbers("d").empty());
+  EXPECT_TRUE(t.tables("e").empty());
+  EXPECT_EQ(t.table("f").number("g", 2), 2);
+  EXPECT_EQ(verdict(t), "nothing");
+}
+
+TEST(TomlTable, EveryMistakeHasItsPlaceInTheOrderOfTheFile) {
+  const auto t = parsed("a = \"x\"\nunknwon = 1\n[b]\nc = \"5 parsecs\"\n");
+  (void)t.table("b").duration("c");
+  (void)t.table("b").number("d");
+  (void)t.number("a");
+  (void)t.has("unknown");
+  EXPECT_EQ(verdict(t),
+            "f.toml:1:5: \"a\" is not what it should be, expected a number\n"
+            "f.toml:2:1: unknown key \"unknwon\", did you mean \"unknown\"?\n"
+            "f.toml:3:1: missing key \"d\", expected a number\n"
+            "f.toml:4:5: \"c\" is not what it should be, expected a duration like \"2 h\" or \"90 s\"");
+}
+
+TEST(TomlTable, AMistakeIsToldOnce) {
+  const auto t = parsed("a = 1\n");
+  for (int i = 0; i < 3; ++i) t.mistake("a", "odd");
+  EXPECT_EQ(verdict(t), "f.toml:1:5: odd");
+}
+
+TEST(TomlTable, UnitsAreNotMixedUp) {
+  const auto t = parsed("a = \"5 K\"\nb = \"5 °C\"\nc = \"5 °C/s\"\nd = nan\ne = \"+-5 °C\"\n");
+  (void)t.celsius("a");
+  (void)t.rate("b");
+  (void)t.rate("c");
+  (void)t.number("d");
+  (void)t.celsius("e");
+  const auto fault = t.verdict().error();
+  EXPECT_EQ(fault.where, "f.toml:1:5");
+  EXPECT_EQ(std::count(fault.what.begin(), fault.what.end(), '\n'), 4);
+}
+
+TEST(TomlTable, AChoiceSuggestsTheNearest) {
+  const auto t = parsed("kind = \"hodl\"\n");
+  EXPECT_EQ(t.choice("kind", {"ramp", "hold"}), "ramp");
+  EXPECT_EQ(verdict(t), "f.toml:1:8: \"hodl\" is none of ramp, hold; did you mean \"hold\"?");
+}
+
+TEST(TomlTable, ASchemaMustBeTheOneExpected) {
+  const auto t = parsed("schema = \"b/2\"\n");
+  t.expect("schema", "b/1");
+  EXPECT_EQ(verdict(t), "f.toml:1:10: \"b/2\" is not understood, expected \"b/1\"");
+}
+
+TEST(TomlTable, ArraysOfTablesKeepTheirPlaces) {
+  const auto t = parsed("[[s]]\na = 1\n\n[[s]]\na = 2\n  [[s.s]]\n  a = 3\n");
+  const auto tables = t.tables("s");
+  ASSERT_EQ(tables.size(), 2u);
+  EXPECT_EQ(tables[1].place(), "f.toml:4:1");
+  EXPECT_EQ(tables[1].place("a"), "f.toml:5:5");
+  EXPECT_EQ(tables[1].tables("s")[0].place(), "f.toml:6:3");
+}
+
+TEST(TomlTable, KeysComeInTheOrderOfTheFile) {
+  const auto t = parsed("z = 1\na = 2\nm.x = 3\n");
+  EXPECT_EQ(t.keys(), (std::vector<std::string>{"z", "a", "m"}));
+  EXPECT_TRUE(t.is_table("m"));
+  EXPECT_FALSE(t.is_table("a"));
+}
+
+TEST(TomlTable, AWrongSyntaxIsRefusedAtItsPlace) {
+  const auto t = TomlTable::parse("a = 1\nb = = 2\n", "f.toml");
+  ASSERT_FALSE(t);
+  EXPECT_EQ(t.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(t.error().where.substr(0, 9), "f.toml:2:");
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,102 @@
+/// Wires in memory that work until they are told to break.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+[[nodiscard]] inline std::vector<std::byte> bytes_of(std::string_view text) {
+  const auto* first = reinterpret_cast<const std::byte*>(text.data());
+  return {first, first + text.size()};
+}
+
+/// Registers of a unit in memory; one that was never set is an illegal address.
+class FakeRegisters final : public Registers {
+ public:
+  std::map<std::uint16_t, std::uint16_t> words;
+  int reads = 0;
+
+  void fall_silent() { broken_ = FaultKind::timeout; }
+  void disconnect() { broken_ = FaultKind::disconnected; }
+  void recover() { broken_ = kWell, late_ = deaf_ = false; }
+  void answer_late() { late_ = true; }    ///< writes are carried out, their acknowledgement comes too late
+  void ignore_writes() { deaf_ = true; }  ///< acknowledges writes and does nothing
+
+  Result<std::vector<std::uint16_t>> read(std::uint16_t address, std::uint16_t count) override {
+    ++reads;
+    if (broken_ != kWell) return failure(broken_, "fake", "broken");
+    std::vector<std::uint16_t> found;
+    for (std::uint16_t i = 0; i < count; ++i) {
+      const auto word = words.find(static_cast<std::uint16_t>(address + i));
+      if (word == words.end()) return failure(FaultKind::refused, "fake", "exception 2, illegal data address");
+      found.push_back(word->second);
+    }
+    return found;
+  }
+
+  Result<void> write(std::uint16_t address, std::span<const std::uint16_t> values) override {
+    if (broken_ != kWell) return failure(broken_, "fake", "broken");
+    for (std::size_t i = 0; i < values.size() && !deaf_; ++i) words[static_cast<std::uint16_t>(address + i)] = values[i];
+    if (late_) return failure(FaultKind::timeout, "fake", "late");
+    return {};
+  }
+
+ private:
+  static constexpr FaultKind kWell = FaultKind::interrupted;  ///< no wire fails with it
+  FaultKind broken_ = kWell;
+  bool late_ = false;
+  bool deaf_ = false;
+};
+
+/// A line in memory. What is written goes to `instrument`, whose answer waits to be read. Time does not pass.
+class FakeStream final : public ByteStream {
+ public:
+  std::function<std::string(std::string_view)> instrument = [](std::string_view) { return std::string(); };
+  std::vector<std::string> heard;  ///< by the instrument
+
+  void say(std::string_view text) { say(bytes_of(text)); }
+  void say(const std::vector<std::byte>& bytes) { waiting_.insert(waiting_.end(), bytes.begin(), bytes.end()); }
+  void in_pieces_of(std::size_t size) { piece_ = size; }
+  void fall_silent() { silent_ = true; }
+  void answer_late() { late_ = true; }  ///< each answer comes when the next query does
+  void garble() { garbled_ = true; }    ///< the top bit of every byte is lost or won
+  void disconnect() { gone_ = true; }
+  void recover() { silent_ = late_ = garbled_ = gone_ = false; }
+
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration) override {
+    if (gone_) return failure(FaultKind::disconnected, "fake", "gone");
+    if (waiting_.empty()) return failure(FaultKind::timeout, "fake", "nothing came");
+    const auto size = std::min({buffer.size(), piece_, waiting_.size()});
+    std::copy_n(waiting_.begin(), size, buffer.begin());
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
+    return size;
+  }
+
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    if (gone_) return failure(FaultKind::disconnected, "fake", "gone");
+    heard.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (silent_) return {};
+    auto answer = bytes_of(instrument(heard.back()));
+    for (auto& byte : answer) byte ^= garbled_ ? std::byte{0x80} : std::byte{0};
+    if (late_) std::swap(answer, delayed_);
+    say(answer);
+    return {};
+  }
+
+ private:
+  std::vector<std::byte> waiting_, delayed_;
+  std::size_t piece_ = SIZE_MAX;
+  bool silent_ = false, late_ = false, garbled_ = false, gone_ = false;
+};
+
+}  // namespace gyrotherm

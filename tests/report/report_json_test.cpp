@@ -1,0 +1,124 @@
+#include "report/report_json.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tests/report/markup.hpp"
+#include "tests/report/synthetic_experiment.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using nlohmann::json;
+
+TEST(ReportJson, HasTheStableKeys) {
+  const SyntheticExperiment experiment;
+  const json report = json::parse(report_json(experiment.input()));
+  EXPECT_EQ(report.at("schema"), "gyrotherm-report/1");
+  for (const char* pointer :
+       {"/rig/virtual", "/clusters/rate", "/clusters/random", "/clusters/length_s", "/correlation/7/7", "/correlation_signed/0/1",
+        "/correlation_temperature/7", "/correlation_rate/7", "/selected_pairs/0", "/noise_floor_deg_per_h",
+        "/rate/noise_floor_deg_per_h", "/rate/raw/std_deg_per_h", "/rate/three_point/mean_deg_per_h",
+        "/rate/multi_point/rmse_deg_per_h", "/rate/multi_point_t/max_abs_deg_per_h", "/random/raw/std_deg_per_h",
+        "/random/multi_point_t/ramps/std_deg_per_h", "/random/multi_point_t/corners/count", "/rate_leave_cycle_out/nested",
+        "/rate_leave_cycle_out/multi_point/std_deg_per_h", "/improvement/rate/three_point/from_original",
+        "/improvement/random/multi_point/paper_ratio", "/improvement/random/multi_point_t/residual_reduction",
+        "/tuning/multi_point/seed", "/tuning/multi_point/swarm/particles", "/tuning/multi_point/bounds/log2_c/1",
+        "/tuning/multi_point/history/30", "/tuning/multi_point/C", "/tuning/multi_point/sigma", "/tuning/multi_point/epsilon",
+        "/tuning/multi_point/epsilon_deg_per_h", "/tuning/multi_point/support_vectors", "/tuning/multi_point/certified_gap",
+        "/series/rate/time_s/0", "/series/random/set_point_c/0", "/series/rate/thermometers/H/0", "/series/random/multi_point_t/0",
+        "/segments/0/duration_s", "/provenance/rate/record_sha256", "/provenance/program_version", "/methods/3/random/std_deg_per_h"}) {
+    EXPECT_TRUE(report.contains(json::json_pointer(pointer))) << pointer;
+  }
+}
+
+TEST(ReportJson, SaysWhatIsInSample) {
+  const SyntheticExperiment experiment;
+  const json report = json::parse(report_json(experiment.input()));
+  EXPECT_EQ(report["rate"]["in_sample"], true);
+  EXPECT_EQ(report["random"]["in_sample"], false);
+  EXPECT_EQ(report["rate_leave_cycle_out"]["nested"], false);
+}
+
+TEST(ReportJson, CorrelationIsMagnitudeWithAZeroDiagonal) {
+  const SyntheticExperiment experiment;
+  const json report = json::parse(report_json(experiment.input()));
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(report["correlation"][i][i], 0.0);
+    for (std::size_t j = 0; j < 8; ++j) {
+      EXPECT_EQ(report["correlation"][i][j], report["correlation"][j][i]);
+      EXPECT_EQ(report["correlation"][i][j].get<double>(), std::abs(report["correlation_signed"][i][j].get<double>()));
+    }
+  }
+}
+
+TEST(ReportJson, IsTheSameBytesEachTime) {
+  const SyntheticExperiment first, second;
+  EXPECT_EQ(report_json(first.input()), report_json(second.input()));
+}
+
+TEST(ReportJson, HoldsNoPathOfTheMachine) {
+  const SyntheticExperiment experiment;
+  EXPECT_EQ(count_of(report_json(experiment.input()), "/somewhere"), 0);
+}
+
+TEST(ReportJson, DoesNotDependOnTheNumberOfThreads) {
+  SyntheticExperiment experiment;
+  const std::string one = report_json(experiment.input());
+  experiment.multi_point.tuning_options.swarm.threads = 7;
+  EXPECT_EQ(report_json(experiment.input()), one);
+}
+
+TEST(ReportJson, NumbersReadBackToTheSameDoubles) {
+  const SyntheticExperiment experiment;
+  const json report = json::parse(report_json(experiment.input()));
+  for (Eigen::Index k = 0; k < experiment.random.clusters.bias_deg_per_h.size(); ++k) {
+    EXPECT_EQ(report["series"]["random"]["raw"][static_cast<std::size_t>(k)].get<double>(),
+              experiment.random.clusters.bias_deg_per_h(k));
+  }
+}
+
+TEST(ReportJson, WritesAMissingNumberAsNull) {
+  SyntheticExperiment experiment;
+  experiment.random.multi_point.floor.deg_per_h = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(json::parse(report_json(experiment.input()))["noise_floor_deg_per_h"].is_null());
+}
+
+TEST(ReportJson, ASimulatedRecordIsVirtualWhateverTheRigSays) {
+  const SyntheticExperiment experiment;
+  ReportInput input = experiment.input();
+  input.rig.is_virtual = false;
+  EXPECT_EQ(json::parse(report_json(input))["rig"]["virtual"], true);
+}
+
+TEST(ReportJson, FailsTheVerdictWhenOneLimitIsPassedOver) {
+  const SyntheticExperiment experiment;
+  ReportInput input = experiment.input();
+  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "PASS");
+  input.accept.push_back({"random.multi_point_t.max_abs_deg_per_h", 0.001, 0.006, false});
+  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "FAIL");
+  input.accept.clear();
+  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "no limit");
+}
+
+TEST(ReportJson, NamesEachWarningOnce) {
+  SyntheticExperiment experiment;
+  experiment.random.multi_point.warnings = {"3 clusters outside the trained range", "3 clusters outside the trained range"};
+  experiment.rate.dataset.three_point_stand_in = true;
+  const json warnings = json::parse(report_json(experiment.input()))["warnings"];
+  EXPECT_EQ(warnings.size(), 3U) << warnings;
+  EXPECT_EQ(warnings[2], "multi-point on the random run: 3 clusters outside the trained range");
+}
+
+TEST(ReportJson, NamesTheCyclesOfTheProgram) {
+  const SyntheticExperiment experiment;
+  const json cycles = json::parse(report_json(experiment.input()))["series"]["rate"]["cycles"];
+  ASSERT_EQ(cycles.size(), 4U);
+  EXPECT_EQ(cycles[1]["name"], "2 °C/min");
+  EXPECT_EQ(cycles[0]["end_s"], cycles[1]["start_s"]);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,242 @@
+#include "tests/report/synthetic_experiment.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
+constexpr double kLength_s = 100;
+
+/// The minimal standard generator, turned into a normal number: the same on every machine.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : state_(seed) {}
+  double normal() { return std::sqrt(-2 * std::log(uniform())) * std::cos(2 * std::numbers::pi * uniform()); }
+
+ private:
+  double uniform() { return static_cast<double>(state_ = state_ * 16807 % 2147483647) / 2147483647.0; }
+  std::uint64_t state_;
+};
+
+struct Leg {
+  double target_c{};
+  double ramp_s{};
+  double hold_s{};
+  int cycle = -1;
+};
+
+std::vector<Leg> rate_legs(int stretch) {
+  std::vector<Leg> legs;
+  for (const auto& [cycle, rate] : {std::pair{0, 1.0}, {1, 2.0}, {2, 3.0}, {3, 5.0}}) {
+    const double hold_s = 600.0 * stretch;
+    double from = 20;
+    legs.push_back({20, 0, hold_s, cycle});
+    for (const double target : {-40.0, 60.0, -40.0, 60.0, 20.0}) {
+      const double ramp_s = 100 * std::ceil(std::abs(target - from) / rate * 60 / 100 * std::min(1.0, stretch / 6.0));
+      legs.push_back({target, ramp_s, hold_s, cycle});
+      from = target;
+    }
+  }
+  return legs;
+}
+
+std::vector<Leg> random_legs(int stretch) {
+  std::vector<Leg> legs = {{20, 0, 600.0 * stretch, -1}};
+  for (const double target : {22.5, -17.5, -39.5, 6.8, -14.5, 15.3, 51.7, 9.7, -24.6, 34.2, -7.7, 47.4, 17.0, 52.8}) {
+    legs.push_back({target, 100.0 * (1 + std::abs(static_cast<int>(target)) % 12), 500.0 * stretch, -1});
+  }
+  return legs;
+}
+
+/// The chamber's program as clusters: set point, segment and cycle.
+void lay_out(SyntheticExperiment::Run& run, const std::vector<Leg>& legs) {
+  std::vector<double> set_point;
+  std::vector<int> segment, cycle;
+  double from = 20;
+  const auto add_segment = [&](const Leg& leg, bool hold, double duration_s) {
+    const int clusters = static_cast<int>(duration_s / kLength_s);
+    if (clusters == 0) return;
+    const int index = static_cast<int>(run.dataset.segments.size());
+    run.dataset.segments.push_back({(hold ? "hold at " : "ramp to ") + std::to_string(static_cast<int>(leg.target_c)) + " °C",
+                                    hold, Celsius{leg.target_c}, CelsiusPerMinute{}, leg.cycle});
+    for (int k = 0; k < clusters; ++k) {
+      set_point.push_back(hold ? leg.target_c : from + (leg.target_c - from) * (k + 0.5) / clusters);
+      segment.push_back(index);
+      cycle.push_back(leg.cycle);
+    }
+  };
+  for (const Leg& leg : legs) {
+    add_segment(leg, false, leg.ramp_s);
+    add_segment(leg, true, leg.hold_s);
+    from = leg.target_c;
+  }
+  const auto n = static_cast<Eigen::Index>(set_point.size());
+  run.clusters.set_point_c = Eigen::Map<Eigen::VectorXd>(set_point.data(), n);
+  run.clusters.segment = Eigen::Map<Eigen::VectorXi>(segment.data(), n);
+  run.clusters.cycle = Eigen::Map<Eigen::VectorXi>(cycle.data(), n);
+}
+
+/// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the differences.
+void heat(SyntheticExperiment::Run& run, Noise& noise) {
+  constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
+  constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
+  Clusters& clusters = run.clusters;
+  const Eigen::Index n = clusters.set_point_c.size();
+  clusters.thermometers = kNames;
+  clusters.start_s = Eigen::VectorXd::LinSpaced(n, 0, kLength_s * static_cast<double>(n - 1));
+  clusters.temperature_c.resize(n, 8);
+  clusters.bias_deg_per_h.resize(n);
+  for (Eigen::Index i = 0; i < 8; ++i) {
+    double temperature = 20 + kAbove_c[static_cast<std::size_t>(i)];
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double goal = clusters.set_point_c(k) + kAbove_c[static_cast<std::size_t>(i)];
+      temperature += (goal - temperature) * kLength_s / kLag_s[static_cast<std::size_t>(i)];
+      clusters.temperature_c(k, i) = temperature + 0.001 * noise.normal();
+    }
+  }
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto t = clusters.temperature_c.row(k);
+    const double gradients = 0.7 * (t(0) - t(6)) + 0.5 * (t(0) - t(7)) - 0.4 * (t(0) - t(2)) + 0.2 * (t(3) - t(4));
+    clusters.bias_deg_per_h(k) = 2.6e-3 * gradients - 4e-5 * (t(0) - 20) + 1.8e-3 * noise.normal();
+  }
+  clusters.bias_deg_per_h.array() -= clusters.bias_deg_per_h(0);
+}
+
+SegmentFigures segment_figures(const SyntheticExperiment::Run& run, int index, const Eigen::VectorXd& residual) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
+    if (run.clusters.segment(k) == index) rows.push_back(k);
+  }
+  const auto& info = run.dataset.segments[static_cast<std::size_t>(index)];
+  return {index, info.name, info.hold, run.clusters.start_s(rows.front()), kLength_s * static_cast<double>(rows.size()),
+          run.clusters.temperature_c.col(0)(rows).mean(), run.clusters.bias_deg_per_h(rows).mean(), figures_of(residual(rows))};
+}
+
+/// A residual of the wanted size: noise, and a part of the ramps that a model may have left.
+Verification verification(const SyntheticExperiment::Run& run, double left_over, bool trained_on_this, Noise& noise) {
+  Verification v;
+  v.run_id = run.dataset.run_id;
+  v.simulated = run.dataset.simulated;
+  v.trained_on_this = trained_on_this;
+  v.raw = figures_of(run.clusters.bias_deg_per_h);
+  v.residual_deg_per_h = left_over * run.clusters.bias_deg_per_h;
+  for (double& value : v.residual_deg_per_h) value += 1.85e-3 * noise.normal();
+  v.compensated = figures_of(v.residual_deg_per_h);
+  std::vector<Eigen::Index> ramps, holds;
+  for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
+    const bool hold = run.dataset.segments[static_cast<std::size_t>(run.clusters.segment(k))].hold;
+    (hold ? holds : ramps).push_back(k);
+  }
+  v.ramps = v.corners = figures_of(v.residual_deg_per_h(ramps));
+  v.holds = figures_of(v.residual_deg_per_h(holds));
+  v.floor = {0.00187, 836};
+  for (int k = 0; k < static_cast<int>(run.dataset.segments.size()); ++k) {
+    v.segments.push_back(segment_figures(run, k, v.residual_deg_per_h));
+  }
+  return v;
+}
+
+SyntheticExperiment::Run make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained) {
+  Noise noise(trained ? 1234567890 : 987654321);
+  SyntheticExperiment::Run run;
+  run.dataset.run_id = id;
+  run.dataset.path = "/somewhere/on/this/machine/run.db";
+  run.dataset.simulated = simulated;
+  run.dataset.profile_name = trained ? "qualification program" : "random program";
+  run.dataset.bias_zero = "earth rate removed";
+  run.dataset.thermometers = kNames;
+  if (trained) run.dataset.cycles = {"1 °C/min", "2 °C/min", "3 °C/min", "5 °C/min"};
+  lay_out(run, legs);
+  heat(run, noise);
+  run.three_point = verification(run, trained ? 0.14 : 0.33, trained, noise);
+  run.multi_point = verification(run, trained ? 0.05 : 0.12, trained, noise);
+  run.multi_point_t = verification(run, trained ? 0.01 : 0.03, trained, noise);
+  return run;
+}
+
+Model make_model(const std::string& inputs, std::vector<Term> terms, const SyntheticExperiment::Run& rate, const Verification& in_sample,
+                 double worst_deg_per_h) {
+  Model model;
+  model.inputs = inputs;
+  model.method = "svr";
+  model.terms = std::move(terms);
+  model.target_std_deg_per_h = in_sample.raw.std;
+  SvrModel svr;
+  svr.support_vectors.resize(57, static_cast<Eigen::Index>(model.terms.size()));
+  svr.parameters = {84.2, 4.61, 0.0525};
+  svr.relative_gap = 3.1e-4;
+  svr.kkt_violation = 8.8e-4;
+  model.function = svr;
+  model.trained_on = {{rate.dataset.run_id, rate.dataset.path, rate.dataset.profile_name, rate.dataset.simulated,
+                       static_cast<int>(rate.clusters.start_s.size())}};
+  model.folds = "leave one cycle out (4)";
+  model.in_sample = in_sample.compensated;
+  model.leave_cycle_out = in_sample.compensated;
+  model.leave_cycle_out.std *= 1.1;
+  for (int k = 0; k <= 30; ++k) {
+    const double rmse = worst_deg_per_h * (0.55 + 0.45 * std::exp(-0.35 * (k - k % 3)));
+    model.tuning.swarm.history.push_back(rmse * rmse);
+  }
+  model.tuning.swarm.end = SwarmEnd::iterations_done;
+  model.tuning.swarm.evaluations = 620;
+  return model;
+}
+
+Correlation made_correlation(const Clusters& clusters) {
+  Correlation correlation{kNames, Eigen::MatrixXd::Zero(8, 8), Eigen::VectorXd::Zero(8), Eigen::VectorXd::Zero(8)};
+  for (Eigen::Index i = 0; i < 8; ++i) {
+    correlation.temperature(i) = pearson(clusters.temperature_c.col(i), clusters.bias_deg_per_h);
+    correlation.rate(i) = 0.4 + 0.03 * static_cast<double>(i);
+    for (Eigen::Index j = i + 1; j < 8; ++j) {
+      const Eigen::VectorXd gradient = clusters.temperature_c.col(i) - clusters.temperature_c.col(j);
+      correlation.gradient(i, j) = pearson(gradient, clusters.bias_deg_per_h);
+      correlation.gradient(j, i) = -correlation.gradient(i, j);
+    }
+  }
+  return correlation;
+}
+
+Term gradient(const char* first, const char* second) { return {TermKind::gradient, first, second}; }
+
+}  // namespace
+
+SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated)
+    : rate(make_run(rate_legs(stretch), "0123456789abcdef0123456789abcdef", simulated, true)),
+      random(make_run(random_legs(stretch), "fedcba9876543210fedcba9876543210", simulated, false)),
+      correlation(made_correlation(rate.clusters)) {
+  const std::vector<Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"), gradient("D", "E")};
+  std::vector<Term> with_temperature = pairs;
+  with_temperature.push_back({TermKind::temperature, "A", ""});
+  three_point = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate, rate.three_point, 0.0085);
+  multi_point = make_model("multi-point", pairs, rate, rate.multi_point, 0.0052);
+  multi_point.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
+  multi_point_t = make_model("multi-point-t", with_temperature, rate, rate.multi_point_t, 0.0037);
+  multi_point_t.tuning.warnings = {"log2 C = 12 lies on the edge of its box"};
+  multi_point_t.warnings = multi_point_t.tuning.warnings;
+}
+
+ReportInput SyntheticExperiment::input() const {
+  const auto reported = [](const Run& run, const char* digit) {
+    return ReportedRun{run.dataset, run.clusters, run.three_point, run.multi_point, run.multi_point_t,
+                       std::string(64, *digit), std::string(64, *(digit + 1))};
+  };
+  return {.rig = {.name = "virtual", .title = "Virtual rig: ring laser gyro in a climatic chamber", .gyro = "pulse counts, 0.1 arcsec each",
+                  .sha256 = std::string(64, 'e'), .is_virtual = rate.dataset.simulated},
+          .rate = reported(rate, "ab"),
+          .random = reported(random, "cd"),
+          .models = {three_point, multi_point, multi_point_t},
+          .correlation = correlation,
+          .compared = {{"linear-multi-point-t", "multi-point-t", "linear", {0.0037, 0, 0.0037, 0.012, 200},
+                        {0.0038, 0, 0.0038, 0.013, 200}, {0.0030, -0.0002, 0.0030, 0.011, 150}}},
+          .accept = {{"random.multi_point_t.std_deg_per_h", 0.003, random.multi_point_t.compensated.std, true}},
+          .program_version = "0.1.0",
+          .seed = 1,
+          .warnings = {}};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,69 @@
+#include "report/write.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "report/report_json.hpp"
+#include "tests/report/synthetic_experiment.hpp"
+
+namespace gyrotherm {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each test, gone afterwards.
+class WriteReport : public testing::Test {
+ protected:
+  WriteReport() : folder_(fs::temp_directory_path() / ("gyrotherm-report-" + test_name())) { fs::remove_all(folder_); }
+  ~WriteReport() override { fs::remove_all(folder_); }
+  static std::string test_name() { return testing::UnitTest::GetInstance()->current_test_info()->name(); }
+  std::string read(const char* name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+  fs::path folder_;
+};
+
+TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
+  const std::string json = report_json(SyntheticExperiment().input());
+  const auto written = write_report(json, folder_.string());
+  ASSERT_TRUE(written.has_value()) << text(written.error());
+  EXPECT_EQ(read("report.json"), json);
+  EXPECT_TRUE(read("report.html").starts_with("<!DOCTYPE html>"));
+  EXPECT_TRUE(read("figures/figure-8.svg").starts_with("<svg "));
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+}
+
+TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {
+  ASSERT_TRUE(write_report(report_json(SyntheticExperiment().input()), folder_.string()).has_value());
+  const std::string page = read("report.html");
+  fs::remove(folder_ / "report.html");
+  ASSERT_TRUE(rebuild_report(folder_.string()).has_value());
+  EXPECT_EQ(read("report.html"), page);
+}
+
+TEST_F(WriteReport, WritesNothingFromABadReport) {
+  const auto written = write_report("{}", folder_.string());
+  ASSERT_FALSE(written.has_value());
+  EXPECT_EQ(written.error().kind, FaultKind::bad_file);
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+TEST_F(WriteReport, NamesTheFolderItCannotMake) {
+  std::ofstream(folder_) << "a file in the way";
+  const auto written = write_report(report_json(SyntheticExperiment().input()), folder_.string());
+  ASSERT_FALSE(written.has_value());
+  EXPECT_EQ(written.error().kind, FaultKind::storage);
+}
+
+TEST_F(WriteReport, RebuildNeedsAReport) {
+  const auto rebuilt = rebuild_report(folder_.string());
+  ASSERT_FALSE(rebuilt.has_value());
+  EXPECT_EQ(rebuilt.error().kind, FaultKind::storage);
+}
+
+}  // namespace
+}  // namespace gyrotherm

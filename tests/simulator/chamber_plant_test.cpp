@@ -1,0 +1,73 @@
+#include "simulator/chamber_plant.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+PlantParameters shipped() { return world_of_rig("virtual").plant; }
+
+TEST(ChamberPlant, FollowsEveryRampOfTheQualificationWithinOneKelvin) {
+  for (const double rate : {1.0, 2.0, 3.0, 5.0}) {
+    ChamberPlant plant(shipped());
+    double worst_k = 0;
+    for (const double set_point : rate_cycle_c(rate)) {
+      plant.step({set_point}, true);
+      worst_k = std::max(worst_k, std::abs(plant.air().value - set_point));
+    }
+    EXPECT_LT(worst_k, 1.0) << rate << " °C/min";
+    EXPECT_GT(worst_k, 0.01 * rate) << "a chamber without any lag is none";
+  }
+}
+
+TEST(ChamberPlant, SettlesWithinFiveMinutesOfTheSteepestRampsEnd) {
+  ChamberPlant plant(shipped());
+  const auto cycle = rate_cycle_c(5);
+  const std::size_t ramp_end = 7200 + 720;
+  for (std::size_t t = 0; t < ramp_end + 7200; ++t) {
+    plant.step({cycle[t]}, true);
+    if (t < ramp_end + 300) continue;
+    ASSERT_NEAR(plant.air().value, -40, 0.1) << t - ramp_end << " s after the ramp";
+  }
+}
+
+TEST(ChamberPlant, CoolsMoreSlowlyInTheCold) {
+  ChamberPlant plant(shipped());
+  const auto seconds_to = [&](double target_c) {
+    int seconds = 0;
+    for (; plant.air().value > target_c; ++seconds) plant.step({-45}, true);
+    return seconds;
+  };
+  (void)seconds_to(10);
+  const int warm_s = seconds_to(0);
+  (void)seconds_to(-30);
+  const int cold_s = seconds_to(-40);
+  EXPECT_GT(cold_s, 1.3 * warm_s);
+  EXPECT_GT(cold_s, 60) << "its rate is limited";
+}
+
+TEST(ChamberPlant, DoesNotWindUpWhileItsOutputIsAtTheLimit) {
+  ChamberPlant plant(shipped());
+  double lowest_c = 20;
+  for (int t = 0; t < 3600; ++t) {
+    plant.step({-40}, true);
+    lowest_c = std::min(lowest_c, plant.air().value);
+  }
+  EXPECT_GT(lowest_c, -41);
+}
+
+TEST(ChamberPlant, DriftsTowardsTheRoomWhenSwitchedOff) {
+  ChamberPlant plant(shipped());
+  for (int t = 0; t < 3600; ++t) plant.step({-40}, true);
+  for (int t = 0; t < 7 * 86400; ++t) plant.step({-40}, false);
+  EXPECT_NEAR(plant.air().value, shipped().room_c, 0.01);
+  EXPECT_NEAR(plant.output_percent(), 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,87 @@
+#include "tests/simulator/laboratory.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+
+#include "core/read_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A shipped file that cannot be read is the end of the test program.
+template <class T>
+T must(Result<T> result) {
+  if (result) return std::move(*result);
+  std::cerr << text(result.error()) << '\n';
+  std::abort();
+}
+
+/// Set points one a second; that of a second is where the program stands at its beginning.
+struct Program {
+  double at_c = 20;
+  std::vector<double> set_points_c;
+
+  void ramp(double target_c, int seconds) {
+    for (int i = 0; i < seconds; ++i) set_points_c.push_back(at_c + (target_c - at_c) * i / seconds);
+    at_c = target_c;
+  }
+  void hold(int seconds) { set_points_c.insert(set_points_c.end(), static_cast<std::size_t>(seconds), at_c); }
+};
+
+struct Leg {
+  double target_c;
+  int ramp_s;
+  int hold_s;
+};
+
+constexpr std::array<Leg, 29> kRandomLegs{
+    {{22.5, 33, 5719},   {-17.5, 1296, 6365}, {-39.5, 314, 5860}, {6.8, 1489, 2437},  {-14.5, 510, 3930},
+     {15.3, 359, 5831},  {22.2, 83, 2021},    {-24.0, 851, 890},  {-36.4, 265, 3676}, {51.7, 1587, 3993},
+     {9.7, 1562, 677},   {-20.8, 505, 1924},  {-3.0, 2056, 6078}, {-24.6, 757, 6410}, {11.0, 494, 4822},
+     {34.2, 1526, 4171}, {10.8, 317, 2984},   {19.8, 707, 3158},  {-7.7, 1403, 5987}, {-2.1, 69, 4493},
+     {20.5, 401, 5064},  {-24.9, 1098, 2181}, {0.2, 1614, 6987},  {-18.5, 319, 2582}, {47.4, 1136, 1468},
+     {44.5, 36, 6565},   {17.0, 1430, 1870},  {52.8, 719, 1791},  {48.4, 77, 4359}}};
+
+}  // namespace
+
+std::string rig_text(const std::string& name) {
+  return must(read_file(std::string(GYROTHERM_SOURCE_DIR) + "/profiles/rigs/" + name + ".toml"));
+}
+
+WorldParameters world_of_rig(const std::string& name) { return must(parse_world(rig_text(name), name)); }
+
+FrameFormat gyro_of_rig(const std::string& name) {
+  return read_frame_format(must(TomlTable::parse(rig_text(name), name)).table("gyro").table("frame"));
+}
+
+RegisterMap chamber_map(const std::string& name) {
+  const auto path = std::string(GYROTHERM_SOURCE_DIR) + "/profiles/chambers/" + name + ".toml";
+  return must(parse_register_map(must(read_file(path)), path));
+}
+
+std::vector<double> rate_cycle_c(double rate_c_per_min) {
+  constexpr int kHold = 7200;
+  Program program;
+  program.hold(kHold);
+  for (const double target_c : {-40.0, 60.0, -40.0, 60.0, 20.0}) {
+    const double distance_k = std::abs(target_c - program.at_c);
+    program.ramp(target_c, static_cast<int>(std::lround(distance_k / rate_c_per_min * 60)));
+    program.hold(kHold);
+  }
+  return program.set_points_c;
+}
+
+std::vector<double> random_profile_c() {
+  Program program;
+  program.hold(7200);
+  for (const auto& leg : kRandomLegs) {
+    program.ramp(leg.target_c, leg.ramp_s);
+    program.hold(leg.hold_s);
+  }
+  program.set_points_c.resize(144000);
+  return program.set_points_c;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,26 @@
+/// The shipped virtual rigs and the rate cycles of the qualification, for the tests of this room.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "drivers/frame_format.hpp"
+#include "drivers/register_map.hpp"
+#include "simulator/world.hpp"
+#include "simulator/world_parameters.hpp"
+
+namespace gyrotherm {
+
+/// profiles/rigs/NAME.toml.
+[[nodiscard]] std::string rig_text(const std::string& name);
+[[nodiscard]] WorldParameters world_of_rig(const std::string& name);
+[[nodiscard]] FrameFormat gyro_of_rig(const std::string& name);
+/// profiles/chambers/NAME.toml.
+[[nodiscard]] RegisterMap chamber_map(const std::string& name);
+
+/// Set points of one rate cycle, one a second: 20 °C, then −40, 60, −40, 60, 20 °C, each held for 2 h.
+[[nodiscard]] std::vector<double> rate_cycle_c(double rate_c_per_min);
+/// Set points of the reference simulation's random profile, 144,000 s.
+[[nodiscard]] std::vector<double> random_profile_c();
+
+}  // namespace gyrotherm

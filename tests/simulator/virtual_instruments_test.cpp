@@ -1,0 +1,234 @@
+#include "simulator/virtual_instruments.hpp"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <deque>
+#include <string>
+
+#include "drivers/modbus_frame.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A client of nothing but the socket interface; every wait ends after five seconds.
+class Client {
+ public:
+  explicit Client(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    const timeval limit{5, 0};
+    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Client() { ::close(descriptor_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  void send(std::span<const std::byte> bytes) const {
+    (void)::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  }
+  void send(std::string_view text) const { send(std::as_bytes(std::span(text))); }
+  /// Exactly `size` bytes, or what came before the end.
+  [[nodiscard]] std::vector<std::byte> receive(std::size_t size) const {
+    std::vector<std::byte> bytes(size);
+    std::size_t got = 0;
+    while (got < size) {
+      const auto more = ::recv(descriptor_, bytes.data() + got, size - got, 0);
+      if (more <= 0) break;
+      got += static_cast<std::size_t>(more);
+    }
+    bytes.resize(got);
+    return bytes;
+  }
+  [[nodiscard]] std::string receive_line() const {
+    std::string line;
+    while (!line.ends_with('\n')) {
+      const auto byte = receive(1);
+      if (byte.empty()) break;
+      line.push_back(static_cast<char>(byte.front()));
+    }
+    return line;
+  }
+  [[nodiscard]] bool was_dropped() const { return receive(1).empty(); }
+
+ private:
+  int descriptor_;
+};
+
+class VirtualInstrumentsTest : public testing::Test {
+ protected:
+  static std::unique_ptr<VirtualInstruments> start(std::uint64_t seed = 0) {
+    auto started = VirtualInstruments::start(World(world_of_rig("virtual"), seed),
+                                             {.chamber = chamber_map("virtual"),
+                                              .thermometers = {{{"A", "B", "C", "D", "E", "F", "G", "H"}}, {{"shell"}}},
+                                              .gyro = gyro_of_rig("virtual")});
+    EXPECT_TRUE(started) << text(started.error());
+    return std::move(*started);
+  }
+  [[nodiscard]] double read_chamber(const Client& client, const char* item) const {
+    const auto& found = *map.find(item);
+    const ModbusRequest request{1, map.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
+    client.send(encode_request(request));
+    const auto words = decode_reply(request, client.receive(9 + 2 * std::size_t{request.count}));
+    EXPECT_TRUE(words);
+    return words ? *decode(found, *words) : 0;
+  }
+  void write_chamber(const Client& client, const char* item, double value) const {
+    const auto& found = *map.find(item);
+    const auto words = encode(found, value);
+    const ModbusRequest request{
+        2, map.unit, ModbusFunction::write_multiple, found.address, static_cast<std::uint16_t>(words.size()), words};
+    client.send(encode_request(request));
+    EXPECT_TRUE(decode_reply(request, client.receive(12)));
+  }
+  static std::string ask(const Client& client, const char* command) {
+    client.send(command);
+    return client.receive_line();
+  }
+
+  RegisterMap map = chamber_map("virtual");
+  std::unique_ptr<VirtualInstruments> instruments = start();
+};
+
+TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
+  const Client chamber(instruments->chamber_port());
+  const Client thermometer(instruments->thermometer_port(0));
+  World same(world_of_rig("virtual"), 0);
+  write_chamber(chamber, "set_point", -30);
+  write_chamber(chamber, "control_mode", 1);
+  same.command({-30});
+  same.switch_on(true);
+  for (int i = 0; i < 50; ++i) {
+    instruments->advance(7);
+    for (int t = 0; t < 7; ++t) same.step();
+    ASSERT_NEAR(read_chamber(chamber, "air_temperature"), same.air_as_measured().value, 1e-5);
+    ASSERT_NEAR(std::stod(ask(thermometer, "CRDG? 2\r\n")), same.thermometers_as_measured_c()[1], 0.0005);
+  }
+}
+
+TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
+  const Client shell(instruments->thermometer_port(1));
+  const World same(world_of_rig("virtual"), 0);
+  EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
+}
+
+TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
+  const Client first(instruments->gyro_port());
+  const Client second(instruments->gyro_port());
+  instruments->advance(10);
+  const auto bytes = first.receive(160);
+  EXPECT_EQ(bytes, second.receive(160));
+  FrameDecoder decoder(gyro_of_rig("virtual"));
+  decoder.feed(bytes);
+  World same(world_of_rig("virtual"), 0);
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    const auto frame = decoder.take();
+    same.step();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->pulses, same.pulses());
+    EXPECT_EQ(frame->sequence, i);
+    EXPECT_EQ(frame->timestamp, static_cast<std::uint64_t>(same.device_time_us()));
+  }
+  EXPECT_EQ(decoder.rejected_bytes(), 0U);
+}
+
+TEST_F(VirtualInstrumentsTest, ReplayLeadsWhereTheRunWas) {
+  const auto replayed = start(5);
+  instruments = start(5);
+  std::vector<Celsius> set_points;
+  {
+    const Client chamber(instruments->chamber_port());
+    write_chamber(chamber, "control_mode", 1);
+    for (int i = 0; i < 300; ++i) {
+      write_chamber(chamber, "set_point", 20 - 0.1 * i);
+      set_points.push_back({read_chamber(chamber, "set_point")});
+      instruments->advance(1);
+    }
+  }
+  replayed->replay(set_points);
+  std::array<std::vector<std::byte>, 2> frames;
+  std::array<std::string, 2> readings;
+  std::array<double, 2> air_c{};
+  const std::array<VirtualInstruments*, 2> both{instruments.get(), replayed.get()};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Client gyro(both[i]->gyro_port());
+    both[i]->advance(5);
+    frames[i] = gyro.receive(80);
+    readings[i] = ask(Client(both[i]->thermometer_port(0)), "CRDG? 0\r\n");
+    air_c[i] = read_chamber(Client(both[i]->chamber_port()), "air_temperature");
+  }
+  EXPECT_EQ(frames[0], frames[1]);
+  EXPECT_EQ(frames[0].size(), 80U);
+  EXPECT_EQ(readings[0], readings[1]);
+  EXPECT_EQ(air_c[0], air_c[1]);
+}
+
+TEST_F(VirtualInstrumentsTest, OutliveClientsThatComeGoAndTalkNonsense) {
+  const Client well_behaved(instruments->chamber_port());
+  for (int i = 0; i < 100; ++i) {
+    const Client rude(instruments->chamber_port());
+    rude.send("\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff");
+    const Client hasty(instruments->thermometer_port(0));
+    hasty.send("CRDG? 0\r\nCRD");
+    const Client leaver(instruments->gyro_port());
+    instruments->advance(1);
+  }
+  EXPECT_EQ(read_chamber(well_behaved, "set_point"), 20);
+}
+
+TEST_F(VirtualInstrumentsTest, DropAClientThatDoesNotSpeakModbus) {
+  const Client rude(instruments->chamber_port());
+  rude.send("\x00\x01\x00\x63 no modbus");
+  rude.send("GET / HTTP/1.1\r\n\r\n");
+  EXPECT_TRUE(rude.was_dropped());
+}
+
+TEST_F(VirtualInstrumentsTest, AdmitSixteenClientsAndNoMore) {
+  std::deque<Client> clients;
+  for (int i = 0; i < 16; ++i) {
+    clients.emplace_back(instruments->thermometer_port(0));
+    EXPECT_FALSE(ask(clients.back(), "*IDN?\r\n").empty());
+  }
+  const Client seventeenth(instruments->thermometer_port(0));
+  EXPECT_TRUE(seventeenth.was_dropped());
+  clients.pop_front();
+  EXPECT_FALSE(ask(clients.back(), "*IDN?\r\n").empty());
+}
+
+TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
+  const Client greedy(instruments->thermometer_port(0));
+  std::string many;
+  for (int i = 0; i < 1000; ++i) many += "CRDG? 0\r\n";
+  for (int i = 0; i < 200; ++i) greedy.send(many);
+  const Client patient(instruments->thermometer_port(0));
+  EXPECT_FALSE(ask(patient, "*IDN?\r\n").empty());
+}
+
+TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
+  const auto started =
+      VirtualInstruments::start(World(world_of_rig("virtual"), 0),
+                                {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyro = gyro_of_rig("virtual")});
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().kind, FaultKind::usage);
+  EXPECT_NE(started.error().what.find("\"Z\""), std::string::npos);
+}
+
+TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
+  const auto started = VirtualInstruments::start(
+      World(world_of_rig("virtual"), 0),
+      {.chamber = map, .thermometers = {}, .gyro = gyro_of_rig("virtual"), .first_port = instruments->chamber_port()});
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().kind, FaultKind::disconnected);
+  EXPECT_NE(started.error().where.find(std::to_string(instruments->chamber_port())), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyrotherm

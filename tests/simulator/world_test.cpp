@@ -1,0 +1,108 @@
+#include "simulator/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simulator/spread.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// All that instruments can see of a world, after each of some steps towards a set point.
+std::vector<double> seen(World& world, Celsius set_point, int seconds) {
+  std::vector<double> all;
+  world.command(set_point);
+  world.switch_on(true);
+  for (int t = 0; t < seconds; ++t) {
+    world.step();
+    all.push_back(world.air_as_measured().value);
+    all.push_back(world.output_percent());
+    all.push_back(static_cast<double>(world.pulses()));
+    all.push_back(static_cast<double>(world.device_time_us()));
+    for (const double reading : world.thermometers_as_measured_c()) all.push_back(reading);
+  }
+  return all;
+}
+
+std::vector<double> seen_with_seed(std::uint64_t seed) {
+  World world(world_of_rig("virtual"), seed);
+  return seen(world, {-10}, 600);
+}
+
+TEST(World, IsReproducedByItsSeedAndItsSetPoints) {
+  for (const std::uint64_t seed : {0U, 1U, 12345U}) EXPECT_EQ(seen_with_seed(seed), seen_with_seed(seed)) << seed;
+}
+
+TEST(World, DiffersBySeed) {
+  EXPECT_NE(seen_with_seed(0), seen_with_seed(1));
+  EXPECT_NE(seen_with_seed(1), seen_with_seed(2));
+}
+
+TEST(World, DoesNotChangeByBeingRead) {
+  World read(world_of_rig("virtual"), 3);
+  World unread(world_of_rig("virtual"), 3);
+  (void)seen(read, {30}, 100);
+  unread.command({30});
+  unread.switch_on(true);
+  for (int t = 0; t < 100; ++t) unread.step();
+  EXPECT_EQ(seen(read, {30}, 10), seen(unread, {30}, 10));
+}
+
+TEST(World, StartsAtRestAndSwitchedOff) {
+  const World world(world_of_rig("virtual"), 0);
+  EXPECT_FALSE(world.is_on());
+  EXPECT_EQ(world.set_point().value, 20);
+  EXPECT_EQ(world.pulses(), 0);
+  EXPECT_NEAR(world.air_as_measured().value, 20, 0.06);
+  EXPECT_NEAR(world.thermometers_as_measured_c()[0], 23.297, 0.06);
+  EXPECT_NEAR(world.thermometers_as_measured_c()[8], 20.960, 0.06);
+}
+
+TEST(World, RefusesSetPointsThatThePlantCannotHold) {
+  const World world(world_of_rig("virtual"), 0);
+  EXPECT_TRUE(world.accepts({-45}));
+  EXPECT_TRUE(world.accepts({90}));
+  EXPECT_FALSE(world.accepts({-45.1}));
+  EXPECT_FALSE(world.accepts({std::nan("")}));
+}
+
+TEST(World, CountsEarthRateAndBias) {
+  auto parameters = world_of_rig("virtual");
+  World world(parameters, 0);
+  (void)seen(world, {20}, 3600);
+  const double arcsec = static_cast<double>(world.pulses()) * parameters.gyro.arcsec_per_pulse;
+  EXPECT_NEAR(arcsec / 3600, parameters.gyro.earth_rate_deg_per_h + world.true_bias().value, 0.002);
+}
+
+TEST(DrawGyro, KeepsTheFilesGyroForSeedZero) {
+  const auto type = world_of_rig("virtual");
+  const auto drawn = draw_gyro(type, 0);
+  EXPECT_EQ(drawn.network.capacity_j_per_k, type.network.capacity_j_per_k);
+  EXPECT_EQ(drawn.network.film_w_per_k, type.network.film_w_per_k);
+  EXPECT_EQ(drawn.bias.gradient_deg_per_h_per_k, type.bias.gradient_deg_per_h_per_k);
+  EXPECT_EQ(drawn.thermometers.offset_k, type.thermometers.offset_k);
+}
+
+TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
+  const auto type = world_of_rig("virtual");
+  double sum = 0;
+  double squares = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+    const auto drawn = draw_gyro(type, seed);
+    EXPECT_NE(drawn.thermometers.offset_k[0], 0);
+    EXPECT_NE(drawn.bias.arm_deg_per_h_per_k, type.bias.arm_deg_per_h_per_k);
+    for (std::size_t i = 0; i < type.network.nodes.size(); ++i, ++count) {
+      const double logarithm = std::log(drawn.network.capacity_j_per_k[i] / type.network.capacity_j_per_k[i]);
+      sum += logarithm;
+      squares += logarithm * logarithm;
+    }
+  }
+  EXPECT_NEAR(sum / count, 0, 4 * 0.15 / std::sqrt(count));
+  EXPECT_NEAR(std::sqrt(squares / count), 0.15, 4 * 0.15 / std::sqrt(2.0 * count));
+}
+
+}  // namespace
+}  // namespace gyrotherm

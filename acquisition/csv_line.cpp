@@ -12,7 +12,8 @@ constexpr std::string_view kBlanks = " \t\r";
 Result<std::size_t> end_of_quoted(std::string_view line, std::size_t from, char separator) {
   const std::size_t close = line.find('"', from + 1);
   if (close == std::string_view::npos)
-    return failure(FaultKind::bad_file, std::to_string(from + 1), "a quote is not closed, expected \" before the end of the line");
+    return failure(FaultKind::bad_file, std::to_string(from + 1),
+                   "a quote is not closed, expected \" before the end of the line");
   const std::size_t next = line.find(separator, close);
   const std::string_view rest = line.substr(close + 1, next == std::string_view::npos ? next : next - close - 1);
   if (trimmed(rest).empty()) return close + 1;

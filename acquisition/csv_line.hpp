@@ -10,12 +10,13 @@
 namespace gyrotherm {
 
 struct Field {
-  std::string_view text;   ///< trimmed of blanks, without its quotes
-  std::size_t column{};    ///< where it begins, in bytes from 1
+  std::string_view text;  ///< trimmed of blanks, without its quotes
+  std::size_t column{};   ///< where it begins, in bytes from 1
 };
 
-/// Cuts at `separator`; fields may stand in double quotes. With a blank as separator any run of blanks is one, and blanks
-/// at either end are none. Fails with bad_file (`where` is the column alone) if a quote is not closed or followed by text.
+/// Cuts at `separator`; fields may stand in double quotes. With a blank as separator any run of blanks is one, and
+/// blanks at either end are none. Fails with bad_file (`where` is the column alone) if a quote is not closed or
+/// followed by text.
 [[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
 
 [[nodiscard]] std::string_view trimmed(std::string_view text);

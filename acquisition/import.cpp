@@ -55,12 +55,13 @@ Result<void> insert_rows(RunFile& run, const ForeignRows& rows) {
 
 Result<void> insert_silences(RunFile& run, const ForeignRows& rows, const Silences& silences) {
   if (silences.count == 0) return {};
-  const Event event{{rows.time[silences.first_after], {}},
-                    EventKind::note,
-                    fmt::format("{} gaps longer than 10 times the median spacing of {:g} s, {:g} s in all; the first, of "
-                                "{:g} s, after row {}",
-                                silences.count, to_seconds(silences.median), to_seconds(silences.total),
-                                to_seconds(silences.first), silences.first_after)};
+  const Event event{
+      {rows.time[silences.first_after], {}},
+      EventKind::note,
+      fmt::format("{} gaps longer than 10 times the median spacing of {:g} s, {:g} s in all; the first, of "
+                  "{:g} s, after row {}",
+                  silences.count, to_seconds(silences.median), to_seconds(silences.total), to_seconds(silences.first),
+                  silences.first_after)};
   return run.insert_event(static_cast<std::int64_t>(silences.first_after), event);
 }
 

@@ -79,7 +79,8 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
 
 void check_names(const TomlTable& root, const ImportMap& map) {
   std::vector<Channel> channels;
-  for (const auto& thermometer : map.thermometers) channels.push_back({.name = thermometer.name, .instrument = "", .offset = {}});
+  for (const auto& thermometer : map.thermometers)
+    channels.push_back({.name = thermometer.name, .instrument = "", .offset = {}});
   if (const auto good = check_channel_names(channels); !good) root.mistake("thermometer", text(good.error()));
 }
 

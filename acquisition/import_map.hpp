@@ -1,5 +1,5 @@
-/// How a foreign text table is to be read: which column is the time, which are thermometers, which is the gyro, and in what
-/// units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
+/// How a foreign text table is to be read: which column is the time, which are thermometers, which is the gyro, and in
+/// what units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
 #pragma once
 
 #include <optional>
@@ -15,7 +15,8 @@ namespace gyrotherm {
 
 inline constexpr const char* kImportSchema = "gyrotherm-import/1";
 
-/// A column by its name in the header (blanks at either end do not count), or by its number from 1 in a file without one.
+/// A column by its name in the header (blanks at either end do not count), or by its number from 1 in a file without
+/// one.
 struct ColumnName {
   std::string name{};
   std::size_t number{};
@@ -28,7 +29,7 @@ struct ImportMap {
   char separator = ',';  ///< ',' ';' '\t' or ' ' (any run of blanks)
   std::string comment;   ///< lines that begin with it do not count; empty: there are none
   bool header = true;
-  std::size_t skip{};    ///< lines after the header (or from the start) that are no rows
+  std::size_t skip{};  ///< lines after the header (or from the start) that are no rows
 
   /// Rows have their own time, in units of `time_unit`; or each row lasts `interval`.
   std::optional<ColumnName> time;
@@ -38,8 +39,8 @@ struct ImportMap {
   struct ThermometerColumn {
     std::string name;
     ColumnName column;
-    double scale = 1;       ///< °C per unit of the file
-    double offset_c = 0;    ///< reading = number × scale + offset
+    double scale = 1;     ///< °C per unit of the file
+    double offset_c = 0;  ///< reading = number × scale + offset
   };
   std::vector<ThermometerColumn> thermometers;
 

@@ -82,9 +82,10 @@ Result<Record> read_all(const std::string& path) {
   Record record;
   record.info = std::move(*info);
   record.finished = *finished;
-  const auto read = read_samples(*database, record)
-                        .and_then([&] { return read_gaps(*database, record); })
-                        .and_then([&] { return read_events(*database, record); });
+  const auto read =
+      read_samples(*database, record).and_then([&] { return read_gaps(*database, record); }).and_then([&] {
+        return read_events(*database, record);
+      });
   if (!read) return failure(read.error());
   return record;
 }

@@ -27,8 +27,9 @@ struct StoredRow {
   Progress progress;  ///< its set point is NaN in an imported record
 };
 
-/// Opens a record to read it, and checks that it is one. Nothing in the file changes, not even a dead writer's log.
-/// Fails with bad_file, or with storage if it is being written or damaged.
+/// Opens a record to read it, and checks that it is one. Nothing in it changes, not even a dead writer's log (beside
+/// which SQLite leaves the log's index, RUN.db-shm, until the run goes on). Fails with bad_file, or with storage if it
+/// is being written or damaged.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 
 /// Calls `use` with each sample in order of slots; the row is overwritten by the next.

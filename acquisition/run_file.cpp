@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
@@ -23,8 +24,8 @@ struct Setting {
   const char* read_back;
 };
 
-/// Exclusive before WAL, so that the log's index lives in memory and no -shm file exists; FULL, so that a commit is on the
-/// disk when it returns.
+/// Exclusive before WAL, so that the log's index lives in memory and no -shm file exists; FULL, so that a commit is on
+/// the disk when it returns.
 constexpr std::array kDurable{
     Setting{"journal_mode", "WAL", "wal"},
     Setting{"synchronous", "FULL", "2"},
@@ -150,6 +151,9 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
                           .and_then([&] { return check_unfinished(*database, path); })
                           .and_then([&] { return make_durable(*database, path); });
   if (!usable) return failure(usable.error());
+  // The log's index that somebody left who read the record in between; under the exclusive lock nobody uses it.
+  std::error_code none_there;
+  std::filesystem::remove(path + "-shm", none_there);
   auto info = read_run_info(*database);
   if (!info) return failure(info.error());
   return ready(std::move(*database), path, std::move(*info));

@@ -1,5 +1,5 @@
-/// The open file of a run: one connection with the settings that make a commit durable, and one prepared statement per kind
-/// of row. What may be written when is the business of Store and of import; here a row is a row.
+/// The open file of a run: one connection with the settings that make a commit durable, and one prepared statement per
+/// kind of row. What may be written when is the business of Store and of import; here a row is a row.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ struct SampleRow {
 
 class RunFile {
  public:
-  /// Makes a new file with its schema and `info`, durable when this returns. Fails with storage if the file exists, with
-  /// bad_file if a channel's name cannot be a column. After a failure there is no file.
+  /// Makes a new file with its schema and `info`, durable when this returns. Fails with storage if the file exists,
+  /// with bad_file if a channel's name cannot be a column. After a failure there is no file.
   [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info);
   /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);

@@ -123,17 +123,17 @@ Result<RunInfo> read_run_info(Database& database) {
           .and_then([&] {
             return each_row(database, "SELECT name, instrument, offset_k FROM channel ORDER BY position",
                             [&](const Statement& row) {
-                              info.thermometers.push_back({std::string(row.text(0)), std::string(row.text(1)),
-                                                           Kelvins{row.real(2)}});
+                              info.thermometers.push_back(
+                                  {std::string(row.text(0)), std::string(row.text(1)), Kelvins{row.real(2)}});
                             });
           })
           .and_then([&] {
-            return each_row(database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",
-                            [&](const Statement& row) {
-                              info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0,
-                                                       Celsius{row.real(2)}, CelsiusPerMinute{row.real(3)},
-                                                       static_cast<int>(row.integer(4))});
-                            });
+            return each_row(
+                database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",
+                [&](const Statement& row) {
+                  info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0, Celsius{row.real(2)},
+                                           CelsiusPerMinute{row.real(3)}, static_cast<int>(row.integer(4))});
+                });
           })
           .and_then([&] { return read_lists(database, info); })
           .and_then([&] { return check_channel_names(info.thermometers); });

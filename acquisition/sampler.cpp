@@ -104,9 +104,8 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
   std::vector<std::future<ThermometerReadings>> thermometers;
   for (std::size_t i = 0; i < thermometers_.size(); ++i)
-    thermometers.push_back(thermometers_[i].post([&clock, &thermometer = instruments_.thermometers[i].instrument] {
-      return read_stamped(thermometer, clock);
-    }));
+    thermometers.push_back(thermometers_[i].post(
+        [&clock, &thermometer = instruments_.thermometers[i].instrument] { return read_stamped(thermometer, clock); }));
   auto gyro = gyro_.post([this, &clock] { return stamped(clock, instruments_.gyro.read(options_.interval)); });
 
   Sample sample = empty_sample(slot, now);

@@ -28,28 +28,29 @@ struct Instruments {
 };
 
 struct SamplerOptions {
-  Duration interval = std::chrono::seconds(1);           ///< what the gyro shall cover at each read
-  Duration patience = std::chrono::milliseconds(900);    ///< workers: after this an instrument counts as silent
+  Duration interval = std::chrono::seconds(1);         ///< what the gyro shall cover at each read
+  Duration patience = std::chrono::milliseconds(900);  ///< workers: after this an instrument counts as silent
 };
 
 class Sampler {
  public:
-  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyro. For virtual time, where a
-  /// run must be reproducible and a silent device costs no wall time. Nothing is cut off: each driver's own deadline holds.
+  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyro. For virtual time,
+  /// where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each driver's own
+  /// deadline holds.
   [[nodiscard]] static std::unique_ptr<Sampler> inline_calls(Instruments instruments, SamplerOptions options = {});
   /// Gives each instrument a thread of its own. For real time.
   [[nodiscard]] static std::unique_ptr<Sampler> workers(Instruments instruments, SamplerOptions options = {});
   virtual ~Sampler() = default;
 
-  /// Every instrument once; with workers, back no later than `patience` after the call. An instrument that has not answered
-  /// by then has the fault timeout ("still busy after 900 ms") in its own columns; its late answer is dropped, never taken
-  /// for a later second's. `clock` stamps sample and readings and must outlive the sampler. The sample's `progress` is
-  /// left for the rig to fill.
+  /// Every instrument once; with workers, back no later than `patience` after the call. An instrument that has not
+  /// answered by then has the fault timeout ("still busy after 900 ms") in its own columns; its late answer is dropped,
+  /// never taken for a later second's. `clock` stamps sample and readings and must outlive the sampler. The sample's
+  /// `progress` is left for the rig to fill.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
-  /// Makes `target` the chamber's set point. Fails as Chamber::head_for() does; with workers also with timeout if that is
-  /// not done within `patience`: a command that had not begun by then is not sent later, of one that had the set point is
-  /// unknown.
+  /// Makes `target` the chamber's set point. Fails as Chamber::head_for() does; with workers also with timeout if that
+  /// is not done within `patience`: a command that had not begun by then is not sent later, of one that had the set
+  /// point is unknown.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
 };
 

@@ -29,8 +29,8 @@ constexpr std::array kBeforeThermometers{
 
 // NUMERIC: a foreign record keeps its rate in the place of the pulses.
 constexpr std::array kAfterThermometers{
-    Column{"pulses", "NUMERIC"}, Column{"interval_ns", "INTEGER"}, Column{"segment", "INTEGER"},
-    Column{"cycle", "INTEGER"},  Column{"phase", "TEXT"},          Column{"in_segment_ns", "INTEGER"},
+    Column{"pulses", "NUMERIC"},    Column{"interval_ns", "INTEGER"}, Column{"segment", "INTEGER"},
+    Column{"cycle", "INTEGER"},     Column{"phase", "TEXT"},          Column{"in_segment_ns", "INTEGER"},
     Column{"soaked_ns", "INTEGER"},
 };
 

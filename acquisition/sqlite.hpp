@@ -31,8 +31,7 @@ class Statement {
   /// Carries out a statement that returns no row, with the parameters put before, and makes it ready for the next.
   [[nodiscard]] Result<void> run();
   template <class... Values>
-    requires(sizeof...(Values) > 0)
-  [[nodiscard]] Result<void> run(const Values&... values) {
+  requires(sizeof...(Values) > 0) [[nodiscard]] Result<void> run(const Values&... values) {
     int parameter = 0;
     (put(++parameter, values), ...);
     return run();
@@ -42,7 +41,7 @@ class Statement {
   [[nodiscard]] Result<bool> step();
   [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
-  [[nodiscard]] double real(int column) const;  ///< NaN where NULL
+  [[nodiscard]] double real(int column) const;            ///< NaN where NULL
   [[nodiscard]] std::string_view text(int column) const;  ///< valid until the next step
 
  private:

@@ -21,8 +21,8 @@ struct RunStatus {
   };
   std::string path;  ///< of the record
   std::string id;
-  std::int64_t pid{};           ///< of the last known writer; 0: unknown
-  bool being_written{};         ///< a program holds the record now
+  std::int64_t pid{};    ///< of the last known writer; 0: unknown
+  bool being_written{};  ///< a program holds the record now
   bool finished{};
   bool simulated{};
   std::int64_t slot{-1};          ///< of the last sample; −1: none yet

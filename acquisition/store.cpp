@@ -18,8 +18,8 @@ std::optional<T> value_of(const Reading<T>& reading) {
   return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
 }
 
-/// Holds the law of slots – each has exactly one row or lies in exactly one gap – and the line between what was appended
-/// and what is acknowledged.
+/// Holds the law of slots – each has exactly one row or lies in exactly one gap – and the line between what was
+/// appended and what is acknowledged.
 class SqliteStore final : public Store {
  public:
   SqliteStore(RunFile file, RunStatus status) : file_(std::move(file)), status_(std::move(status)) {

@@ -1,5 +1,5 @@
-/// Watches that the write-ahead log being written is the one on disk: a log unlinked by another program takes every commit
-/// and keeps none of them, while SQLite reports success.
+/// Watches that the write-ahead log being written is the one on disk: a log unlinked by another program takes every
+/// commit and keeps none of them, while SQLite reports success.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace gyrotherm {
 
 class WalGuard {
  public:
-  /// To be called after the first commit to the file at `path`: finds the descriptor by which this process holds the log,
-  /// opening neither. Fails with storage if there is none.
+  /// To be called after the first commit to the file at `path`: finds the descriptor by which this process holds the
+  /// log, opening neither. Fails with storage if there is none.
   [[nodiscard]] static Result<WalGuard> find(const std::string& path);
 
   /// Compares the inode under the log's name with the one that is held. Fails with storage.

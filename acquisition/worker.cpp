@@ -6,7 +6,8 @@
 namespace gyrotherm {
 namespace {
 
-/// A signal would end a poll of the instruments' libraries as an unplugged device does; signals belong to the main thread.
+/// A signal would end a poll of the instruments' libraries as an unplugged device does; signals belong to the main
+/// thread.
 void block_signals() {
   sigset_t all;
   sigfillset(&all);

@@ -12,14 +12,14 @@
 
 namespace gyrotherm {
 
-/// Jobs run one after the other; at most one waits. The destructor waits for the job that runs: every instrument's call has
-/// an end of its own.
+/// Jobs run one after the other; at most one waits. The destructor waits for the job that runs: every instrument's call
+/// has an end of its own.
 class Worker {
  public:
   Worker() : thread_([this](std::stop_token stop) { serve(stop); }) {}
 
-  /// Hands over a job. Whoever drops the future drops the answer, also one that comes late. The job before must have begun
-  /// or been withdrawn.
+  /// Hands over a job. Whoever drops the future drops the answer, also one that comes late. The job before must have
+  /// begun or been withdrawn.
   template <class Job>
   [[nodiscard]] auto post(Job job) {
     auto task = std::make_shared<std::packaged_task<decltype(job())()>>(std::move(job));

@@ -79,8 +79,8 @@ void fill(Clusters& clusters, Eigen::Index row, const Dataset& dataset, const Sp
 void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   for (Eigen::Index k = 1; k < clusters.start_s.size(); ++k) {
     if (spans[k].number != spans[k - 1].number + 1) continue;
-    clusters.rate_c_per_min.row(k) = (clusters.temperature_c.row(k) - clusters.temperature_c.row(k - 1)) *
-                                     (kSecondsPerMinute / clusters.length_s);
+    clusters.rate_c_per_min.row(k) =
+        (clusters.temperature_c.row(k) - clusters.temperature_c.row(k - 1)) * (kSecondsPerMinute / clusters.length_s);
   }
 }
 
@@ -110,8 +110,10 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   std::vector<Span> kept;
   int dropped_rest = 0;
   for (const Span& span : cut(dataset, length_s)) {
-    if (span.number >= complete) dropped_rest += static_cast<int>(span.count);
-    else if (is_whole(dataset, span, length_s)) kept.push_back(span);
+    if (span.number >= complete)
+      dropped_rest += static_cast<int>(span.count);
+    else if (is_whole(dataset, span, length_s))
+      kept.push_back(span);
   }
   if (kept.empty()) return none();
 

@@ -16,9 +16,9 @@ std::string statement_of(const Selection& selection, std::size_t pairs, std::siz
     return fmt::format("{} of {} gradients have |r| > {}: {} (rank {})", passed, pairs, selection.threshold,
                        fmt::join(names, ", "), selection.rank);
   }
-  return fmt::format("{} of {} gradients have |r| > {}, too few to choose from; the differences with {} are used: {} (rank {})",
-                     passed, pairs, selection.threshold, selection.terms.front().first, fmt::join(names, ", "),
-                     selection.rank);
+  return fmt::format(
+      "{} of {} gradients have |r| > {}, too few to choose from; the differences with {} are used: {} (rank {})",
+      passed, pairs, selection.threshold, selection.terms.front().first, fmt::join(names, ", "), selection.rank);
 }
 
 }  // namespace
@@ -56,7 +56,8 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   return r;
 }
 
-Selection select_pairs(const std::vector<std::string>& names, const Eigen::MatrixXd& r, double threshold, int least_rank) {
+Selection select_pairs(const std::vector<std::string>& names, const Eigen::MatrixXd& r, double threshold,
+                       int least_rank) {
   assert(names.size() >= 2 && r.rows() == static_cast<Eigen::Index>(names.size()) && r.cols() == r.rows());
   Selection selection;
   selection.threshold = threshold;

@@ -21,12 +21,13 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-tl::unexpected<Fault> unknown(std::string_view term, std::string_view name, const std::vector<std::string>& thermometers) {
+tl::unexpected<Fault> unknown(std::string_view term, std::string_view name,
+                              const std::vector<std::string>& thermometers) {
   const std::string meant = nearest(name, thermometers);
-  return failure(FaultKind::usage, fmt::format("input \"{}\"", term),
-                 fmt::format("no thermometer \"{}\"{}; there are {}", name,
-                             meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant),
-                             fmt::join(thermometers, ", ")));
+  return failure(
+      FaultKind::usage, fmt::format("input \"{}\"", term),
+      fmt::format("no thermometer \"{}\"{}; there are {}", name,
+                  meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant), fmt::join(thermometers, ", ")));
 }
 
 /// Splits at each '-' in turn, since a name may hold one; what is unknown is said of the first split.
@@ -134,13 +135,14 @@ Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>&
   if (values.rows() < 2) return failure(FaultKind::usage, "scaling", "fewer than two clusters to scale by");
   Scaling scaling;
   scaling.mean = values.colwise().mean();
-  scaling.std = ((values.rowwise() - scaling.mean).colwise().squaredNorm() / static_cast<double>(values.rows() - 1))
-                    .cwiseSqrt();
+  scaling.std =
+      ((values.rowwise() - scaling.mean).colwise().squaredNorm() / static_cast<double>(values.rows() - 1)).cwiseSqrt();
   const Eigen::RowVectorXd largest = values.cwiseAbs().colwise().maxCoeff();
   for (Eigen::Index j = 0; j < values.cols(); ++j) {
     constexpr double kRounding = 1e-12;
     if (scaling.std(j) > kRounding * largest(j)) continue;
-    return failure(FaultKind::usage, fmt::format("input \"{}\"", text(terms[j])), "does not vary over the training clusters");
+    return failure(FaultKind::usage, fmt::format("input \"{}\"", text(terms[j])),
+                   "does not vary over the training clusters");
   }
   return scaling;
 }

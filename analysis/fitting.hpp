@@ -34,9 +34,10 @@ struct Preparation {
 [[nodiscard]] Result<SvrModel> fit_svr(const SampleMatrix& x, const Eigen::VectorXd& y, const SvrParameters& parameters,
                                        const SvrOptions& options);
 
-/// Least squares with a constant. `target_std_deg_per_h` turns the residual into °/h. Scaled inputs that depend on the others
-/// to one part in 10⁹ count as dependent. Fails with usage if there are not more clusters than coefficients.
-[[nodiscard]] Result<LinearModel> fit_linear(const SampleMatrix& x, const Eigen::VectorXd& y, double target_std_deg_per_h);
+/// Least squares with a constant. `target_std_deg_per_h` turns the residual into °/h. Scaled inputs that depend on the
+/// others to one part in 10⁹ count as dependent. Fails with usage if there are not more clusters than coefficients.
+[[nodiscard]] Result<LinearModel> fit_linear(const SampleMatrix& x, const Eigen::VectorXd& y,
+                                             double target_std_deg_per_h);
 
 /// The model that preparation and function make, without what is known of its making.
 [[nodiscard]] Model assemble(const Preparation& preparation, std::variant<SvrModel, LinearModel> function);

@@ -62,7 +62,8 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records) {
     }
     if (record.cycle.size() < kFewestClusters) {
       return failure(FaultKind::usage, "training",
-                     fmt::format("a record without cycles has {} clusters, at least {} are needed", record.cycle.size(), kFewestClusters));
+                     fmt::format("a record without cycles has {} clusters, at least {} are needed", record.cycle.size(),
+                                 kFewestClusters));
     }
     append_blocks(plan, record);
     blocks += kBlocks;

@@ -16,8 +16,9 @@ struct FoldPlan {
   std::string statement;  ///< "leave one cycle out (4)", "4 consecutive blocks"
 };
 
-/// A fold per cycle of each record; clusters outside any cycle go with the cycle before them, the first ones with the first.
-/// A record of fewer than two cycles is cut into four consecutive blocks. Fails with usage if it has fewer than eight clusters.
+/// A fold per cycle of each record; clusters outside any cycle go with the cycle before them, the first ones with the
+/// first. A record of fewer than two cycles is cut into four consecutive blocks. Fails with usage if it has fewer than
+/// eight clusters.
 [[nodiscard]] Result<FoldPlan> plan_folds(const std::vector<Clusters>& records);
 
 /// Rows inside a fold, and outside it, in order.

@@ -48,7 +48,8 @@ Result<InputPlan> plan_terms(const std::string& inputs, const Dataset& dataset) 
 Result<InputPlan> plan_three_point(const Dataset& dataset) {
   const auto& points = dataset.three_point;
   if (points.size() != 3) {
-    return failure(FaultKind::usage, dataset.path, "three-point needs a cathode, an anode and a shell thermometer; the record names none");
+    return failure(FaultKind::usage, dataset.path,
+                   "three-point needs a cathode, an anode and a shell thermometer; the record names none");
   }
   InputPlan plan;
   plan.fixed = {gradient(points[0], points[1]), gradient(points[0], points[2]), gradient(points[1], points[2])};

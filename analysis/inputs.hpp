@@ -19,10 +19,10 @@ struct InputPlan {
   double threshold = 0.90;              ///< of |r|
 };
 
-/// multi-point: gradients by correlation (paper §4.3); multi-point-t: the same and the temperature of the first gradient
-/// thermometer (errata 3.2); three-point: the three differences of cathode, anode and shell; seven-point: the differences of the
-/// first gradient thermometer with the others; else terms, comma separated. Fails with usage: a record that lacks the
-/// thermometers, an unknown or repeated term.
+/// multi-point: gradients by correlation (paper §4.3); multi-point-t: the same and the temperature of the first
+/// gradient thermometer (errata 3.2); three-point: the three differences of cathode, anode and shell; seven-point: the
+/// differences of the first gradient thermometer with the others; else terms, comma separated. Fails with usage: a
+/// record that lacks the thermometers, an unknown or repeated term.
 [[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset, double threshold);
 
 struct ChosenInputs {
@@ -30,8 +30,8 @@ struct ChosenInputs {
   Selection selection;  ///< empty if nothing was selected
 };
 
-/// The terms for one training set. A selection of fewer than two independent gradients (one, of two thermometers) falls back to
-/// the differences with the first thermometer.
+/// The terms for one training set. A selection of fewer than two independent gradients (one, of two thermometers) falls
+/// back to the differences with the first thermometer.
 [[nodiscard]] ChosenInputs choose_inputs(const InputPlan& plan, const Clusters& training);
 
 }  // namespace gyrotherm

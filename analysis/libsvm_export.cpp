@@ -17,11 +17,12 @@ void append_row(std::string& out, const Eigen::Ref<const Eigen::RowVectorXd>& ro
 
 Result<std::string> to_libsvm(const Model& model) {
   const auto* svr = std::get_if<SvrModel>(&model.function);
-  if (svr == nullptr) return failure(FaultKind::usage, "LIBSVM export", "needs an svr model, this one is " + model.method);
+  if (svr == nullptr)
+    return failure(FaultKind::usage, "LIBSVM export", "needs an svr model, this one is " + model.method);
   const double sigma = svr->parameters.sigma;
-  std::string out = fmt::format(
-      "svm_type epsilon_svr\nkernel_type rbf\ngamma {:.17g}\nnr_class 2\ntotal_sv {}\nrho {:.17g}\nSV\n",
-      1 / (2 * sigma * sigma), svr->beta.size(), -svr->b);
+  std::string out =
+      fmt::format("svm_type epsilon_svr\nkernel_type rbf\ngamma {:.17g}\nnr_class 2\ntotal_sv {}\nrho {:.17g}\nSV\n",
+                  1 / (2 * sigma * sigma), svr->beta.size(), -svr->b);
   for (Eigen::Index i = 0; i < svr->beta.size(); ++i) {
     fmt::format_to(std::back_inserter(out), "{:.17g}", svr->beta(i));
     append_row(out, svr->support_vectors.row(i));

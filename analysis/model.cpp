@@ -1,6 +1,7 @@
 #include "analysis/model.hpp"
 
 #include <cassert>
+#include <limits>
 
 namespace gyrotherm {
 namespace {
@@ -25,7 +26,10 @@ Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters) {
 Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs) {
   assert(inputs.cols() == static_cast<Eigen::Index>(model.terms.size()));
   const SampleMatrix scaled = apply(model.scaling, inputs);
-  const Eigen::VectorXd f = std::visit([&](const auto& function) { return value_of(function, scaled); }, model.function);
+  Eigen::VectorXd f = std::visit([&](const auto& function) { return value_of(function, scaled); }, model.function);
+  for (Eigen::Index k = 0; k < f.size(); ++k) {
+    if (!inputs.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
+  }
   return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
 }
 

@@ -69,7 +69,7 @@ struct Model {
 
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters);
-/// The same from unscaled inputs, rows × terms.
+/// The same from unscaled inputs, rows × terms; NaN where an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs);
 
 [[nodiscard]] std::string to_json(const Model& model);

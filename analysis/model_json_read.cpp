@@ -12,8 +12,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// One value of the file and its path. A reader that finds what it does not expect notes the first mistake and returns a neutral
-/// value, so that a caller reads straight on and asks for the mistake once at the end.
+/// One value of the file and its path. A reader that finds what it does not expect notes the first mistake and returns
+/// a neutral value, so that a caller reads straight on and asks for the mistake once at the end.
 class Node {
  public:
   Node(const Json& json, std::string path, std::optional<Fault>& mistake)
@@ -26,7 +26,9 @@ class Node {
     note(path, "is missing");
     return {nothing(), path, mistake_};
   }
-  [[nodiscard]] Node at(std::size_t index) const { return {json_.at(index), fmt::format("{}/{}", path_, index), mistake_}; }
+  [[nodiscard]] Node at(std::size_t index) const {
+    return {json_.at(index), fmt::format("{}/{}", path_, index), mistake_};
+  }
 
   /// Of an array; anything else is a mistake and has none.
   [[nodiscard]] std::size_t size() const {
@@ -99,7 +101,9 @@ auto list(const Node& node, Read read) {
   return values;
 }
 
-std::vector<std::string> texts(const Node& node) { return list(node, [](const Node& n) { return n.text(); }); }
+std::vector<std::string> texts(const Node& node) {
+  return list(node, [](const Node& n) { return n.text(); });
+}
 
 Eigen::VectorXd vector_of(const Node& node) {
   const std::vector<double> values = list(node, [](const Node& n) { return n.number(); });
@@ -107,13 +111,16 @@ Eigen::VectorXd vector_of(const Node& node) {
 }
 
 SampleMatrix matrix_of(const Node& node, Eigen::Index columns) {
-  SampleMatrix matrix(static_cast<Eigen::Index>(node.size()), columns);
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    const Node row = node.at(static_cast<std::size_t>(i));
-    const Eigen::VectorXd values = vector_of(row);
+  bool fits = true;
+  const auto rows = list(node, [&](const Node& row) {
+    Eigen::VectorXd values = vector_of(row);
     row.expect(values.size() == columns, "expected one number per input");
-    if (values.size() == columns) matrix.row(i) = values.transpose();
-  }
+    fits = fits && values.size() == columns;
+    return values;
+  });
+  if (!fits) return {};  // nothing is allocated that the file does not hold
+  SampleMatrix matrix(static_cast<Eigen::Index>(rows.size()), columns);
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) matrix.row(i) = rows[i].transpose();
   return matrix;
 }
 

@@ -54,9 +54,8 @@ Json json_of(const SvrModel& svr) {
 }
 
 Json json_of(const LinearModel& linear) {
-  return {{"weights", numbers(linear.weights)},
-          {"b", linear.b},
-          {"residual_std_deg_per_h", linear.residual_std_deg_per_h}};
+  return {
+      {"weights", numbers(linear.weights)}, {"b", linear.b}, {"residual_std_deg_per_h", linear.residual_std_deg_per_h}};
 }
 
 Json json_of(const std::vector<TrainingRecord>& records) {
@@ -89,11 +88,16 @@ Json json_of(const SwarmSummary& swarm) {
 }
 
 Json json_of(const SwarmOptions& swarm) {
-  return {{"particles", swarm.particles}, {"iterations", swarm.iterations},
-          {"omega_max", swarm.omega_max}, {"omega_min", swarm.omega_min},
-          {"c1", swarm.c1},               {"c2", swarm.c2},
-          {"v_max", swarm.v_max},         {"stall_iterations", swarm.stall_iterations},
-          {"stall_gain", swarm.stall_gain}, {"seed", swarm.seed}};
+  return {{"particles", swarm.particles},
+          {"iterations", swarm.iterations},
+          {"omega_max", swarm.omega_max},
+          {"omega_min", swarm.omega_min},
+          {"c1", swarm.c1},
+          {"c2", swarm.c2},
+          {"v_max", swarm.v_max},
+          {"stall_iterations", swarm.stall_iterations},
+          {"stall_gain", swarm.stall_gain},
+          {"seed", swarm.seed}};
 }
 
 Json json_of(const TuningOptions& options) {
@@ -107,12 +111,9 @@ Json json_of(const TuningOptions& options) {
 }
 
 Json json_of(const TuningSummary& tuning, const TuningOptions& options) {
-  return {{"best", json_of(tuning.best)},
-          {"cross_validation_mse", tuning.cross_validation_mse},
-          {"uncertified", tuning.uncertified},
-          {"swarm", json_of(tuning.swarm)},
-          {"warnings", tuning.warnings},
-          {"options", json_of(options)}};
+  return {{"best", json_of(tuning.best)},      {"cross_validation_mse", tuning.cross_validation_mse},
+          {"uncertified", tuning.uncertified}, {"swarm", json_of(tuning.swarm)},
+          {"warnings", tuning.warnings},       {"options", json_of(options)}};
 }
 
 Json json_of(const Figures& figures) {
@@ -138,21 +139,22 @@ Json json_of_inputs(const Model& model) {
 }  // namespace
 
 std::string to_json(const Model& model) {
-  Json json{{"schema", kModelSchema},
-            {"program_version", model.program_version},
-            {"inputs", model.inputs},
-            {"method", model.method},
-            {"quick", model.quick},
-            {"cluster_length_s", model.cluster_length_s},
-            {"terms", json_of_inputs(model)},
-            {"target", {{"mean_deg_per_h", model.target_mean_deg_per_h}, {"std_deg_per_h", model.target_std_deg_per_h}}},
-            {"trained_on", json_of(model.trained_on)},
-            {"folds", model.folds},
-            {"in_sample", json_of(model.in_sample)},
-            {"leave_cycle_out", json_of(model.leave_cycle_out)},
-            {"leave_cycle_out_residual_deg_per_h", numbers(model.leave_cycle_out_residual)},
-            {"warnings", model.warnings},
-            {"function", std::visit([](const auto& function) { return json_of(function); }, model.function)}};
+  Json json{
+      {"schema", kModelSchema},
+      {"program_version", model.program_version},
+      {"inputs", model.inputs},
+      {"method", model.method},
+      {"quick", model.quick},
+      {"cluster_length_s", model.cluster_length_s},
+      {"terms", json_of_inputs(model)},
+      {"target", {{"mean_deg_per_h", model.target_mean_deg_per_h}, {"std_deg_per_h", model.target_std_deg_per_h}}},
+      {"trained_on", json_of(model.trained_on)},
+      {"folds", model.folds},
+      {"in_sample", json_of(model.in_sample)},
+      {"leave_cycle_out", json_of(model.leave_cycle_out)},
+      {"leave_cycle_out_residual_deg_per_h", numbers(model.leave_cycle_out_residual)},
+      {"warnings", model.warnings},
+      {"function", std::visit([](const auto& function) { return json_of(function); }, model.function)}};
   if (!model.selection.terms.empty()) json["selection"] = json_of(model.selection);
   if (std::holds_alternative<SvrModel>(model.function)) json["tuning"] = json_of(model.tuning, model.tuning_options);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

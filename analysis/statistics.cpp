@@ -23,8 +23,10 @@ std::vector<Hold> holds_of(const Clusters& clusters, const std::vector<RunInfo::
   for (Eigen::Index k = 0; k < count; ++k) {
     const int segment = clusters.segment(k);
     const bool inside = segment >= 0 && segments[segment].hold && clusters.last_segment(k) == segment;
-    if (inside && segment == open) holds.back().last = k;
-    else if (inside) holds.push_back({k, k});
+    if (inside && segment == open)
+      holds.back().last = k;
+    else if (inside)
+      holds.push_back({k, k});
     open = inside ? segment : -1;
   }
   return holds;
@@ -70,7 +72,8 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::Segm
       ++floor.differences;
     }
   }
-  floor.deg_per_h = floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : std::numeric_limits<double>::quiet_NaN();
+  floor.deg_per_h =
+      floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : std::numeric_limits<double>::quiet_NaN();
   return floor;
 }
 

@@ -14,14 +14,16 @@
 namespace gyrotherm {
 namespace {
 
-// In spreads of the target. Below it, single precision cannot tell the points apart.
+// Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
 // Times n. Trainings that need more are faster by Newton steps.
 constexpr Eigen::Index kSmoIterationsPerPoint = 16;
 // σ/C of the first proximal step after SMO.
 constexpr double kFirstWeight = 3;
 
-tl::unexpected<Fault> misuse(std::string what) { return failure(FaultKind::usage, "support vector regression", std::move(what)); }
+tl::unexpected<Fault> misuse(std::string what) {
+  return failure(FaultKind::usage, "support vector regression", std::move(what));
+}
 
 Result<void> check_positive(const char* what, double value) {
   if (value > 0 && std::isfinite(value)) return {};
@@ -50,12 +52,11 @@ Result<void> check_problem(const SvrProblem& problem, const SvrOptions& options)
 
 NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
   const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
-  const auto iterations = static_cast<int>((getenv("CAP")?atoi(getenv("CAP")):kSmoIterationsPerPoint) * problem.size());
+  const auto iterations = static_cast<int>(kSmoIterationsPerPoint * problem.size());
   const SvrPoint start = solve_by_smo(problem, kSmoTolerance * spread, iterations).point;
-  return solve_by_newton(problem, start,
-                         {.relative_gap = options.relative_gap,
-                          .max_steps = options.max_newton_steps,
-                          .first_weight = (getenv("W")?atof(getenv("W")):kFirstWeight)});
+  return solve_by_newton(
+      problem, start,
+      {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct SvrSolution {
   double kkt_violation{};  ///< LIBSVM's stopping measure of the returned β; ≤ 0 at an exact optimum
   double objective{};      ///< D(β)
   int support_vectors{};
-  int iterations{};        ///< Newton steps; 0 if sequential minimal optimisation sufficed
+  int iterations{};  ///< Newton steps; 0 if sequential minimal optimisation sufficed
 };
 
 /// Squared distances between samples, once per set; each σ then costs one pass of exp.
@@ -60,8 +60,8 @@ class SquaredDistances {
 /// Solves for one training set. Fails with usage on bad parameters, shapes or NaN (named by value and constraint), with
 /// numeric if the certificate is not reached; then `what` holds the gap that was.
 ///
-/// Sequential minimal optimisation first; if that does not earn the certificate, a semismooth Newton method goes on from
-/// there (numerics/smo.hpp, numerics/newton.hpp).
+/// Sequential minimal optimisation first; if that does not earn the certificate, a semismooth Newton method goes on
+/// from there (numerics/smo.hpp, numerics/newton.hpp).
 [[nodiscard]] Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x,
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
                                             const SvrOptions& options = {});
@@ -71,9 +71,9 @@ class SquaredDistances {
                                                    const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
                                                    const SvrOptions& options = {});
 
-/// The judge: (P + D)/max(|D|, floor) of a pair, in double; infinite if β is not feasible. It bounds how far D is from its
-/// optimum. P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε); the floor, a billionth of C Σ|y_i − ȳ|, gives the gap a scale
-/// where the optimum is β = 0 and D = 0.
+/// The judge: (P + D)/max(|D|, floor) of a pair, in double; infinite if β is not feasible. It bounds how far D is from
+/// its optimum. P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε); the floor, a billionth of C Σ|y_i − ȳ|, gives the gap a
+/// scale where the optimum is β = 0 and D = 0.
 [[nodiscard]] double relative_duality_gap(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                           const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
                                           const Eigen::Ref<const Eigen::VectorXd>& beta, double b);

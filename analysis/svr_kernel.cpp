@@ -37,9 +37,7 @@ SquaredDistances::SquaredDistances(const Eigen::Ref<const SampleMatrix>& x) : Sq
 SquaredDistances::SquaredDistances(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b)
     : d2_(squared_distances(a, b)) {}
 
-void SquaredDistances::kernel(double sigma, Eigen::MatrixXd& out) const {
-  to_kernel(d2_, sigma, out);
-}
+void SquaredDistances::kernel(double sigma, Eigen::MatrixXd& out) const { to_kernel(d2_, sigma, out); }
 
 Eigen::MatrixXd SquaredDistances::kernel(double sigma) const {
   Eigen::MatrixXd out;

@@ -1,5 +1,5 @@
-/// Particle swarm optimisation by eqs. 8–10 of the paper (with errata 2 for their order): inertia weight falling linearly,
-/// velocity limit before the move, positions clamped to the box with that velocity component set to zero.
+/// Particle swarm optimisation by eqs. 8–10 of the paper (with errata 2 for their order): inertia weight falling
+/// linearly, velocity limit before the move, positions clamped to the box with that velocity component set to zero.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,16 @@ namespace gyrotherm {
 
 struct SwarmOptions {
   int particles = 20;
-  int iterations = 30;          ///< T_max of eq. 10; the initial swarm is evaluated before the first
-  double omega_max = 0.9;       ///< eq. 10
-  double omega_min = 0.4;       ///< eq. 10
-  double c1 = 2.0;              ///< eq. 9
-  double c2 = 2.0;              ///< eq. 9
-  double v_max = 0.2;           ///< of each coordinate's range
-  int stall_iterations = 10;    ///< stop early after so many iterations without `stall_gain`
-  double stall_gain = 1e-3;     ///< relative gain of the best fitness that counts
+  int iterations = 30;        ///< T_max of eq. 10; the initial swarm is evaluated before the first
+  double omega_max = 0.9;     ///< eq. 10
+  double omega_min = 0.4;     ///< eq. 10
+  double c1 = 2.0;            ///< eq. 9
+  double c2 = 2.0;            ///< eq. 9
+  double v_max = 0.2;         ///< of each coordinate's range
+  int stall_iterations = 10;  ///< stop early after so many iterations without `stall_gain`
+  double stall_gain = 1e-3;   ///< relative gain of the best fitness that counts
   std::uint64_t seed = 1;
-  int threads = 0;              ///< 0: all. The result does not depend on it
+  int threads = 0;  ///< 0: all. The result does not depend on it
 };
 
 struct SwarmBox {
@@ -35,24 +35,23 @@ enum class SwarmEnd { was_not_run, iterations_done, stalled };
 
 struct SwarmSummary {
   SwarmEnd end = SwarmEnd::was_not_run;
-  std::vector<double> best;            ///< position
-  double best_fitness{};               ///< lowest
-  std::vector<double> history;         ///< best fitness after the initial swarm and after each iteration
+  std::vector<double> best;              ///< position
+  double best_fitness{};                 ///< lowest
+  std::vector<double> history;           ///< best fitness after the initial swarm and after each iteration
   std::vector<int> coordinates_on_edge;  ///< coordinates of the best that lie on the box's edge
   int evaluations{};
 };
 
-/// `fitness(position, limit)` returns the value to minimise; it may stop early and return any partial value greater than
-/// `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever compared with the
-/// particle's own best. Called from several threads.
+/// `fitness(position, limit)` returns the value to minimise; it may stop early and return any partial value greater
+/// than `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever compared
+/// with the particle's own best. Called from several threads.
 using Fitness = std::function<Result<double>(const std::vector<double>& position, double limit)>;
 
-/// Minimises over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated in parallel and
-/// compared only after all of an iteration are known, and every random number is drawn by the calling thread in a fixed
-/// order, so the result does not depend on the number of threads. `progress` is called by the calling thread alone, after
-/// each of its evaluations and after each iteration.
-/// Fails with usage on bad options, interrupted if `progress` says so, or with the first (lowest particle index) fault of
-/// a fitness.
+/// Minimises over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated in parallel
+/// and compared only after all of an iteration are known, and every random number is drawn by the calling thread in a
+/// fixed order, so the result does not depend on the number of threads. `progress` is called by the calling thread
+/// alone, after each of its evaluations and after each iteration. Fails with usage on bad options, interrupted if
+/// `progress` says so, or with the first (lowest particle index) fault of a fitness.
 [[nodiscard]] Result<SwarmSummary> minimise(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& options,
                                             const ProgressSink& progress = {});
 
@@ -67,8 +66,8 @@ struct Coordinate {
   double velocity{};
 };
 
-/// The move of a coordinate with the velocity eq. 9 gave it: velocity limited to ±`v_max` first, then the move, then the
-/// position clamped to the box, which sets the velocity to 0.
+/// The move of a coordinate with the velocity eq. 9 gave it: velocity limited to ±`v_max` first, then the move, then
+/// the position clamped to the box, which sets the velocity to 0.
 [[nodiscard]] Coordinate moved(Coordinate from, double v_max, double lower, double upper);
 
 }  // namespace gyrotherm

@@ -43,8 +43,9 @@ Result<void> check_method(const std::string& method) {
   static const std::array<std::string, 2> kMethods = {"svr", "linear"};
   if (method == kMethods[0] || method == kMethods[1]) return {};
   const std::string meant = nearest(method, kMethods);
-  return failure(FaultKind::usage, "method", fmt::format("\"{}\" is neither svr nor linear{}", method,
-                                                         meant.empty() ? "" : fmt::format(", did you mean {}?", meant)));
+  return failure(FaultKind::usage, "method",
+                 fmt::format("\"{}\" is neither svr nor linear{}", method,
+                             meant.empty() ? "" : fmt::format(", did you mean {}?", meant)));
 }
 
 Result<Split> split_at(const Workshop& shop, int fold) {
@@ -155,7 +156,8 @@ void record_sources(Model& model, const std::vector<Dataset>& datasets, const st
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(records[i].start_s.size())});
     if (dataset.three_point_stand_in && model.inputs == "three-point") {
-      model.warnings.push_back(fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
+      model.warnings.push_back(
+          fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
     }
   }
 }
@@ -176,8 +178,9 @@ void collect_warnings(Model& model, const std::vector<Dataset>& datasets, const 
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
     if (!(model.in_sample.std < floor.deg_per_h)) continue;
-    model.warnings.push_back(fmt::format("over-fit: the in-sample STD, {:.4g} °/h, is below the noise floor of {}, {:.4g} °/h",
-                                         model.in_sample.std, datasets[i].path, floor.deg_per_h));
+    model.warnings.push_back(
+        fmt::format("over-fit: the in-sample STD, {:.4g} °/h, is below the noise floor of {}, {:.4g} °/h",
+                    model.in_sample.std, datasets[i].path, floor.deg_per_h));
   }
 }
 

@@ -36,15 +36,14 @@ Result<void> check(std::span<const Fold> folds) {
 // A fold with the distances that every evaluation needs.
 class PreparedFold {
  public:
-  explicit PreparedFold(const Fold& fold)
-      : fold_(&fold), within_(fold.train_x), across_(fold.train_x, fold.test_x) {}
+  explicit PreparedFold(const Fold& fold) : fold_(&fold), within_(fold.train_x), across_(fold.train_x, fold.test_x) {}
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
   // Of all held-out rows, in the units of target_scale squared.
   [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options) const {
-    const auto solution = solve_svr_kernel(within_.kernel(parameters.sigma), fold_->train_y, parameters.C,
-                                           parameters.epsilon, options);
+    const auto solution =
+        solve_svr_kernel(within_.kernel(parameters.sigma), fold_->train_y, parameters.C, parameters.epsilon, options);
     if (!solution) return failure(solution.error());
     const Eigen::VectorXd predicted =
         (across_.kernel(parameters.sigma).transpose() * solution->beta).array() + solution->b;
@@ -74,7 +73,8 @@ Result<double> mean_squared_error(std::span<const PreparedFold> folds, const Svr
 }
 
 SwarmBox box_of(const TuningOptions& options) {
-  SwarmBox box{.lower = {options.log2_c_min, options.log2_sigma_min}, .upper = {options.log2_c_max, options.log2_sigma_max}};
+  SwarmBox box{.lower = {options.log2_c_min, options.log2_sigma_min},
+               .upper = {options.log2_c_max, options.log2_sigma_max}};
   if (options.fixed_epsilon > 0) return box;
   box.lower.push_back(options.log2_epsilon_min);
   box.upper.push_back(options.log2_epsilon_max);
@@ -108,7 +108,8 @@ Result<double> cross_validation_error(std::span<const Fold> folds, const SvrPara
   return mean_squared_error(prepare(folds), parameters, options, limit);
 }
 
-Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options, const ProgressSink& progress) {
+Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
+                               const ProgressSink& progress) {
   if (auto ok = check(folds); !ok) return failure(ok.error());
   const std::vector<PreparedFold> prepared = prepare(folds);
   std::atomic<int> uncertified = 0;

@@ -35,20 +35,20 @@ struct TuningOptions {
 
 struct TuningSummary {
   SvrParameters best;
-  double cross_validation_mse{};         ///< (°/h)², over all held-out rows
-  int uncertified{};                     ///< positions with a training that missed its certificate: never a best one
+  double cross_validation_mse{};  ///< (°/h)², over all held-out rows
+  int uncertified{};              ///< positions with a training that missed its certificate: never a best one
   SwarmSummary swarm;
-  std::vector<std::string> warnings;     ///< "log2 C = 12 lies on the edge of its box", …
+  std::vector<std::string> warnings;  ///< "log2 C = 12 lies on the edge of its box", …
 };
 
-/// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it passes
-/// `limit`, and returns what it has then: the sum can only grow. Fails with usage (no fold, or a fold without rows or of the
-/// wrong shape), or as solve_svr does.
+/// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it
+/// passes `limit`, and returns what it has then: the sum can only grow. Fails with usage (no fold, or a fold without
+/// rows or of the wrong shape), or as solve_svr does.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 
-/// A position where a training misses its certificate counts as infinitely bad, and is counted and warned of. Fails with
-/// usage, with interrupted, or with numeric if no position at all could be certified.
+/// A position where a training misses its certificate counts as infinitely bad, and is counted and warned of. Fails
+/// with usage, with interrupted, or with numeric if no position at all could be certified.
 [[nodiscard]] Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
                                              const ProgressSink& progress = {});
 

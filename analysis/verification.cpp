@@ -42,14 +42,15 @@ std::vector<Stretch> stretches_of(const Dataset& dataset) {
   return stretches;
 }
 
-/// Where the asked-for rate of change changes: each segment's start, but not the first one's, nor that of a hold after a hold
-/// at the same temperature.
+/// Where the asked-for rate of change changes: each segment's start, but not the first one's, nor that of a hold after
+/// a hold at the same temperature.
 std::vector<double> corners_of(const Dataset& dataset, const std::vector<Stretch>& stretches) {
   std::vector<double> corners;
   for (std::size_t s = 1; s < stretches.size(); ++s) {
     const auto &before = dataset.segments[s - 1], &after = dataset.segments[s];
     const bool goes_on = before.hold && after.hold && before.target == after.target;
-    const bool recorded = stretches[s].start_s < stretches[s].end_s && stretches[s - 1].start_s < stretches[s - 1].end_s;
+    const bool recorded =
+        stretches[s].start_s < stretches[s].end_s && stretches[s - 1].start_s < stretches[s - 1].end_s;
     if (recorded && !goes_on) corners.push_back(stretches[s].start_s);
   }
   return corners;
@@ -63,8 +64,8 @@ Rows rows_after(const std::vector<double>& corners, const Clusters& clusters) {
   });
 }
 
-std::vector<SegmentFigures> segment_figures(const Dataset& dataset, const Clusters& clusters, const Eigen::VectorXd& residual,
-                                            const std::vector<Stretch>& stretches) {
+std::vector<SegmentFigures> segment_figures(const Dataset& dataset, const Clusters& clusters,
+                                            const Eigen::VectorXd& residual, const std::vector<Stretch>& stretches) {
   std::vector<SegmentFigures> figures;
   for (std::size_t s = 0; s < dataset.segments.size(); ++s) {
     const auto segment = static_cast<int>(s);
@@ -102,12 +103,12 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
                                    result.compensated.std, result.floor.deg_per_h));
   }
   if (result.outside_trained_range > 0) {
-    warnings.push_back(fmt::format("{} of {} clusters have an input outside the trained range", result.outside_trained_range,
-                                   result.compensated.count));
+    warnings.push_back(fmt::format("{} of {} clusters have an input outside the trained range",
+                                   result.outside_trained_range, result.compensated.count));
   }
   if (clusters.length_s != model.cluster_length_s) {
-    warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s", model.cluster_length_s,
-                                   clusters.length_s));
+    warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
+                                   model.cluster_length_s, clusters.length_s));
   }
   return warnings;
 }

@@ -53,7 +53,7 @@ std::string_view trimmed(std::string_view text) {
 /// The leading number of a text and what follows it up to the next digit or the end.
 std::optional<Quantity> take_quantity(std::string_view& text) {
   text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   double value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;

@@ -1,4 +1,5 @@
-/// When a line that failed may be tried again: at once after the first failure, then after 0.5, 1, 2, 4, 8, 10, 10, … s.
+/// When a line that failed may be tried again: at once after the first failure, then after 0.5, 1, 2, 4, 8, 10, 10, …
+/// s.
 #pragma once
 
 #include "drivers/deadline.hpp"

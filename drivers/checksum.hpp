@@ -7,8 +7,8 @@
 
 namespace gyrotherm {
 
-/// A cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection algorithms", 1993),
-/// reflected in and out alike. CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.
+/// A cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection algorithms",
+/// 1993), reflected in and out alike. CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.
 struct Crc {
   int width{};  ///< 16 or 32
   std::uint32_t polynomial{};

@@ -7,53 +7,37 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/description.hpp"
+
 namespace gyrotherm {
 
 namespace {
 
 constexpr std::size_t kMostSyncBytes = 8, kLongestFrame = 1024;
 
-template <class T, std::size_t N>
-using Names = std::array<std::pair<const char*, T>, N>;
+constexpr Vocabulary<FieldRole, 5> kRoles{{{"pulse_count", FieldRole::pulse_count},
+                                           {"increment", FieldRole::increment},
+                                           {"sequence", FieldRole::sequence},
+                                           {"timestamp", FieldRole::timestamp},
+                                           {"status", FieldRole::status}}};
+constexpr Vocabulary<FieldType, 8> kTypes{{{"u8", FieldType::u8},
+                                           {"u16", FieldType::u16},
+                                           {"u24", FieldType::u24},
+                                           {"u32", FieldType::u32},
+                                           {"i8", FieldType::i8},
+                                           {"i16", FieldType::i16},
+                                           {"i24", FieldType::i24},
+                                           {"i32", FieldType::i32}}};
+constexpr Vocabulary<CheckKind, 5> kKinds{{{"none", CheckKind::none},
+                                           {"sum8", CheckKind::sum8},
+                                           {"xor8", CheckKind::xor8},
+                                           {"crc16", CheckKind::crc16},
+                                           {"crc32", CheckKind::crc32}}};
+constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
+constexpr Vocabulary<double, 4> kUnits{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
 
-constexpr Names<FieldRole, 5> kRoles{{{"pulse_count", FieldRole::pulse_count},
-                                      {"increment", FieldRole::increment},
-                                      {"sequence", FieldRole::sequence},
-                                      {"timestamp", FieldRole::timestamp},
-                                      {"status", FieldRole::status}}};
-constexpr Names<FieldType, 8> kTypes{{{"u8", FieldType::u8},
-                                      {"u16", FieldType::u16},
-                                      {"u24", FieldType::u24},
-                                      {"u32", FieldType::u32},
-                                      {"i8", FieldType::i8},
-                                      {"i16", FieldType::i16},
-                                      {"i24", FieldType::i24},
-                                      {"i32", FieldType::i32}}};
-constexpr Names<CheckKind, 5> kKinds{{{"none", CheckKind::none},
-                                      {"sum8", CheckKind::sum8},
-                                      {"xor8", CheckKind::xor8},
-                                      {"crc16", CheckKind::crc16},
-                                      {"crc32", CheckKind::crc32}}};
-constexpr Names<bool, 2> kEndians{{{"little", false}, {"big", true}}};
-constexpr Names<double, 4> kUnits{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
-
-/// `fallback` "" means that the key is required.
-template <class T, std::size_t N>
-T one_of(const Names<T, N>& names, const TomlTable& table, const char* key, const char* fallback = "") {
-  std::vector<std::string> allowed;
-  for (const auto& [name, value] : names) allowed.emplace_back(name);
-  const auto chosen = table.choice(key, allowed, fallback);
-  const auto found = std::find_if(names.begin(), names.end(), [&](const auto& entry) { return chosen == entry.first; });
-  return found == names.end() ? names.front().second : found->second;
-}
-
-template <class T>
-T whole(const TomlTable& table, const char* key, std::int64_t value, std::int64_t high) {
-  if (value < 0 || value > high) table.mistake(key, fmt::format("\"{}\" is {}, expected 0 to {}", key, value, high));
-  return static_cast<T>(std::clamp<std::int64_t>(value, 0, high));
-}
 std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
-  return whole<std::uint32_t>(table, key, table.integer(key, fallback), 0xFFFFFFFF);
+  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
 }
 
 std::vector<std::byte> read_sync(const TomlTable& table) {
@@ -71,7 +55,7 @@ std::vector<std::byte> read_sync(const TomlTable& table) {
 
 FrameField read_field(const TomlTable& table, const FrameFormat& format) {
   FrameField field{.role = one_of(kRoles, table, "role"), .type = one_of(kTypes, table, "type")};
-  field.offset = whole<std::size_t>(table, "offset", table.integer("offset"), kLongestFrame);
+  field.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, kLongestFrame);
   field.big_endian = one_of(kEndians, table, "endian", "little");
   if (field.role == FieldRole::timestamp) field.unit_s = one_of(kUnits, table, "unit", "us");
   if (field.role == FieldRole::status) {
@@ -81,7 +65,8 @@ FrameField read_field(const TomlTable& table, const FrameFormat& format) {
   if (field.offset < format.sync.size() || field.offset + byte_count(field.type) > format.length)
     table.mistake("offset", "the field lies outside the frame, or over its sync bytes");
   const bool counts = field.role == FieldRole::pulse_count || field.role == FieldRole::increment;
-  if (!counts && is_signed(field.type)) table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
+  if (!counts && is_signed(field.type))
+    table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
   return field;
 }
 
@@ -99,12 +84,13 @@ std::size_t check_size(CheckKind kind) {
 FrameCheck read_check(const TomlTable& table, const FrameFormat& format) {
   FrameCheck check{.kind = one_of(kKinds, table, "kind")};
   if (check.kind == CheckKind::none) return check;
-  check.from = whole<std::size_t>(table, "from", table.integer("from", 0), kLongestFrame);
-  check.offset = whole<std::size_t>(table, "offset", table.integer("offset"), kLongestFrame);
+  check.from = bounded<std::size_t>(table, "from", table.integer("from", 0), 0, kLongestFrame);
+  check.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, kLongestFrame);
   check.big_endian = one_of(kEndians, table, "endian", "little");
   if (check.kind == CheckKind::crc16 || check.kind == CheckKind::crc32) {
     check.polynomial = word32(table, "polynomial", 0);
-    if (check.polynomial == 0) table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
+    if (check.polynomial == 0)
+      table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
     check.initial = word32(table, "initial", 0);
     check.reflected = table.boolean("reflected", false);
     check.final_xor = word32(table, "final_xor", 0);
@@ -116,7 +102,8 @@ FrameCheck read_check(const TomlTable& table, const FrameFormat& format) {
 
 void check_roles(const TomlTable& table, const FrameFormat& format) {
   for (const auto& [name, role] : kRoles) {
-    const auto count = std::count_if(format.fields.begin(), format.fields.end(), [&](auto& f) { return f.role == role; });
+    const auto count =
+        std::count_if(format.fields.begin(), format.fields.end(), [&](auto& f) { return f.role == role; });
     if (count > 1) table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", count, name));
   }
   if ((format.find(FieldRole::pulse_count) != nullptr) == (format.find(FieldRole::increment) != nullptr))
@@ -150,7 +137,7 @@ FrameFormat read_frame_format(const TomlTable& table) {
   FrameFormat format;
   format.name = table.text("name");
   format.sync = read_sync(table);
-  format.length = whole<std::size_t>(table, "length", table.integer("length"), kLongestFrame);
+  format.length = bounded<std::size_t>(table, "length", table.integer("length"), 0, kLongestFrame);
   for (const auto& field : table.tables("field")) format.fields.push_back(read_field(field, format));
   if (table.has("check")) format.check = read_check(table.table("check"), format);
   check_roles(table, format);

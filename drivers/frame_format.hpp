@@ -30,9 +30,9 @@ struct FrameField {
   FieldType type{};
   std::size_t offset{};
   bool big_endian{};
-  double unit_s = 1e-6;       ///< timestamp: seconds per count
-  std::uint32_t mask = 0;     ///< status
-  std::uint32_t good = 0;     ///< status
+  double unit_s = 1e-6;    ///< timestamp: seconds per count
+  std::uint32_t mask = 0;  ///< status
+  std::uint32_t good = 0;  ///< status
 };
 
 /// CRC parameters in the usual model: polynomial, initial value, reflected in and out alike, final XOR.
@@ -113,7 +113,8 @@ class FrameDecoder {
   std::uint64_t rejected_{};
 };
 
-/// The bytes of a frame (used by the virtual gyro, and by tests). Counts wrap at the width of their fields; bytes of no field are zero.
+/// The bytes of a frame (used by the virtual gyro, and by tests). Counts wrap at the width of their fields; bytes of no
+/// field are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
 
 }  // namespace gyrotherm

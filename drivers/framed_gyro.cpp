@@ -16,7 +16,9 @@ constexpr std::size_t kChunk = 4096;
 std::uint64_t range_of(FieldType type) { return std::uint64_t{1} << 8 * byte_count(type); }
 
 /// How far a counter of `range` values went from `before` to `now`.
-std::uint64_t forward(std::uint64_t before, std::uint64_t now, std::uint64_t range) { return (now - before) & (range - 1); }
+std::uint64_t forward(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
+  return (now - before) & (range - 1);
+}
 
 /// The same for an up–down counter: the shorter way round.
 std::int64_t signed_step(std::int64_t before, std::int64_t now, std::uint64_t range) {

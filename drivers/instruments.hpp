@@ -41,12 +41,13 @@ class Thermometer {
 class Gyro {
  public:
   virtual ~Gyro() = default;
-  /// Opens the line: what the gyro sends from now on can be read. Fails with disconnected. A gyro that needs no opening is open.
+  /// Opens the line: what the gyro sends from now on can be read. Fails with disconnected. A gyro that needs no opening
+  /// is open.
   [[nodiscard]] virtual Result<void> open() { return {}; }
   /// What was counted since the last successful read, over the interval that the gyro's own clock measured. Waits until
-  /// `expected` of its time is covered or the driver's limit is over. The first read sets the origin and covers only what
-  /// it saw. Fails with timeout, disconnected or corrupted (frames lost: the count of the interval is unknown and the next
-  /// read starts afresh).
+  /// `expected` of its time is covered or the driver's limit is over. The first read sets the origin and covers only
+  /// what it saw. Fails with timeout, disconnected or corrupted (frames lost: the count of the interval is unknown and
+  /// the next read starts afresh).
   [[nodiscard]] virtual Result<PulseCount> read(Duration expected) = 0;
 };
 

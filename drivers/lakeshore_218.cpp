@@ -70,7 +70,8 @@ Result<std::string> Lakeshore218::receive_line() {
 Result<std::string> Lakeshore218::ask(std::string_view command) {
   if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
   const auto query = fmt::format("{}{}", command, kTerminator);
-  if (auto sent = line_->write(std::as_bytes(std::span(query)), timing_.within); !sent) return failure(std::move(sent.error()));
+  if (auto sent = line_->write(std::as_bytes(std::span(query)), timing_.within); !sent)
+    return failure(std::move(sent.error()));
   return receive_line();
 }
 
@@ -92,7 +93,8 @@ std::vector<Result<Celsius>> Lakeshore218::read() {
 
 }  // namespace
 
-std::unique_ptr<Thermometer> make_lakeshore_218(std::unique_ptr<ByteStream> line, std::string place, Lakeshore218Timing timing) {
+std::unique_ptr<Thermometer> make_lakeshore_218(std::unique_ptr<ByteStream> line, std::string place,
+                                                Lakeshore218Timing timing) {
   return std::make_unique<Lakeshore218>(std::move(line), std::move(place), timing);
 }
 

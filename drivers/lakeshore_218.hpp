@@ -12,8 +12,9 @@ namespace gyrotherm {
 
 /// The user's manual (chapter 6) asks for 50 ms between communications; the reply to an unknown command never comes.
 struct Lakeshore218Timing {
-  Duration within = std::chrono::seconds(2);       ///< for a whole reply
-  Duration pause = std::chrono::milliseconds(50);  ///< the line must be silent this long before a query; 0 on the virtual rig
+  Duration within = std::chrono::seconds(2);  ///< for a whole reply
+  Duration pause =
+      std::chrono::milliseconds(50);  ///< the line must be silent this long before a query; 0 on the virtual rig
 };
 
 /// `place` names the instrument in its faults.

@@ -18,14 +18,16 @@ std::optional<double> parse_reading(std::string_view text) {
   const auto digits = text.substr(1);
   if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
   double value{};
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed);
+  const auto [end, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed);
   if (error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
   return text[0] == '-' ? -value : value;
 }
 
 Result<Celsius> plausible(Celsius reading, std::size_t input) {
   if (reading >= kAbsoluteZero && reading <= kHottest) return reading;
-  return failure(FaultKind::out_of_range, fmt::format("input {}", input), fmt::format("{} °C cannot be", reading.value));
+  return failure(FaultKind::out_of_range, fmt::format("input {}", input),
+                 fmt::format("{} °C cannot be", reading.value));
 }
 
 }  // namespace

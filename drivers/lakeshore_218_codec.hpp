@@ -13,8 +13,9 @@ namespace gyrotherm {
 
 inline constexpr std::size_t kLakeshore218Inputs = 8;
 
-/// "+295.123,+296.124,…" (CR LF already taken off) → eight readings of `CRDG? 0`. The number of decimals varies, the sign is
-/// always there. Fails with corrupted if the line is not eight numbers; a reading the instrument cannot have is a fault in its place.
+/// "+295.123,+296.124,…" (CR LF already taken off) → eight readings of `CRDG? 0`. The number of decimals varies, the
+/// sign is always there. Fails with corrupted if the line is not eight numbers; a reading the instrument cannot have is
+/// a fault in its place.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_crdg(std::string_view line);
 
 /// The instrument's side. Readings are rounded to `decimals`.

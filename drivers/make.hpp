@@ -1,4 +1,5 @@
-/// Every line and every driver that a rig can be made of. Lines connect at first use and again after any fault, with back-off.
+/// Every line and every driver that a rig can be made of. Lines connect at first use and again after any fault, with
+/// back-off.
 #pragma once
 
 #include "drivers/framed_gyro.hpp"

@@ -137,9 +137,7 @@ Result<void> ModbusChamber::switch_to(std::int64_t code) {
   return write_item(item(map_.control->commanded), static_cast<double>(code), item(map_.control->active));
 }
 
-Result<void> ModbusChamber::start() {
-  return map_.control ? switch_to(map_.control->on) : Result<void>{};
-}
+Result<void> ModbusChamber::start() { return map_.control ? switch_to(map_.control->on) : Result<void>{}; }
 
 Result<void> ModbusChamber::stop() {
   if (!map_.control) return failure(FaultKind::refused, "chamber stop", "its register map has no [control]");

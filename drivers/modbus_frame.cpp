@@ -8,15 +8,18 @@ namespace gyrotherm {
 
 namespace {
 
-// A frame is the MBAP header (transaction, protocol, length, unit) and the protocol data unit, which opens with the function.
-// Modbus Messaging on TCP/IP Implementation Guide V1.0b, section 3.1.3; Modbus Application Protocol V1.1b3, section 6.
+// A frame is the MBAP header (transaction, protocol, length, unit) and the protocol data unit, which opens with the
+// function. Modbus Messaging on TCP/IP Implementation Guide V1.0b, section 3.1.3; Modbus Application Protocol V1.1b3,
+// section 6.
 constexpr std::size_t kLengthAt = 4, kUnitAt = 6, kFunctionAt = 7, kBodyAt = 8;
 constexpr std::size_t kExceptionSize = 9, kRequestSize = 12, kWordsAt = 13;
 constexpr std::size_t kMostBytesAfterLength = 254;
 constexpr std::uint16_t kMostRead = 125, kMostWritten = 123;
 constexpr std::uint8_t kExceptionFlag = 0x80;
 
-std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) { return std::to_integer<std::uint8_t>(bytes[at]); }
+std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) {
+  return std::to_integer<std::uint8_t>(bytes[at]);
+}
 std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(byte_at(bytes, at) << 8 | byte_at(bytes, at + 1));
 }
@@ -64,7 +67,8 @@ tl::unexpected<Fault> wrong(const char* field, std::size_t found, std::size_t ex
 
 Result<void> check_header(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() < kExceptionSize) return wrong("size", reply.size(), kExceptionSize);
-  if (const auto found = word_at(reply, 0); found != request.transaction) return wrong("transaction", found, request.transaction);
+  if (const auto found = word_at(reply, 0); found != request.transaction)
+    return wrong("transaction", found, request.transaction);
   if (const auto found = word_at(reply, 2); found != 0) return wrong("protocol", found, 0);
   if (const auto found = word_at(reply, kLengthAt); found != reply.size() - kUnitAt)
     return wrong("length", found, reply.size() - kUnitAt);
@@ -83,10 +87,12 @@ Result<std::vector<std::uint16_t>> decode_words(const ModbusRequest& request, st
 
 Result<std::vector<std::uint16_t>> check_echo(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() != kRequestSize) return wrong("size", reply.size(), kRequestSize);
-  if (const auto found = word_at(reply, kBodyAt); found != request.address) return wrong("address", found, request.address);
+  if (const auto found = word_at(reply, kBodyAt); found != request.address)
+    return wrong("address", found, request.address);
   const bool single = request.function == ModbusFunction::write_single;
   const auto expected = single ? request.words.front() : request.count;
-  if (const auto found = word_at(reply, kBodyAt + 2); found != expected) return wrong(single ? "value" : "count", found, expected);
+  if (const auto found = word_at(reply, kBodyAt + 2); found != expected)
+    return wrong(single ? "value" : "count", found, expected);
   return std::vector<std::uint16_t>{};
 }
 

@@ -1,7 +1,7 @@
 #include "drivers/modbus_tcp.hpp"
 
 #include <fmt/format.h>
-#include <modbus.h>
+#include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -40,7 +40,9 @@ struct FreeContext {
   }
 };
 
-void set_option(int socket, int level, int option, unsigned value) { setsockopt(socket, level, option, &value, sizeof value); }
+void set_option(int socket, int level, int option, unsigned value) {
+  setsockopt(socket, level, option, &value, sizeof value);
+}
 
 /// A peer that vanished is noticed although nothing is sent, or although what is sent stays unanswered.
 void guard_against_half_open(int socket) {
@@ -61,15 +63,15 @@ class ModbusTcp final : public Registers {
   Result<void> write(std::uint16_t address, std::span<const std::uint16_t> words) override;
 
  private:
-  using Words = Result<std::vector<std::uint16_t>>;
+  using Reply = Result<std::vector<std::uint16_t>>;
 
   [[nodiscard]] Result<void> connect(const Deadline& deadline);
   void disconnect() { context_.reset(); }
   void wait_for_reply_at_most(Duration limit);
-  [[nodiscard]] Words exchange(ModbusRequest& request, const Deadline& deadline);
-  [[nodiscard]] Words receive(const ModbusRequest& request);
+  [[nodiscard]] Reply exchange(ModbusRequest& request, const Deadline& deadline);
+  [[nodiscard]] Reply receive(const ModbusRequest& request);
   [[nodiscard]] bool rest_while_busy(Duration rest, const Deadline& deadline);
-  [[nodiscard]] Words conclude(const ModbusRequest& request, Words words);
+  [[nodiscard]] Reply conclude(const ModbusRequest& request, Reply words);
 
   LineAddress address_;
   std::uint8_t unit_;
@@ -82,7 +84,8 @@ class ModbusTcp final : public Registers {
 
 void ModbusTcp::wait_for_reply_at_most(Duration limit) {
   const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(limit).count(), 1);
-  modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000), static_cast<std::uint32_t>(us % 1'000'000));
+  modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
+                              static_cast<std::uint32_t>(us % 1'000'000));
 }
 
 Result<void> ModbusTcp::connect(const Deadline& deadline) {
@@ -104,7 +107,7 @@ Result<void> ModbusTcp::connect(const Deadline& deadline) {
   return {};
 }
 
-ModbusTcp::Words ModbusTcp::receive(const ModbusRequest& request) {
+ModbusTcp::Reply ModbusTcp::receive(const ModbusRequest& request) {
   std::array<std::uint8_t, kLongestFrame> frame;
   const int size = modbus_receive_confirmation(context_.get(), frame.data());
   if (size < 0 && errno == ETIMEDOUT)
@@ -121,7 +124,7 @@ ModbusTcp::Words ModbusTcp::receive(const ModbusRequest& request) {
 }
 
 /// One try. After anything but a good reply or an exception the connection is closed.
-ModbusTcp::Words ModbusTcp::exchange(ModbusRequest& request, const Deadline& deadline) {
+ModbusTcp::Reply ModbusTcp::exchange(ModbusRequest& request, const Deadline& deadline) {
   busy_ = false;
   if (auto connected = connect(deadline); !connected) return failure(std::move(connected.error()));
   request.transaction = ++transaction_;
@@ -130,7 +133,7 @@ ModbusTcp::Words ModbusTcp::exchange(ModbusRequest& request, const Deadline& dea
   const auto sent = send(modbus_get_socket(context_.get()), frame.data(), frame.size(), MSG_NOSIGNAL);
   auto words = sent == static_cast<ssize_t>(frame.size())
                    ? receive(request)
-                   : Words(failure(FaultKind::disconnected, "", fmt::format("cannot send: {}", std::strerror(errno))));
+                   : Reply(failure(FaultKind::disconnected, "", fmt::format("cannot send: {}", std::strerror(errno))));
   if (!words && words.error().kind != FaultKind::refused) disconnect();
   return words;
 }
@@ -145,15 +148,15 @@ bool ModbusTcp::rest_while_busy(Duration rest, const Deadline& deadline) {
 }
 
 /// Names the place of a failure, and keeps the account for the back-off.
-ModbusTcp::Words ModbusTcp::conclude(const ModbusRequest& request, Words words) {
+ModbusTcp::Reply ModbusTcp::conclude(const ModbusRequest& request, Reply words) {
   if (words) {
     backoff_.succeeded();
     return words;
   }
   auto& fault = words.error();
   const bool reading = request.function == ModbusFunction::read_holding;
-  fault.where = fmt::format("modbus {}:{} unit {} {} {}+{}", address_.host, address_.port, unit_, reading ? "read" : "write",
-                            request.address, request.count);
+  fault.where = fmt::format("modbus {}:{} unit {} {} {}+{}", address_.host, address_.port, unit_,
+                            reading ? "read" : "write", request.address, request.count);
   if (fault.kind == FaultKind::refused)
     backoff_.succeeded();
   else if (backoff_.left() == Duration::zero())

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
+#include "drivers/description.hpp"
 
 namespace gyrotherm {
 
@@ -16,50 +17,28 @@ namespace {
 
 constexpr double kFinestOfFloat = 0.001;
 
-template <class E, std::size_t N>
-using Names = std::array<std::pair<const char*, E>, N>;
-
-constexpr Names<RegisterType, 5> kTypes{{{"u16", RegisterType::u16},
-                                         {"s16", RegisterType::s16},
-                                         {"u32", RegisterType::u32},
-                                         {"s32", RegisterType::s32},
-                                         {"f32", RegisterType::f32}}};
-constexpr Names<WordOrder, 4> kOrders{{{"abcd", WordOrder::abcd},
-                                       {"cdab", WordOrder::cdab},
-                                       {"badc", WordOrder::badc},
-                                       {"dcba", WordOrder::dcba}}};
+constexpr Vocabulary<RegisterType, 5> kTypes{{{"u16", RegisterType::u16},
+                                              {"s16", RegisterType::s16},
+                                              {"u32", RegisterType::u32},
+                                              {"s32", RegisterType::s32},
+                                              {"f32", RegisterType::f32}}};
+constexpr Vocabulary<WordOrder, 4> kOrders{
+    {{"abcd", WordOrder::abcd}, {"cdab", WordOrder::cdab}, {"badc", WordOrder::badc}, {"dcba", WordOrder::dcba}}};
 const std::vector<std::string> kConfidences{"verified", "manual", "secondary", "unverified"};
 
-/// `fallback` "" means that the key is required.
-template <class E, std::size_t N>
-E one_of(const Names<E, N>& names, const TomlTable& table, const char* key, const char* fallback = "") {
-  std::vector<std::string> allowed;
-  for (const auto& [name, value] : names) allowed.emplace_back(name);
-  const auto chosen = table.choice(key, allowed, fallback);
-  const auto found = std::find_if(names.begin(), names.end(), [&](const auto& entry) { return chosen == entry.first; });
-  return found == names.end() ? names.front().second : found->second;
-}
-
-template <class T>
-T whole(const TomlTable& table, const char* key, std::int64_t value, std::int64_t low, std::int64_t high) {
-  if (value < low || value > high)
-    table.mistake(key, fmt::format("\"{}\" is {}, expected {} to {}", key, value, low, high));
-  return static_cast<T>(std::clamp(value, low, high));
-}
-
 void read_link(const TomlTable& link, RegisterMap& map) {
-  map.unit = whole<std::uint8_t>(link, "unit", link.integer("unit", 1), 0, 255);
-  map.port = whole<std::uint16_t>(link, "port", link.integer("port", 502), 1, 65535);
+  map.unit = bounded<std::uint8_t>(link, "unit", link.integer("unit", 1), 0, 255);
+  map.port = bounded<std::uint16_t>(link, "port", link.integer("port", 502), 1, 65535);
   map.timeout = link.duration("timeout", std::chrono::milliseconds(500));
   if (map.timeout <= Duration::zero()) link.mistake("timeout", "\"timeout\" is zero, expected a positive duration");
-  map.read_at_most = whole<std::uint16_t>(link, "read_at_most", link.integer("read_at_most", 125), 1, 125);
+  map.read_at_most = bounded<std::uint16_t>(link, "read_at_most", link.integer("read_at_most", 125), 1, 125);
   map.one_block = link.boolean("one_block", false);
 }
 
 RegisterItem read_item(const TomlTable& table, WordOrder order) {
   RegisterItem item;
   item.name = table.text("name");
-  item.address = whole<std::uint16_t>(table, "address", table.integer("address"), 0, 65535);
+  item.address = bounded<std::uint16_t>(table, "address", table.integer("address"), 0, 65535);
   item.type = one_of(kTypes, table, "type");
   item.order = table.has("order") ? one_of(kOrders, table, "order") : order;
   item.scale = table.number("scale", 1);
@@ -86,7 +65,8 @@ void read_items(const TomlTable& file, WordOrder order, RegisterMap& map) {
 }
 
 /// The item that `key` names.
-const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key, const std::string& name) {
+const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
+                               const std::string& name) {
   const auto* item = map.find(name);
   if (!item) table.mistake(key, fmt::format("no register is named \"{}\"", name));
   return item;
@@ -130,14 +110,16 @@ void check_required(const TomlTable& file, const RegisterMap& map) {
 
 void check_block(const TomlTable& link, const RegisterMap& map) {
   int first = 0x10000, end = 0;
-  for (const auto& name : {std::string("air_temperature"), std::string("set_point"), map.identity ? map.identity->item : ""}) {
+  for (const auto& name :
+       {std::string("air_temperature"), std::string("set_point"), map.identity ? map.identity->item : ""}) {
     const auto* item = map.find(name);
     if (!item) continue;
     first = std::min<int>(first, item->address);
     end = std::max(end, item->address + word_count(item->type));
   }
   if (map.one_block && end - first > map.read_at_most)
-    link.mistake("one_block", fmt::format("the block spans {} registers, expected at most {}", end - first, map.read_at_most));
+    link.mistake("one_block",
+                 fmt::format("the block spans {} registers, expected at most {}", end - first, map.read_at_most));
 }
 
 }  // namespace
@@ -147,7 +129,8 @@ const RegisterItem* RegisterMap::find(std::string_view item) const {
   return found == items.end() ? nullptr : &*found;
 }
 
-Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file, std::optional<WordOrder> word_order) {
+Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
+                                       std::optional<WordOrder> word_order) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
 

@@ -1,5 +1,5 @@
-/// The register map of a Modbus chamber: a TOML file under profiles/chambers, used by the driver and, from the other end of the
-/// wire, by the virtual chamber.
+/// The register map of a Modbus chamber: a TOML file under profiles/chambers, used by the driver and, from the other
+/// end of the wire, by the virtual chamber.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,7 @@ struct RegisterMap {
   std::string source;
   std::uint8_t unit = 1;
   std::uint16_t port = 502;
-  Duration timeout{};             ///< of one exchange
+  Duration timeout{};  ///< of one exchange
   std::uint16_t read_at_most = 125;
   bool one_block{};  ///< air_temperature, set_point and the fingerprint may be read as one block, holes included
   std::vector<RegisterItem> items;
@@ -67,8 +67,8 @@ struct RegisterMap {
 [[nodiscard]] Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
-/// Words of one item, as on the wire; 1 or 2 of them. `value` must be finite. Rounds to the nearest that the type can hold, and
-/// saturates at its range.
+/// Words of one item, as on the wire; 1 or 2 of them. `value` must be finite. Rounds to the nearest that the type can
+/// hold, and saturates at its range.
 [[nodiscard]] std::vector<std::uint16_t> encode(const RegisterItem& item, double value);
 /// `words` must hold the item's count. Fails with corrupted (not finite).
 [[nodiscard]] Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> words);

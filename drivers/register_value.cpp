@@ -59,9 +59,7 @@ void reorder(WordOrder order, std::uint16_t& first, std::uint16_t& second) {
 
 }  // namespace
 
-std::uint16_t word_count(RegisterType type) {
-  return type == RegisterType::u16 || type == RegisterType::s16 ? 1 : 2;
-}
+std::uint16_t word_count(RegisterType type) { return type == RegisterType::u16 || type == RegisterType::s16 ? 1 : 2; }
 
 std::vector<std::uint16_t> encode(const RegisterItem& item, double value) {
   assert(std::isfinite(value));
@@ -80,7 +78,8 @@ Result<double> decode(const RegisterItem& item, std::span<const std::uint16_t> w
   reorder(item.order, high, low);
   const auto value = value_of(item.type, std::uint32_t{high} << 16 | low) * item.scale;
   if (!std::isfinite(value))
-    return failure(FaultKind::corrupted, item.name, fmt::format("{:04X} {:04X} is not a finite number", words[0], words[1]));
+    return failure(FaultKind::corrupted, item.name,
+                   fmt::format("{:04X} {:04X} is not a finite number", words[0], words[1]));
   return value;
 }
 

@@ -54,7 +54,8 @@ bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == 
 
 class TcpStream final : public ByteStream {
  public:
-  TcpStream(LineAddress address, Duration connect_within) : address_(std::move(address)), connect_within_(connect_within) {}
+  TcpStream(LineAddress address, Duration connect_within)
+      : address_(std::move(address)), connect_within_(connect_within) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override;
   Result<void> write(std::span<const std::byte> bytes, Duration within) override;
@@ -86,7 +87,8 @@ Result<void> TcpStream::open_socket() {
   sockaddr_in peer{};
   peer.sin_family = AF_INET;
   peer.sin_port = htons(address_.port);
-  if (inet_pton(AF_INET, address_.host.c_str(), &peer.sin_addr) != 1) return broken("the host is not a numeric IPv4 address");
+  if (inet_pton(AF_INET, address_.host.c_str(), &peer.sin_addr) != 1)
+    return broken("the host is not a numeric IPv4 address");
 
   socket_ = Socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket_.is_open()) return broken(std::strerror(errno));
@@ -107,7 +109,8 @@ Result<void> TcpStream::open_socket() {
 Result<void> TcpStream::connect() {
   if (socket_.is_open()) return {};
   if (const auto rest = backoff_.left(); rest > Duration::zero())
-    return failure(FaultKind::disconnected, place(), fmt::format("failed before, next try in {:.1f} s", to_seconds(rest)));
+    return failure(FaultKind::disconnected, place(),
+                   fmt::format("failed before, next try in {:.1f} s", to_seconds(rest)));
   return open_socket();
 }
 

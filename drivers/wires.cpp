@@ -24,7 +24,8 @@ Result<LineAddress> parse_line_address(std::string_view text, std::uint16_t defa
   if (colon != std::string_view::npos) {
     const auto digits = rest.substr(colon + 1);
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), address.port);
-    if (error != std::errc{} || end != digits.data() + digits.size()) return wrong("the port is not a number up to 65535");
+    if (error != std::errc{} || end != digits.data() + digits.size())
+      return wrong("the port is not a number up to 65535");
   }
   if (address.port == 0) return wrong("the port is missing");
   return address;

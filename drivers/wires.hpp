@@ -1,5 +1,5 @@
-/// The small interfaces below the drivers. Real lines, sockets to virtual instruments and in-memory fakes stand behind them.
-/// Every wait has a limit, `within`, on the clock of whoever made the wire.
+/// The small interfaces below the drivers. Real lines, sockets to virtual instruments and in-memory fakes stand behind
+/// them. Every wait has a limit, `within`, on the clock of whoever made the wire.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@ namespace gyrotherm {
 class Registers {
  public:
   virtual ~Registers() = default;
-  /// Fails with timeout, disconnected, refused (an exception reply, which is named) or corrupted (a reply that is not the
-  /// answer to this request).
+  /// Fails with timeout, disconnected, refused (an exception reply, which is named) or corrupted (a reply that is not
+  /// the answer to this request).
   [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(std::uint16_t address, std::uint16_t count) = 0;
   /// An acknowledged write is not yet an applied one: read it back.
   [[nodiscard]] virtual Result<void> write(std::uint16_t address, std::span<const std::uint16_t> words) = 0;
@@ -35,8 +35,8 @@ class ByteStream {
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
 };
 
-/// Where an instrument is connected: "tcp://host:port". The host is a numeric IPv4 address (or "localhost"), because looking
-/// up a name has no limit in time.
+/// Where an instrument is connected: "tcp://host:port". The host is a numeric IPv4 address (or "localhost"), because
+/// looking up a name has no limit in time.
 struct LineAddress {
   std::string host;
   std::uint16_t port{};

@@ -22,7 +22,8 @@ struct Tick {
 /// The range that holds both.
 [[nodiscard]] Range joined(const Range& a, const Range& b);
 
-/// The step of 1, 2 or 5 times a power of ten that cuts the range into about `count` parts. A range without width counts as 1.
+/// The step of 1, 2 or 5 times a power of ten that cuts the range into about `count` parts. A range without width
+/// counts as 1.
 [[nodiscard]] double tick_step(const Range& range, int count);
 
 /// The range with both ends moved outwards to a tick of about `count` that ticks() then finds again.

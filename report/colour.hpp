@@ -6,7 +6,8 @@
 
 namespace gyrotherm {
 
-/// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after eight.
+/// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after
+/// eight.
 [[nodiscard]] std::string palette(std::size_t index);
 
 namespace colour {

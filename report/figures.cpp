@@ -53,22 +53,26 @@ struct Drawn {
   const std::vector<double>& residual;
 };
 
-Panel error_panel(const RunView& run, const std::string& title, const Drawn& drawn, std::optional<Range> range, double height_px) {
+Panel error_panel(const RunView& run, const std::string& title, const Drawn& drawn, std::optional<Range> range,
+                  double height_px) {
   Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
 }
 
-ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const std::string& id, const std::string& heading) {
+ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const std::string& id,
+                              const std::string& heading) {
   const RunView& run = view.rate;
   Plot plot = time_plot(view, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
-  Panel both = panel("(a) Before and after", kBiasTitle, {over_time(run, run.series.raw, "before", colour::kRaw),
-                     over_time(run, drawn.residual, drawn.name, drawn.colour)}, 210);
+  Panel both = panel("(a) Before and after", kBiasTitle,
+                     {over_time(run, run.series.raw, "before", colour::kRaw),
+                      over_time(run, drawn.residual, drawn.name, drawn.colour)},
+                     210);
   plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
-  const std::string caption = fmt::format(
-      "Bias on the {} before and after {} compensation, and the enlarged error curve. {}", run.profile, drawn.name,
-      run.in_sample ? "In-sample: the model was fitted to these data." : "The model has not seen these data.");
+  const std::string caption =
+      fmt::format("Bias on the {} before and after {} compensation, and the enlarged error curve; {}.", run.profile,
+                  drawn.name, standing(run));
   return {id, heading, caption, svg_of(plot)};
 }
 
@@ -102,7 +106,8 @@ Curve history_curve(const ModelView& model, const char* name, const char* colour
 
 }  // namespace
 
-ReportFigure temperature_figure(const ReportView& view, const RunView& run, const std::string& id, const std::string& heading) {
+ReportFigure temperature_figure(const ReportView& view, const RunView& run, const std::string& id,
+                                const std::string& heading) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
   Plot plot = time_plot(view, run, id, "Set point, block temperature and bias over time");
   Curve bias = over_time(run, run.series.raw, "bias", colour::kBias);
@@ -110,13 +115,14 @@ ReportFigure temperature_figure(const ReportView& view, const RunView& run, cons
   Curve set_point = over_time(run, run.series.set_point_c, "set point", colour::kSetPoint);
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
-  Panel only = panel("", "Temperature, °C", {bias, set_point, over_time(run, first, block_name.c_str(), colour::kTemperature)}, 270);
+  Panel only = panel("", "Temperature, °C",
+                     {bias, set_point, over_time(run, first, block_name.c_str(), colour::kTemperature)}, 270);
   only.left.colour = colour::kTemperature;
   only.right = AxisStyle{.title = kBiasTitle, .colour = colour::kBias};
   plot.panels = {only};
   return {id, heading,
-          fmt::format("Chamber set point, block temperature (thermometer {}) and bias on the {}; means over {} s.", first_name,
-                      run.profile, decimal(view.cluster_length_s, 0)),
+          fmt::format("Chamber set point, block temperature (thermometer {}) and bias on the {}; means over {} s.",
+                      first_name, run.profile, decimal(view.cluster_length_s, 0)),
           svg_of(plot)};
 }
 
@@ -129,7 +135,8 @@ ReportFigure correlation_array(const ReportView& view) {
                     .caption = fmt::format("|r|; framed: above {}", decimal(correlation.threshold, 2)),
                     .simulated = view.simulated};
   return {"table-3", "Table 3",
-          "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters alone. "
+          "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
+          "alone. "
           "The array is symmetric; its diagonal is zero by convention.",
           svg_of(map)};
 }
@@ -152,7 +159,8 @@ ReportFigure correlation_curves(const ReportView& view) {
                   .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
                   .panels = {whole, enlarged},
                   .simulated = view.simulated};
-  return {plot.id, "Figure 5", "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
+  return {plot.id, "Figure 5",
+          "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
           svg_of(plot)};
 }
 
@@ -180,15 +188,18 @@ ReportFigure random_figure(const ReportView& view) {
                        210),
                  error_panel(run, "(b) Error, enlarged", three, range, 120), error_panel(run, "(c)", multi, range, 120),
                  error_panel(run, "(d)", multi_t, range, 120)};
-  return {plot.id, "Figure 8",
-          fmt::format("The {}, which no model has seen: (a) bias before and after compensation; (b) to (d) the error of each "
-                      "model, all to one scale.", run.profile),
-          svg_of(plot)};
+  return {
+      plot.id, "Figure 8",
+      fmt::format(
+          "The {}, {}. (a) Bias before and after compensation; (b) to (d) the error of each model, all to one scale.",
+          run.profile, standing(run)),
+      svg_of(plot)};
 }
 
 ReportFigure tuning_figure(const ReportView& view) {
   const auto& models = view.models;
-  Plot plot{.id = "tuning", .title = "Best fitness of the swarm over its iterations",
+  Plot plot{.id = "tuning",
+            .title = "Best fitness of the swarm over its iterations",
             .x = {.title = "Iteration (0: the initial swarm)"},
             .simulated = view.simulated};
   plot.panels = {panel("", "RMSE on held-out cycles, °/h",
@@ -196,8 +207,8 @@ ReportFigure tuning_figure(const ReportView& view) {
                         history_curve(models.multi_point, "multi-point", colour::kMultiPoint),
                         history_curve(models.multi_point_t, "multi-point with temperature", colour::kMultiPointT)},
                        210)};
-  return {plot.id, "Tuning", "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.",
-          svg_of(plot)};
+  return {plot.id, "Tuning",
+          "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
 }
 
 std::vector<ReportFigure> all_figures(const ReportView& view) {

@@ -28,9 +28,7 @@ std::string decimal(double value, int digits) {
 
 std::string bias_text(double deg_per_h) { return decimal(deg_per_h, 4); }
 
-std::string percent(double fraction) {
-  return std::isfinite(fraction) ? decimal(100 * fraction, 1) + " %" : "–";
-}
+std::string percent(double fraction) { return std::isfinite(fraction) ? decimal(100 * fraction, 1) + " %" : "–"; }
 
 std::string significant(double value) {
   if (!std::isfinite(value)) return "–";

@@ -21,7 +21,8 @@ namespace gyrotherm {
 /// A length of time in hours with two decimals: "18.67 h".
 [[nodiscard]] std::string hours_text(double seconds);
 
-/// Text made safe inside SVG and HTML, in elements and in attributes. Control characters, which XML forbids, are dropped.
+/// Text made safe inside SVG and HTML, in elements and in attributes. Control characters, which XML forbids, are
+/// dropped.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 }  // namespace gyrotherm

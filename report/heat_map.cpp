@@ -23,7 +23,9 @@ void draw_cell(SvgWriter& svg, const HeatMap& map, std::size_t row, std::size_t 
   svg.frame(x, y, kCellWidth, kCellHeight, {"#ffffff", 1.5, ""});
   svg.text(x + kCellWidth / 2, y + kCellHeight / 2 + 4.2, diagonal ? "0" : decimal(value, 3),
            {.size_px = 12,
-            .colour = diagonal ? colour::kFaintInk : shade_is_dark(value) ? "#ffffff" : colour::kInk,
+            .colour = diagonal               ? colour::kFaintInk
+                      : shade_is_dark(value) ? "#ffffff"
+                                             : colour::kInk,
             .anchor = Anchor::middle,
             .bold = above});
 }
@@ -42,8 +44,10 @@ std::string svg_of(const HeatMap& map) {
   SvgWriter svg(kLeft + width + 16, kTop + height + kFoot, map.simulated ? "SIMULATED – " + map.title : map.title);
   for (std::size_t row = 0; row < count; ++row) {
     const double along = static_cast<double>(row) + 0.5;
-    svg.text(kLeft + kCellWidth * along, kTop - 10, map.names[row], {.size_px = 12, .anchor = Anchor::middle, .bold = true});
-    svg.text(kLeft - 14, kTop + kCellHeight * along + 4.2, map.names[row], {.size_px = 12, .anchor = Anchor::end, .bold = true});
+    svg.text(kLeft + kCellWidth * along, kTop - 10, map.names[row],
+             {.size_px = 12, .anchor = Anchor::middle, .bold = true});
+    svg.text(kLeft - 14, kTop + kCellHeight * along + 4.2, map.names[row],
+             {.size_px = 12, .anchor = Anchor::end, .bold = true});
     for (std::size_t column = 0; column < count; ++column) draw_cell(svg, map, row, column);
   }
   for (std::size_t row = 0; row < count; ++row) {

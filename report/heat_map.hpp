@@ -7,11 +7,11 @@
 namespace gyrotherm {
 
 struct HeatMap {
-  std::string title;                         ///< for screen readers
-  std::vector<std::string> names;            ///< rows and columns
-  std::vector<std::vector<double>> values;   ///< names × names, NaN is shown as "–"
-  double threshold{};                        ///< values above it are framed and bold
-  std::string caption;                       ///< below the cells
+  std::string title;                        ///< for screen readers
+  std::vector<std::string> names;           ///< rows and columns
+  std::vector<std::vector<double>> values;  ///< names × names, NaN is shown as "–"
+  double threshold{};                       ///< values above it are framed and bold
+  std::string caption;                      ///< below the cells
   bool simulated = false;
 };
 

@@ -13,18 +13,25 @@ namespace gyrotherm {
 namespace {
 
 constexpr const char* kSimulatedBanner =
-    "<div class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no real gyro</div>\n"
+    "<div class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no real "
+    "gyro</div>\n"
     "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
 constexpr const char* kMeaning =
-    "<p>Figures of the rate program are <b>in-sample</b>: the models were fitted to these very data, so they say how well a model can "
-    "describe the record, not how well it will compensate. They are not a verification. Leave-cycle-out predicts each cycle by a model "
-    "refitted without it. Only the random program, never used for selection, scaling, tuning or fitting, verifies a model.</p>\n";
+    "<p>Figures of the rate program are <b>in-sample</b>: the models were fitted to these very data, so they say how "
+    "well a model can "
+    "describe the record, not how well it will compensate. They are not a verification. Leave-cycle-out predicts each "
+    "cycle by a model "
+    "refitted without it. Only the random program, never used for selection, scaling, tuning or fitting, verifies a "
+    "model.</p>\n";
 
 constexpr const char* kNumbersMeaning =
-    "<p class=\"note\">STD is the sample standard deviation of the cluster means (eq. 11). The noise floor comes from differences of "
-    "neighbouring means within the last hour of each hold; it does not see bias instability slower than some minutes. The paper’s "
-    "“improvement from traditional method” is a ratio of two percentages; the reduction of the three-point residual is what a user "
+    "<p class=\"note\">STD is the sample standard deviation of the cluster means (eq. 11). The noise floor comes from "
+    "differences of "
+    "neighbouring means within the last hour of each hold; it does not see bias instability slower than some minutes. "
+    "The paper’s "
+    "“improvement from traditional method” is a ratio of two percentages; the reduction of the three-point residual is "
+    "what a user "
     "gains.</p>\n";
 
 /// The page as it grows: sections are numbered as they come.
@@ -39,8 +46,8 @@ class Page {
   void figure(const std::string& id, const char* style = "") {
     const auto found = std::ranges::find(figures_, id, &ReportFigure::id);
     assert(found != figures_.end());
-    html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>{}</b> {}</figcaption>\n</figure>\n", id, style, found->svg,
-                         escaped(found->heading), escaped(found->caption));
+    html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>{}</b> {}</figcaption>\n</figure>\n", id,
+                         style, found->svg, escaped(found->heading), escaped(found->caption));
   }
   [[nodiscard]] const std::string& html() const { return html_; }
 
@@ -52,8 +59,10 @@ class Page {
 
 void add_experiment(Page& page, const ReportView& view) {
   page.section("Experiment");
-  page.add("<p>The chamber follows the program; thermometers and gyro are read once a second, and everything below works on means over " +
-           decimal(view.cluster_length_s, 0) + "&nbsp;s.</p>\n");
+  page.add(
+      "<p>The chamber follows the program; thermometers and gyro are read once a second, and everything below works on "
+      "means over " +
+      decimal(view.cluster_length_s, 0) + "&nbsp;s.</p>\n");
   page.figure("figure-4");
   page.section("Which gradients matter");
   page.figure("table-3", "narrow");
@@ -100,12 +109,16 @@ std::string html_of(const ReportView& view, const std::vector<ReportFigure>& fig
   add_experiment(page, view);
   add_results(page, view);
   add_appendix(page, view);
-  const std::string title = fmt::format("{}Calibration report – {}", view.simulated ? "SIMULATED – " : "", escaped(view.rig_title));
-  return fmt::format("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-                     "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n"
-                     "</head>\n<body>\n{}<main>\n{}<footer>gyrotherm {} · made from report.json alone</footer>\n</main>\n</body>\n</html>\n",
-                     title, style_sheet(view.simulated), view.simulated ? kSimulatedBanner : "", page.html(),
-                     escaped(view.program_version));
+  const std::string title =
+      fmt::format("{}Calibration report – {}", view.simulated ? "SIMULATED – " : "", escaped(view.rig_title));
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, "
+      "initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n"
+      "</head>\n<body>\n{}<main>\n{}<footer>gyrotherm {} · made from report.json "
+      "alone</footer>\n</main>\n</body>\n</html>\n",
+      title, style_sheet(view.simulated), view.simulated ? kSimulatedBanner : "", page.html(),
+      escaped(view.program_version));
 }
 
 }  // namespace gyrotherm

@@ -1,4 +1,5 @@
-/// The calibration report as one self-contained HTML page: no script, no network, figures inline, made to be printed too.
+/// The calibration report as one self-contained HTML page: no script, no network, figures inline, made to be printed
+/// too.
 #pragma once
 
 #include <string>

@@ -32,32 +32,38 @@ std::string joined_text(const std::vector<std::string>& texts) {
 std::string paragraph(const std::string& html) { return "<p>" + html + "</p>\n"; }
 
 std::string key_figure(const std::string& label, double deg_per_h, const char* style = "") {
-  return fmt::format("<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">°/h</span>"
-                     "<span class=\"label\">{}</span></div>\n", style, bias_text(deg_per_h), label);
+  return fmt::format(
+      "<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">°/h</span>"
+      "<span class=\"label\">{}</span></div>\n",
+      style, bias_text(deg_per_h), label);
 }
 
 std::string key_figures(const RunView& run) {
   const auto& residual = run.residual;
   return "<div class=\"keys\">\n" + key_figure("before compensation", run.raw.std) +
-         key_figure("three-point", residual.three_point.all.std) + key_figure("multi-point", residual.multi_point.all.std) +
+         key_figure("three-point", residual.three_point.all.std) +
+         key_figure("multi-point", residual.multi_point.all.std) +
          key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
          key_figure("noise floor of the record", run.noise_floor_deg_per_h) + "</div>\n" +
-         fmt::format("<p class=\"note\">Standard deviations on the {}, which no model has seen.</p>\n", escaped(run.profile));
+         fmt::format("<p class=\"note\">Standard deviations on the {}, {}.</p>\n", escaped(run.profile), standing(run));
 }
 
 std::string summary_words(const ReportView& view) {
   const RunView& rate = view.rate;
   const RunView& random = view.random;
   return fmt::format(
-      "On the {} the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); on the {} by {}&nbsp;°/h ({} means). "
-      "On the latter the model recommended for use, multi-point with temperature, leaves {}&nbsp;°/h: {} less than before, and "
-      "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves {}&nbsp;°/h. "
+      "On the {} the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); on the {} by "
+      "{}&nbsp;°/h ({} means). "
+      "On the latter the model recommended for use, multi-point with temperature, leaves {}&nbsp;°/h: {} less than "
+      "before, and "
+      "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
+      "{}&nbsp;°/h. "
       "The noise floor of the same record, below which no compensation can honestly go, is {}&nbsp;°/h.",
-      escaped(rate.profile), bias_text(rate.raw.std), rate.clusters, decimal(view.cluster_length_s, 0), escaped(random.profile),
-      bias_text(random.raw.std), random.clusters, bias_text(random.residual.multi_point_t.all.std),
-      percent(random.gain.multi_point_t.from_original), percent(random.gain.multi_point_t.residual_reduction),
-      bias_text(random.residual.three_point.all.std), bias_text(random.residual.multi_point.all.std),
-      bias_text(random.noise_floor_deg_per_h));
+      escaped(rate.profile), bias_text(rate.raw.std), rate.clusters, decimal(view.cluster_length_s, 0),
+      escaped(random.profile), bias_text(random.raw.std), random.clusters,
+      bias_text(random.residual.multi_point_t.all.std), percent(random.gain.multi_point_t.from_original),
+      percent(random.gain.multi_point_t.residual_reduction), bias_text(random.residual.three_point.all.std),
+      bias_text(random.residual.multi_point.all.std), bias_text(random.noise_floor_deg_per_h));
 }
 
 std::string verdict_table(const ReportView& view) {
@@ -89,12 +95,14 @@ std::vector<std::string> figures_row(const std::string& head, const std::string&
     return std::array{bias_text(figures.std), bias_text(figures.max_abs)};
   };
   const auto three = pair(of.three_point), multi = pair(of.multi_point), multi_t = pair(of.multi_point_t);
-  return {run, head, std::to_string((of.multi_point.*part).count), three[0], three[1], multi[0], multi[1], multi_t[0], multi_t[1]};
+  return {run,        head,      std::to_string((of.multi_point.*part).count), three[0], three[1], multi[0], multi[1],
+          multi_t[0], multi_t[1]};
 }
 
 std::string bounds_text(const char* symbol, std::pair<double, double> log2_bounds) {
   const auto end = [](double value) { return decimal(value, value == std::round(value) ? 0 : 1); };
-  return fmt::format("log<sub>2</sub>&nbsp;{}&nbsp;∈&nbsp;[{},&nbsp;{}]", symbol, end(log2_bounds.first), end(log2_bounds.second));
+  return fmt::format("log<sub>2</sub>&nbsp;{}&nbsp;∈&nbsp;[{},&nbsp;{}]", symbol, end(log2_bounds.first),
+                     end(log2_bounds.second));
 }
 
 }  // namespace
@@ -104,8 +112,10 @@ std::string identity_section(const ReportView& view) {
          definition("Rig", escaped(view.rig_title) + " <code>" + escaped(view.rig_name) + "</code>" +
                                (view.simulated ? " – virtual instruments" : "")) +
          definition("Gyro", escaped(view.gyro)) + definition("Training", run_row(view.rate)) +
-         definition("Verification", run_row(view.random)) + definition("Zero of the bias", escaped(view.rate.bias_zero)) +
-         definition("Program", "gyrotherm " + escaped(view.program_version) + ", seed " + escaped(view.seed)) + "</dl>\n";
+         definition("Verification", run_row(view.random)) +
+         definition("Zero of the bias", escaped(view.rate.bias_zero)) +
+         definition("Program", "gyrotherm " + escaped(view.program_version) + ", seed " + escaped(view.seed)) +
+         "</dl>\n";
 }
 
 std::string summary_section(const ReportView& view) {
@@ -123,23 +133,27 @@ std::string summary_section(const ReportView& view) {
 std::string selection_section(const ReportView& view) {
   const CorrelationView& correlation = view.correlation;
   HtmlTable table{.caption = "|r| of the bias with each temperature and its rate of change, for comparison",
-                  .header = {""}, .rows = {{"temperature"}, {"rate of change"}}};
+                  .header = {""},
+                  .rows = {{"temperature"}, {"rate of change"}}};
   for (std::size_t k = 0; k < correlation.names.size(); ++k) {
     table.header.push_back(escaped(correlation.names[k]));
     table.rows[0].push_back(decimal(std::abs(correlation.temperature[k]), 3));
     table.rows[1].push_back(decimal(std::abs(correlation.rate[k]), 3));
   }
-  return paragraph(fmt::format("Selected: {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(), correlation.rank,
-                               correlation.fallback ? ", by the stated fallback" : "", joined_text(correlation.selected_pairs))) +
-         (correlation.statement.empty() ? "" : "<p class=\"note\">" + escaped(correlation.statement) + "</p>\n") + html_of(table);
+  return paragraph(fmt::format("Selected: {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
+                               correlation.rank, correlation.fallback ? ", by the stated fallback" : "",
+                               joined_text(correlation.selected_pairs))) +
+         (correlation.statement.empty() ? "" : "<p class=\"note\">" + escaped(correlation.statement) + "</p>\n") +
+         html_of(table);
 }
 
 std::string result_table(const RunView& run, const std::string& heading) {
   const auto std_cell = [](const ResidualView& r) { return "<b>" + bias_text(r.all.std) + "</b>"; };
   const auto raw = bias_text(run.raw.std), floor = bias_text(run.noise_floor_deg_per_h);
-  HtmlTable table{.caption = "<b>" + heading + "</b> Bias compensation on the " + escaped(run.profile) +
-                             (run.in_sample ? " – in-sample, fitted data" : " – not seen by any model"),
-                  .header = model_header("Bias, °/h"), .style = "even"};
+  HtmlTable table{
+      .caption = "<b>" + heading + "</b> Bias compensation on the " + escaped(run.profile) + " – " + standing(run),
+      .header = model_header("Bias, °/h"),
+      .style = "even"};
   const auto& r = run.residual;
   table.rows = {
       {"Before compensation, STD", raw, raw, raw},
@@ -149,26 +163,31 @@ std::string result_table(const RunView& run, const std::string& heading) {
       cells("After: RMSE", r, [](const ResidualView& v) { return bias_text(v.all.rmse); }),
       cells("After: greatest magnitude", r, [](const ResidualView& v) { return bias_text(v.all.max_abs); }),
       cells("Improvement from original accuracy", run.gain, [](const GainView& g) { return percent(g.from_original); }),
-      cells("Improvement from three-point, the paper’s ratio", run.gain, [](const GainView& g) { return percent(g.paper_ratio); }),
-      cells("Reduction of the three-point residual", run.gain, [](const GainView& g) { return percent(g.residual_reduction); })};
+      cells("Improvement from three-point, the paper’s ratio", run.gain,
+            [](const GainView& g) { return percent(g.paper_ratio); }),
+      cells("Reduction of the three-point residual", run.gain,
+            [](const GainView& g) { return percent(g.residual_reduction); })};
   return html_of(table);
 }
 
 std::string methods_table(const ReportView& view) {
   HtmlTable table{.caption = fmt::format("STD of every method, °/h. Leave-cycle-out: {}{}", escaped(view.folds),
                                          view.nested ? "" : "; C, σ and ε were chosen with all cycles"),
-                  .header = {"Inputs", "Method", "Rate, in-sample", "Rate, leave-cycle-out", "<b>Random</b>", "Random, mean",
-                             "Random, max"}, .text_columns = 2};
+                  .header = {"Inputs", "Method", "Rate, in-sample", "Rate, leave-cycle-out", "<b>Random</b>",
+                             "Random, mean", "Random, max"},
+                  .text_columns = 2};
   for (const MethodView& row : view.methods) {
-    table.rows.push_back({escaped(row.inputs), escaped(row.method), bias_text(row.in_sample.std), bias_text(row.leave_cycle_out.std),
-                          "<b>" + bias_text(row.random.std) + "</b>", bias_text(row.random.mean), bias_text(row.random.max_abs)});
+    table.rows.push_back({escaped(row.inputs), escaped(row.method), bias_text(row.in_sample.std),
+                          bias_text(row.leave_cycle_out.std), "<b>" + bias_text(row.random.std) + "</b>",
+                          bias_text(row.random.mean), bias_text(row.random.max_abs)});
   }
   return html_of(table);
 }
 
 std::string parts_table(const ReportView& view) {
   HtmlTable table{.caption = "Residual by part of the program, °/h: STD and greatest magnitude",
-                  .header = {"Run", "Part", "Means", "Three-point", "max", "Multi-point", "max", "With temp.", "max"}, .text_columns = 2};
+                  .header = {"Run", "Part", "Means", "Three-point", "max", "Multi-point", "max", "With temp.", "max"},
+                  .text_columns = 2};
   for (const auto& [name, run] : {std::pair{"rate", &view.rate}, std::pair{"random", &view.random}}) {
     table.rows.push_back(figures_row("all", name, run->residual, &ResidualView::all));
     table.rows.push_back(figures_row("ramps", "", run->residual, &ResidualView::ramps));
@@ -180,29 +199,37 @@ std::string parts_table(const ReportView& view) {
 
 std::string models_section(const ReportView& view) {
   const auto row = [&](const char* head, auto cell) { return cells(head, view.models, cell); };
-  HtmlTable table{.caption = "The models, their tuning and their certificates", .header = model_header(""), .style = "even"};
+  HtmlTable table{
+      .caption = "The models, their tuning and their certificates", .header = model_header(""), .style = "even"};
   table.rows = {
       row("Inputs", [](const ModelView& m) { return fmt::format("{} (rank {})", m.terms.size(), m.rank); }),
       row("Trained on", [](const ModelView& m) { return escaped(m.trained_on); }),
       row("Training means", [](const ModelView& m) { return std::to_string(m.trained_clusters); }),
       row("C", [](const ModelView& m) { return significant(m.C); }),
       row("σ", [](const ModelView& m) { return significant(m.sigma); }),
-      row("ε (in °/h)", [](const ModelView& m) { return significant(m.epsilon) + " (" + decimal(m.epsilon_deg_per_h, 5) + ")"; }),
+      row("ε (in °/h)",
+          [](const ModelView& m) { return significant(m.epsilon) + " (" + decimal(m.epsilon_deg_per_h, 5) + ")"; }),
       row("Support vectors", [](const ModelView& m) { return std::to_string(m.support_vectors); }),
       row("Certified duality gap", [](const ModelView& m) { return significant(m.certified_gap); }),
       row("KKT violation", [](const ModelView& m) { return significant(m.kkt_violation); }),
-      row("Swarm", [](const ModelView& m) { return fmt::format("{} particles, seed {}", m.particles, escaped(m.seed)); }),
-      row("Iterations (evaluations)", [](const ModelView& m) {
-        return fmt::format("{} of {} ({})", m.history.empty() ? 0 : m.history.size() - 1, m.iterations, m.evaluations);
-      }),
+      row("Swarm",
+          [](const ModelView& m) { return fmt::format("{} particles, seed {}", m.particles, escaped(m.seed)); }),
+      row("Iterations (evaluations)",
+          [](const ModelView& m) {
+            return fmt::format("{} of {} ({})", m.history.empty() ? 0 : m.history.size() - 1, m.iterations,
+                               m.evaluations);
+          }),
       row("End of the search", [](const ModelView& m) { return escaped(m.swarm_end); })};
   const ModelView& m = view.models.multi_point;
   return html_of(table) +
-         fmt::format("<p class=\"note\">C and ε are in units of the training STD of the bias, σ in units of standardised inputs. "
-                     "Searched: {}, {}, {}.</p>\n", bounds_text("C", m.log2_c), bounds_text("σ", m.log2_sigma),
-                     m.fixed_epsilon > 0 ? "ε fixed at " + significant(m.fixed_epsilon) : bounds_text("ε", m.log2_epsilon)) +
-         "<p class=\"note\">Inputs of multi-point: " + joined_text(m.terms) + ". Inputs of three-point: " +
-         joined_text(view.models.three_point.terms) + ".</p>\n";
+         fmt::format(
+             "<p class=\"note\">C and ε are in units of the training STD of the bias, σ in units of standardised "
+             "inputs. "
+             "Searched: {}, {}, {}.</p>\n",
+             bounds_text("C", m.log2_c), bounds_text("σ", m.log2_sigma),
+             m.fixed_epsilon > 0 ? "ε fixed at " + significant(m.fixed_epsilon) : bounds_text("ε", m.log2_epsilon)) +
+         "<p class=\"note\">Inputs of multi-point: " + joined_text(m.terms) +
+         ". Inputs of three-point: " + joined_text(view.models.three_point.terms) + ".</p>\n";
 }
 
 std::string warnings_section(const ReportView& view) {
@@ -214,11 +241,15 @@ std::string warnings_section(const ReportView& view) {
 
 std::string segments_table(const ReportView& view) {
   HtmlTable table{.caption = "Every segment: its length, its means, and the STD of the residual, °/h",
-                  .header = {"Run", "Segment", "", "Start", "Length", "Mean temp., °C", "Mean bias", "Three-point", "Multi-point", "With temp."}, .text_columns = 3, .style = "small"};
+                  .header = {"Run", "Segment", "", "Start", "Length", "Mean temp., °C", "Mean bias", "Three-point",
+                             "Multi-point", "With temp."},
+                  .text_columns = 3,
+                  .style = "small"};
   for (const SegmentView& s : view.segments) {
-    table.rows.push_back({escaped(s.run), escaped(s.name), s.hold ? "hold" : "ramp", hours_text(s.start_s), hours_text(s.duration_s),
-                          decimal(s.mean_temperature_c, 2), bias_text(s.mean_bias_deg_per_h), bias_text(s.residual.three_point.std),
-                          bias_text(s.residual.multi_point.std), bias_text(s.residual.multi_point_t.std)});
+    table.rows.push_back({escaped(s.run), escaped(s.name), s.hold ? "hold" : "ramp", hours_text(s.start_s),
+                          hours_text(s.duration_s), decimal(s.mean_temperature_c, 2), bias_text(s.mean_bias_deg_per_h),
+                          bias_text(s.residual.three_point.std), bias_text(s.residual.multi_point.std),
+                          bias_text(s.residual.multi_point_t.std)});
   }
   return html_of(table);
 }

@@ -72,14 +72,16 @@ std::vector<JsonPlace> JsonPlace::elements() const {
   if (node == nullptr) return {};
   if (!node->is_array()) return mistake("wrong type, expected an array"), std::vector<JsonPlace>{};
   std::vector<JsonPlace> all;
-  for (const Json& element : *node) all.push_back(JsonPlace(document_, &element, fmt::format("{}[{}]", path_, all.size())));
+  for (const Json& element : *node)
+    all.push_back(JsonPlace(document_, &element, fmt::format("{}[{}]", path_, all.size())));
   return all;
 }
 
 std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return {};
-  if (!node->is_object()) return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonPlace>>{};
+  if (!node->is_object())
+    return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonPlace>>{};
   std::vector<std::pair<std::string, JsonPlace>> all;
   for (const auto& [key, value] : node->items()) all.emplace_back(key, JsonPlace(document_, &value, path_ + "." + key));
   return all;

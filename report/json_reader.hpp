@@ -1,5 +1,5 @@
-/// Reads a JSON document key by key: the first mistake is kept with its path, and a neutral value is returned in its place, so
-/// that a parser reads straight on and asks verdict() once.
+/// Reads a JSON document key by key: the first mistake is kept with its path, and a neutral value is returned in its
+/// place, so that a parser reads straight on and asks verdict() once.
 #pragma once
 
 #include <memory>
@@ -18,11 +18,11 @@ class JsonPlace {
   /// Fails with bad_file on a syntax error; the place is file:line:column.
   [[nodiscard]] static Result<JsonPlace> parse(std::string_view text, std::string file);
 
-  [[nodiscard]] JsonPlace operator[](std::string_view key) const;  ///< of an object
-  [[nodiscard]] std::vector<JsonPlace> elements() const;           ///< of an array
+  [[nodiscard]] JsonPlace operator[](std::string_view key) const;                ///< of an object
+  [[nodiscard]] std::vector<JsonPlace> elements() const;                         ///< of an array
   [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  ///< of an object, in order of the file
 
-  [[nodiscard]] double number() const;   ///< null is NaN
+  [[nodiscard]] double number() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
@@ -38,7 +38,7 @@ class JsonPlace {
   struct Document;
   JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path);
   std::shared_ptr<Document> document_;
-  const void* node_;   ///< null once a mistake was made on the way here
+  const void* node_;  ///< null once a mistake was made on the way here
   std::string path_;
 };
 

@@ -17,13 +17,13 @@ namespace {
 constexpr double kLeftMargin = 64;
 constexpr double kRightMargin = 16;
 constexpr double kRightAxisMargin = 64;
-constexpr double kHeadHeight = 34;    // of a panel: its title and legend
-constexpr double kFootHeight = 46;    // below the last panel: tick labels and the x title
+constexpr double kHeadHeight = 34;  // of a panel: its title and legend
+constexpr double kFootHeight = 46;  // below the last panel: tick labels and the x title
 constexpr double kPanelGap = 22;
-constexpr double kStretchHeight = 6;   // above the head of the first panel
+constexpr double kStretchHeight = 6;  // above the head of the first panel
 constexpr double kTickLength = 4;
 constexpr int kXTicks = 8;
-constexpr double kAir = 0.02;         // of the data's height, kept free above and below them
+constexpr double kAir = 0.02;  // of the data's height, kept free above and below them
 
 int y_ticks(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
 
@@ -110,7 +110,8 @@ void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labe
     if (labelled) svg.text(x, place.bottom_px() + 17, tick.label, {.anchor = Anchor::middle});
   }
   if (!labelled) return;
-  svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title, {.size_px = 12, .anchor = Anchor::middle});
+  svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title,
+           {.size_px = 12, .anchor = Anchor::middle});
 }
 
 /// The path of a curve; coordinates are absolute, so that rounding never adds up.
@@ -138,7 +139,8 @@ std::string marker_data(Marker marker, double x, double y) {
     case Marker::none: return "";
     case Marker::circle: return fmt::format("M{0}a{1} {1} 0 1 0 {2} 0a{1} {1} 0 1 0 -{2} 0z", at(-r, 0), r, 2 * r);
     case Marker::square: return "M" + at(-r, -r) + "L" + at(r, -r) + "L" + at(r, r) + "L" + at(-r, r) + "z";
-    case Marker::diamond: return "M" + at(0, -r - 1) + "L" + at(r + 1, 0) + "L" + at(0, r + 1) + "L" + at(-r - 1, 0) + "z";
+    case Marker::diamond:
+      return "M" + at(0, -r - 1) + "L" + at(r + 1, 0) + "L" + at(0, r + 1) + "L" + at(-r - 1, 0) + "z";
     case Marker::triangle: return "M" + at(0, -r - 1) + "L" + at(r + 0.6, r) + "L" + at(-r - 0.6, r) + "z";
   }
   return "";
@@ -162,7 +164,9 @@ void draw_curve(SvgWriter& svg, const Curve& curve, const Place& place, const st
 /// Entries run from the right edge leftwards, in the order of the curves, above the plotting area.
 void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
   constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kSize = 11;
-  const auto width_of = [&](const std::string& name) { return kKeyWidth + kKeyGap + text_width(name, kSize) + kEntryGap; };
+  const auto width_of = [&](const std::string& name) {
+    return kKeyWidth + kKeyGap + text_width(name, kSize) + kEntryGap;
+  };
   double width = 0;
   for (const Curve& curve : panel.curves) width += curve.name.empty() ? 0 : width_of(curve.name);
   for (const Band& band : panel.bands) width += width_of(band.name);
@@ -189,14 +193,16 @@ void draw_rules(SvgWriter& svg, const Panel& panel, const Place& place) {
     const double y = place.y(rule.value);
     if (y < place.top_px || y > place.bottom_px()) continue;
     svg.line(place.left_px, y, place.right_px(), y, {colour::kFaintInk, 1, "3 3"});
-    svg.text(place.right_px() - 4, y - 4, rule.name, {.size_px = 10, .colour = colour::kFaintInk, .anchor = Anchor::end});
+    svg.text(place.right_px() - 4, y - 4, rule.name,
+             {.size_px = 10, .colour = colour::kFaintInk, .anchor = Anchor::end});
   }
 }
 
 void draw_stretches(SvgWriter& svg, const Plot& plot, const Place& place, bool named) {
   for (const Stretch& stretch : plot.stretches) {
     const double from = place.x(stretch.range.low), to = place.x(stretch.range.high);
-    if (stretch.range.low > place.x.values.low) svg.line(from, place.top_px, from, place.bottom_px(), {"#8b95a1", 1, "1 2"});
+    if (stretch.range.low > place.x.values.low)
+      svg.line(from, place.top_px, from, place.bottom_px(), {"#8b95a1", 1, "1 2"});
     if (!named || to - from < text_width(stretch.name, 10)) continue;
     svg.text((from + to) / 2, place.top_px - kHeadHeight + 6, stretch.name,
              {.size_px = 10.5, .colour = colour::kFaintInk, .anchor = Anchor::middle});

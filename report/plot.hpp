@@ -14,15 +14,15 @@ enum class Marker { none, circle, square, diamond, triangle };
 
 /// A named curve; a NaN breaks it.
 struct Curve {
-  std::string name;                ///< in the legend; empty: not there
+  std::string name;  ///< in the legend; empty: not there
   std::string colour;
   std::vector<double> x = {}, y = {};  ///< of one length, x rising
   Side side = Side::left;
   double width_px = 1.2;
   bool dashed = false;
-  bool steps = false;              ///< a value holds until the next point
+  bool steps = false;  ///< a value holds until the next point
   Marker marker = Marker::none;
-  bool hollow = false;             ///< of the marker
+  bool hollow = false;  ///< of the marker
 };
 
 /// A shaded range of y on the left axis.
@@ -38,20 +38,20 @@ struct Rule {
 };
 
 struct AxisStyle {
-  std::string title;                    ///< with its unit
-  std::optional<Range> range = {};      ///< else from the data, rounded out
+  std::string title;                         ///< with its unit
+  std::optional<Range> range = {};           ///< else from the data, rounded out
   std::vector<std::string> categories = {};  ///< x axis only: names for 0, 1, 2, … instead of numbers
   std::string colour = "#1d2733";
 };
 
 struct Panel {
-  std::string title;                ///< "(a) Before and after compensation"
+  std::string title;  ///< "(a) Before and after compensation"
   AxisStyle left;
-  std::optional<AxisStyle> right;   ///< present if a curve is on that side
-  std::vector<Curve> curves;        ///< later ones are drawn over earlier ones
+  std::optional<AxisStyle> right;  ///< present if a curve is on that side
+  std::vector<Curve> curves;       ///< later ones are drawn over earlier ones
   std::vector<Band> bands;
   std::vector<Rule> rules;
-  double height_px = 230;           ///< of the plotting area
+  double height_px = 230;  ///< of the plotting area
 };
 
 /// A stretch of x with a name: the cycles of a program.
@@ -61,12 +61,12 @@ struct Stretch {
 };
 
 struct Plot {
-  std::string id;                   ///< unique among the figures of one page: letters, digits, '-'
-  std::string title;                ///< for screen readers
+  std::string id;     ///< unique among the figures of one page: letters, digits, '-'
+  std::string title;  ///< for screen readers
   AxisStyle x;
-  std::vector<Panel> panels = {};   ///< one above the other
+  std::vector<Panel> panels = {};       ///< one above the other
   std::vector<Stretch> stretches = {};  ///< divided by hairlines through all panels, named above the first
-  bool simulated = false;           ///< then every panel says SIMULATED
+  bool simulated = false;               ///< then every panel says SIMULATED
   double width_px = 760;
 };
 

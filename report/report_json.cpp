@@ -40,8 +40,11 @@ Json terms(const std::vector<Term>& all) {
 }
 
 Json figures(const Figures& f) {
-  return {{"std_deg_per_h", f.std}, {"mean_deg_per_h", f.mean}, {"rmse_deg_per_h", f.rmse},
-          {"max_abs_deg_per_h", f.max_abs}, {"count", f.count}};
+  return {{"std_deg_per_h", f.std},
+          {"mean_deg_per_h", f.mean},
+          {"rmse_deg_per_h", f.rmse},
+          {"max_abs_deg_per_h", f.max_abs},
+          {"count", f.count}};
 }
 
 Json verified(const Verification& verification) {
@@ -101,9 +104,15 @@ Json improvement_section(const ReportedRun& run) {
 }
 
 Json swarm_section(const SwarmOptions& options, const SwarmSummary& summary) {
-  return {{"particles", options.particles}, {"iterations", options.iterations}, {"omega_max", options.omega_max},
-          {"omega_min", options.omega_min}, {"c1", options.c1},                 {"c2", options.c2},
-          {"v_max", options.v_max},         {"end", name(summary.end)},         {"evaluations", summary.evaluations}};
+  return {{"particles", options.particles},
+          {"iterations", options.iterations},
+          {"omega_max", options.omega_max},
+          {"omega_min", options.omega_min},
+          {"c1", options.c1},
+          {"c2", options.c2},
+          {"v_max", options.v_max},
+          {"end", name(summary.end)},
+          {"evaluations", summary.evaluations}};
 }
 
 Json tuning_section(const Model& model) {
@@ -129,11 +138,16 @@ Json tuning_section(const Model& model) {
 }
 
 Json model_section(const Model& model) {
-  Json json = {{"inputs", model.inputs}, {"method", model.method}, {"terms", terms(model.terms)}, {"rank", rank_of(model.terms)}};
+  Json json = {{"inputs", model.inputs},
+               {"method", model.method},
+               {"terms", terms(model.terms)},
+               {"rank", rank_of(model.terms)}};
   json["trained_on"] = Json::array();
   for (const TrainingRecord& record : model.trained_on) {
-    json["trained_on"].push_back({{"run_id", record.run_id}, {"profile", record.profile_name},
-                                  {"simulated", record.simulated}, {"clusters", record.clusters}});
+    json["trained_on"].push_back({{"run_id", record.run_id},
+                                  {"profile", record.profile_name},
+                                  {"simulated", record.simulated},
+                                  {"clusters", record.clusters}});
   }
   return json;
 }
@@ -155,7 +169,8 @@ Json cycles(const ReportedRun& run) {
     const int cycle = clusters.cycle(k);
     const bool known = cycle >= 0 && cycle < static_cast<int>(run.dataset.cycles.size());
     if (known && cycle != current) {
-      array.push_back({{"name", run.dataset.cycles[static_cast<std::size_t>(cycle)]}, {"start_s", clusters.start_s(k)}});
+      array.push_back(
+          {{"name", run.dataset.cycles[static_cast<std::size_t>(cycle)]}, {"start_s", clusters.start_s(k)}});
     }
     if (known) array.back()["end_s"] = clusters.start_s(k) + clusters.length_s;
     current = known ? cycle : -1;
@@ -217,8 +232,8 @@ Json methods(const ReportInput& input) {
   const auto on_rate = by_key(input.rate), on_random = by_key(input.random);
   for (std::size_t k = 0; k < models.size(); ++k) {
     const auto& [key, model] = models[k];
-    array.push_back(method_row({key, model->inputs, model->method, on_rate[k].second->compensated, model->leave_cycle_out,
-                                on_random[k].second->compensated}));
+    array.push_back(method_row({key, model->inputs, model->method, on_rate[k].second->compensated,
+                                model->leave_cycle_out, on_random[k].second->compensated}));
   }
   for (const ComparedMethod& row : input.compared) array.push_back(method_row(row));
   return array;
@@ -295,7 +310,8 @@ void check(const ReportedRun& run) {
 std::string lines(const Json& json) {
   std::string out = "{";
   for (const auto& [key, value] : json.items()) {
-    out += (out.size() > 1 ? ",\n" : "\n") + Json(key).dump() + ": " + value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    out += (out.size() > 1 ? ",\n" : "\n") + Json(key).dump() + ": " +
+           value.dump(-1, ' ', false, Json::error_handler_t::replace);
   }
   return out + "\n}\n";
 }

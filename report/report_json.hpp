@@ -1,7 +1,7 @@
 /// Assembles report.json (schema "gyrotherm-report/1"), the only source of every view of the report.
 ///
-/// Equal inputs give equal bytes: nothing in it varies from run to run of the same experiment, so no wall time, no thread
-/// count and no path of the machine. Numbers have the fewest digits that give back the same double; NaN is null.
+/// Equal inputs give equal bytes: nothing in it varies from run to run of the same experiment, so no wall time, no
+/// thread count and no path of the machine. Numbers have the fewest digits that give back the same double; NaN is null.
 #pragma once
 
 #include <cstdint>
@@ -40,14 +40,14 @@ struct ReportedModels {
 struct ReportedRig {
   std::string name;
   std::string title;
-  std::string gyro;        ///< in words: "pulse counts, 0.1 arcsec each"
-  std::string sha256;      ///< of the rig file
+  std::string gyro;    ///< in words: "pulse counts, 0.1 arcsec each"
+  std::string sha256;  ///< of the rig file
   bool is_virtual{};
 };
 
 /// A further method, compared on the same records.
 struct ComparedMethod {
-  std::string name;        ///< "linear-multi-point-t": the key of its row
+  std::string name;  ///< "linear-multi-point-t": the key of its row
   std::string inputs;
   std::string method;
   Figures in_sample;
@@ -57,7 +57,7 @@ struct ComparedMethod {
 
 /// One limit of the profiles' [accept] tables and the figure held against it.
 struct AcceptedLimit {
-  std::string figure;      ///< its key in the report: "random.multi_point_t.std_deg_per_h"
+  std::string figure;  ///< its key in the report: "random.multi_point_t.std_deg_per_h"
   double limit{};
   double value{};
   bool passed{};
@@ -68,15 +68,16 @@ struct ReportInput {
   ReportedRun rate;
   ReportedRun random;
   ReportedModels models;
-  const Correlation& correlation;        ///< of the rate run's clusters, over the gradient thermometers
+  const Correlation& correlation;  ///< of the rate run's clusters, over the gradient thermometers
   std::vector<ComparedMethod> compared;
-  std::vector<AcceptedLimit> accept;     ///< empty: the profiles set no limit
+  std::vector<AcceptedLimit> accept;  ///< empty: the profiles set no limit
   std::string program_version;
   std::uint64_t seed{};
-  std::vector<std::string> warnings;     ///< the program's own, beside those of models and verifications
+  std::vector<std::string> warnings;  ///< the program's own, beside those of models and verifications
 };
 
-/// The text of report.json, ending in a newline. Asserts that models are SVRs, and that verifications fit their clusters.
+/// The text of report.json, ending in a newline. Asserts that models are SVRs, and that verifications fit their
+/// clusters.
 [[nodiscard]] std::string report_json(const ReportInput& input);
 
 }  // namespace gyrotherm

@@ -18,7 +18,8 @@ Figures read_figures(const JsonPlace& json) {
 /// The same read for each of the three models.
 template <class Read>
 auto per_model(const JsonPlace& json, Read read) {
-  return PerModel<decltype(read(json))>{read(json["three_point"]), read(json["multi_point"]), read(json["multi_point_t"])};
+  return PerModel<decltype(read(json))>{read(json["three_point"]), read(json["multi_point"]),
+                                        read(json["multi_point_t"])};
 }
 
 ResidualView read_residual(const JsonPlace& json) {
@@ -134,13 +135,16 @@ CorrelationView read_correlation(const JsonPlace& root) {
   const JsonPlace array = root["correlation"];
   for (const JsonPlace& row : array.elements()) {
     view.magnitude.push_back(row.numbers());
-    if (view.magnitude.back().size() != view.names.size()) row.mistake("wrong length, expected one value per thermometer");
+    if (view.magnitude.back().size() != view.names.size())
+      row.mistake("wrong length, expected one value per thermometer");
   }
   if (view.magnitude.size() != view.names.size()) array.mistake("wrong length, expected one row per thermometer");
   view.temperature = root["correlation_temperature"].numbers();
   view.rate = root["correlation_rate"].numbers();
-  if (view.temperature.size() != view.names.size()) root["correlation_temperature"].mistake("wrong length, expected one value per thermometer");
-  if (view.rate.size() != view.names.size()) root["correlation_rate"].mistake("wrong length, expected one value per thermometer");
+  if (view.temperature.size() != view.names.size())
+    root["correlation_temperature"].mistake("wrong length, expected one value per thermometer");
+  if (view.rate.size() != view.names.size())
+    root["correlation_rate"].mistake("wrong length, expected one value per thermometer");
   view.selected_pairs = root["selected_pairs"].texts();
   const JsonPlace selection = root["selection"];
   view.threshold = selection["threshold"].number();
@@ -153,8 +157,8 @@ CorrelationView read_correlation(const JsonPlace& root) {
 std::vector<SegmentView> read_segments(const JsonPlace& json) {
   std::vector<SegmentView> all;
   for (const JsonPlace& segment : json.elements()) {
-    all.push_back({segment["run"].text(), segment["name"].text(), segment["hold"].boolean(), segment["start_s"].number(),
-                   segment["duration_s"].number(), segment["mean_temperature_c"].number(),
+    all.push_back({segment["run"].text(), segment["name"].text(), segment["hold"].boolean(),
+                   segment["start_s"].number(), segment["duration_s"].number(), segment["mean_temperature_c"].number(),
                    segment["mean_bias_deg_per_h"].number(), per_model(segment, read_figures)});
   }
   return all;
@@ -172,7 +176,8 @@ std::vector<MethodView> read_methods(const JsonPlace& json) {
 std::vector<LimitView> read_limits(const JsonPlace& json) {
   std::vector<LimitView> all;
   for (const JsonPlace& limit : json.elements()) {
-    all.push_back({limit["figure"].text(), limit["limit"].number(), limit["value"].number(), limit["passed"].boolean()});
+    all.push_back(
+        {limit["figure"].text(), limit["limit"].number(), limit["value"].number(), limit["passed"].boolean()});
   }
   return all;
 }
@@ -195,6 +200,10 @@ void read_head(ReportView& view, const JsonPlace& root) {
 }
 
 }  // namespace
+
+const char* standing(const RunView& run) {
+  return run.in_sample ? "in-sample: the models were fitted to these data" : "not seen by any model";
+}
 
 Result<ReportView> read_report(std::string_view json, const std::string& file) {
   const Result<JsonPlace> parsed = JsonPlace::parse(json, file);

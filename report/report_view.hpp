@@ -96,6 +96,9 @@ struct LimitView {
   bool passed{};
 };
 
+/// "in-sample: the models were fitted to these data" or "not seen by any model", for words beside a figure.
+[[nodiscard]] const char* standing(const RunView& run);
+
 struct ReportView {
   std::string rig_name, rig_title, gyro, rig_sha256, program_version, seed;
   bool simulated{};
@@ -114,8 +117,8 @@ struct ReportView {
   std::vector<std::string> warnings;
 };
 
-/// Fails with bad_file on syntax (place: file:line:column), another schema, a missing key, a wrong type or lengths that do not
-/// fit (place: the key's path).
+/// Fails with bad_file on syntax (place: file:line:column), another schema, a missing key, a wrong type or lengths that
+/// do not fit (place: the key's path).
 [[nodiscard]] Result<ReportView> read_report(std::string_view json, const std::string& file);
 
 }  // namespace gyrotherm

@@ -60,7 +60,7 @@ figcaption { font-size: 13px; line-height: 1.45; color: var(--faint); margin-top
 figcaption b { color: var(--ink); margin-right: .4em; }
 ul.warnings { padding-left: 20px; margin: 0; font-size: 14.5px; }
 footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line); color: var(--faint); font-size: 12.5px; }
-@media (max-width: 760px) { main { margin: 0; padding: 28px 18px; } .keys { grid-template-columns: repeat(2, 1fr); }
+@media screen and (max-width: 760px) { main { margin: 0; padding: 28px 18px; } .keys { grid-template-columns: repeat(2, 1fr); }
   main { overflow-x: auto; } }
 )css";
 

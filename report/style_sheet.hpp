@@ -5,7 +5,8 @@
 
 namespace gyrotherm {
 
-/// CSS without any reference to the outside. With `simulated`, every printed page says so in its margin and across itself.
+/// CSS without any reference to the outside. With `simulated`, every printed page says so in its margin and across
+/// itself.
 [[nodiscard]] std::string style_sheet(bool simulated);
 
 }  // namespace gyrotherm

@@ -12,7 +12,8 @@
 namespace gyrotherm {
 namespace {
 
-constexpr const char* kFontFamily = "'Source Sans 3','Helvetica Neue',Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif";
+constexpr const char* kFontFamily =
+    "'Source Sans 3','Helvetica Neue',Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif";
 
 std::string attributes(const Stroke& stroke) {
   const std::string dashes = stroke.dashes.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", stroke.dashes);
@@ -38,7 +39,8 @@ std::string pixels(double value) {
 }
 
 double text_width(std::string_view text, double size_px) {
-  const auto letters = std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
+  const auto letters =
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
   return 0.51 * size_px * static_cast<double>(letters);
 }
 
@@ -51,19 +53,19 @@ SvgWriter::SvgWriter(double width_px, double height_px, std::string_view title) 
 }
 
 void SvgWriter::rectangle(double x, double y, double width, double height, std::string_view fill, double opacity) {
-  fmt::format_to(std::back_inserter(out_), "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"{}/>\n", pixels(x),
-                 pixels(y), pixels(width), pixels(height), fill,
+  fmt::format_to(std::back_inserter(out_), "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"{}/>\n",
+                 pixels(x), pixels(y), pixels(width), pixels(height), fill,
                  opacity < 1 ? fmt::format(" fill-opacity=\"{}\"", opacity) : "");
 }
 
 void SvgWriter::frame(double x, double y, double width, double height, const Stroke& stroke) {
-  fmt::format_to(std::back_inserter(out_), "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" {}/>\n", pixels(x),
-                 pixels(y), pixels(width), pixels(height), attributes(stroke));
+  fmt::format_to(std::back_inserter(out_), "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" {}/>\n",
+                 pixels(x), pixels(y), pixels(width), pixels(height), attributes(stroke));
 }
 
 void SvgWriter::line(double x1, double y1, double x2, double y2, const Stroke& stroke) {
-  fmt::format_to(std::back_inserter(out_), "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {}/>\n", pixels(x1), pixels(y1),
-                 pixels(x2), pixels(y2), attributes(stroke));
+  fmt::format_to(std::back_inserter(out_), "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {}/>\n", pixels(x1),
+                 pixels(y1), pixels(x2), pixels(y2), attributes(stroke));
 }
 
 void SvgWriter::text(double x, double y, std::string_view content, const TextStyle& style) {
@@ -73,8 +75,9 @@ void SvgWriter::text(double x, double y, std::string_view content, const TextSty
   if (style.turned_deg != 0) {
     more += fmt::format(" transform=\"rotate({} {} {})\"", pixels(-style.turned_deg), pixels(x), pixels(y));
   }
-  fmt::format_to(std::back_inserter(out_), "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}>{}</text>\n",
-                 pixels(x), pixels(y), pixels(style.size_px), style.colour, anchor_word(style.anchor), more, escaped(content));
+  fmt::format_to(std::back_inserter(out_),
+                 "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", pixels(x),
+                 pixels(y), pixels(style.size_px), style.colour, anchor_word(style.anchor), more, escaped(content));
 }
 
 void SvgWriter::path(std::string_view data, const Stroke& stroke, std::string_view clip) {
@@ -84,7 +87,8 @@ void SvgWriter::path(std::string_view data, const Stroke& stroke, std::string_vi
 }
 
 void SvgWriter::shape(std::string_view data, std::string_view fill, std::string_view outline) {
-  fmt::format_to(std::back_inserter(out_), "<path d=\"{}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"/>\n", data, fill, outline);
+  fmt::format_to(std::back_inserter(out_), "<path d=\"{}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"/>\n", data,
+                 fill, outline);
 }
 
 void SvgWriter::clip_region(std::string_view id, double x, double y, double width, double height) {

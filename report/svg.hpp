@@ -1,4 +1,5 @@
-/// Writes SVG as text: the few shapes a figure needs, coordinates to a tenth of a pixel, so that equal figures are equal bytes.
+/// Writes SVG as text: the few shapes a figure needs, coordinates to a tenth of a pixel, so that equal figures are
+/// equal bytes.
 #pragma once
 
 #include <string>
@@ -13,7 +14,7 @@ struct TextStyle {
   std::string colour = "#1d2733";
   Anchor anchor = Anchor::start;
   bool bold = false;
-  double turned_deg = 0;   ///< counter-clockwise, about the text's own place
+  double turned_deg = 0;  ///< counter-clockwise, about the text's own place
   double opacity = 1;
 };
 
@@ -50,7 +51,8 @@ class SvgWriter {
   std::string out_;
 };
 
-/// The mark of a figure whose data come from a simulated rig: large and pale across the given region, to be drawn under the data.
+/// The mark of a figure whose data come from a simulated rig: large and pale across the given region, to be drawn under
+/// the data.
 void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height);
 
 /// The same in plain small letters that end at (x, y), where nothing covers them.

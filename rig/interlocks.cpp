@@ -18,9 +18,9 @@ std::string beyond(const InterlockLimits& limits, const Sample& sample) {
                          limits.air_highest.value);
   }
   for (const auto& reading : sample.thermometers)
-    if (reading.value && (*reading.value < limits.article_lowest || *reading.value > limits.article_highest))
+    if (reading.value && (*reading.value < limits.thermometers_lowest || *reading.value > limits.thermometers_highest))
       return fmt::format("a thermometer reads {:.2f} °C, outside {:g} … {:g} °C", reading.value->value,
-                         limits.article_lowest.value, limits.article_highest.value);
+                         limits.thermometers_lowest.value, limits.thermometers_highest.value);
   return {};
 }
 

@@ -12,8 +12,8 @@ namespace gyrotherm {
 struct InterlockLimits {
   Celsius air_lowest{-60};            ///< of the chamber's own sensor
   Celsius air_highest{100};
-  Celsius article_lowest{-60};        ///< of each thermometer on the article
-  Celsius article_highest{100};
+  Celsius thermometers_lowest{-60};        ///< of each thermometer on the article
+  Celsius thermometers_highest{100};
   int confirming_samples = 2;         ///< consecutive samples beyond a limit before it counts
   Duration suspend_after = std::chrono::seconds(5);   ///< of silence
   Duration chamber_lost = std::chrono::minutes(10);   ///< silence that ends the run

@@ -108,8 +108,8 @@ void read_analysis(const TomlTable& table, const std::set<std::string>& channels
 void read_limits(const TomlTable& table, InterlockLimits& limits) {
   limits.air_lowest = table.celsius("air_lowest", limits.air_lowest);
   limits.air_highest = table.celsius("air_highest", limits.air_highest);
-  limits.article_lowest = table.celsius("article_lowest", limits.article_lowest);
-  limits.article_highest = table.celsius("article_highest", limits.article_highest);
+  limits.thermometers_lowest = table.celsius("thermometers_lowest", limits.thermometers_lowest);
+  limits.thermometers_highest = table.celsius("thermometers_highest", limits.thermometers_highest);
   limits.confirming_samples = static_cast<int>(table.integer("confirming_samples", limits.confirming_samples));
   limits.suspend_after = table.duration("suspend_after", limits.suspend_after);
   limits.chamber_lost = table.duration("chamber_lost", limits.chamber_lost);

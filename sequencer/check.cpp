@@ -47,8 +47,9 @@ void check_rate(const Segment& segment, Celsius from, const ChamberLimits& limit
 
 void check_deadline(const Segment& segment, Mistakes& mistakes) {
   if (segment.deadline >= shortest(segment)) return;
-  mistakes.note(segment, fmt::format("deadline too short: {:.0f} s, expected at least the {:.0f} s that the segment takes",
-                                     to_seconds(segment.deadline), to_seconds(shortest(segment))));
+  mistakes.note(segment,
+                fmt::format("deadline too short: {:.0f} s, expected at least the {:.0f} s that the segment takes",
+                            to_seconds(segment.deadline), to_seconds(shortest(segment))));
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "sequencer/timeline.hpp"
 
@@ -16,7 +19,8 @@ std::string hms(Duration d) {
 
 std::string soak_of(const Segment& segment) {
   if (!segment.guaranteed_soak) return "";
-  return fmt::format("{} within ±{:g} K, at most {}", hms(segment.soak_time), segment.soak_band.value, hms(segment.deadline));
+  return fmt::format("{} within ±{:g} K, at most {}", hms(segment.soak_time), segment.soak_band.value,
+                     hms(segment.deadline));
 }
 
 /// Columns that are as wide as their widest cell: `<` to the left, `>` to the right.
@@ -24,7 +28,11 @@ class Table {
  public:
   explicit Table(std::string alignment) : alignment_(std::move(alignment)) {}
 
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  void add(std::vector<std::string> row) {
+    widths_.resize(row.size());
+    for (std::size_t c = 0; c < row.size(); ++c) widths_[c] = std::max(widths_[c], columns_of(row[c]));
+    rows_.push_back(std::move(row));
+  }
 
   [[nodiscard]] std::string text() const {
     std::string all;
@@ -38,14 +46,8 @@ class Table {
 
  private:
   [[nodiscard]] std::string padded(const std::string& cell, std::size_t column) const {
-    const std::string space(width(column) - columns_of(cell), ' ');
+    const std::string space(widths_[column] - columns_of(cell), ' ');
     return alignment_[column] == '>' ? space + cell : cell + space;
-  }
-
-  [[nodiscard]] std::size_t width(std::size_t column) const {
-    std::size_t widest = 0;
-    for (const auto& row : rows_) widest = std::max(widest, columns_of(row[column]));
-    return widest;
   }
 
   /// The columns that UTF-8 text takes: one for each byte that begins a character.
@@ -54,6 +56,7 @@ class Table {
   }
 
   std::string alignment_;
+  std::vector<std::size_t> widths_;
   std::vector<std::vector<std::string>> rows_;
 };
 
@@ -78,7 +81,8 @@ std::string totals_table(const Timeline& timeline) {
   auto totals = timeline.cycles;
   totals.push_back(timeline.all);
   for (const auto& total : totals)
-    table.add({total.name, hms(total.ramps), hms(total.holds), hms(total.ramps + total.holds), std::to_string(total.clusters)});
+    table.add({total.name, hms(total.ramps), hms(total.holds), hms(total.ramps + total.holds),
+               std::to_string(total.clusters)});
   return table.text();
 }
 

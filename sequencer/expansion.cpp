@@ -154,6 +154,8 @@ void Expansion::add(const WrittenSegment& written, Segment segment, const Pass& 
 
 }  // namespace
 
-void expand(const std::vector<WrittenSegment>& written, Profile& profile) { Expansion(profile).append_all(written, {}); }
+void expand(const std::vector<WrittenSegment>& written, Profile& profile) {
+  Expansion(profile).append_all(written, {});
+}
 
 }  // namespace gyrotherm

@@ -11,8 +11,8 @@ namespace gyrotherm {
 inline constexpr int kMostSegments = 100'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 
-/// Appends the segments of `written` to the profile, and the cycles they make. Mistakes that only the expansion shows (a ramp
-/// that goes nowhere, a profile beyond the limits above) are noted in the tables; expansion ends at a limit.
+/// Appends the segments of `written` to the profile, and the cycles they make. Mistakes that only the expansion shows
+/// (a ramp that goes nowhere, a profile beyond the limits above) are noted in the tables; expansion ends at a limit.
 void expand(const std::vector<WrittenSegment>& written, Profile& profile);
 
 }  // namespace gyrotherm

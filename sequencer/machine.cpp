@@ -13,7 +13,8 @@ const Segment& segment_at(const Profile& profile, int index) {
   return profile.segments[static_cast<std::size_t>(index)];
 }
 
-/// The state `elapsed` into a segment, or into a later one if it is over by then. A soak not yet observed has not begun.
+/// The state `elapsed` into a segment, or into a later one if it is over by then. A soak not yet observed has not
+/// begun.
 State enter(const Profile& profile, int index, Duration elapsed) {
   const int count = static_cast<int>(profile.segments.size());
   for (; index < count; ++index) {
@@ -54,7 +55,9 @@ State hold_on(const Profile& profile, Hold hold, const Observation& seen) {
 State step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
   return enter(profile, ramp.segment, ramp.elapsed + seen.elapsed);
 }
-State step(const Profile& profile, const Holding& hold, const Observation& seen) { return hold_on(profile, hold, seen); }
+State step(const Profile& profile, const Holding& hold, const Observation& seen) {
+  return hold_on(profile, hold, seen);
+}
 State step(const Profile& profile, const WaitingForSoak& hold, const Observation& seen) {
   return hold_on(profile, hold, seen);
 }
@@ -78,8 +81,11 @@ struct Standing {
 
 Standing standing(const Profile&, const Ramping& s) { return {Phase::ramping, s.segment, s.elapsed, {}}; }
 Standing standing(const Profile&, const Holding& s) { return {Phase::holding, s.segment, s.elapsed, s.soaked}; }
-Standing standing(const Profile&, const WaitingForSoak& s) { return {Phase::waiting_for_soak, s.segment, s.elapsed, s.soaked}; }
+Standing standing(const Profile&, const WaitingForSoak& s) {
+  return {Phase::waiting_for_soak, s.segment, s.elapsed, s.soaked};
+}
 Standing standing(const Profile&, const Overdue& s) { return {Phase::overdue, s.segment, s.elapsed, s.soaked}; }
+
 /// A complete profile stands at the end of its last segment.
 Standing standing(const Profile& profile, const Complete&) {
   const auto& last = profile.segments.back();
@@ -155,7 +161,8 @@ Duration time_left(const Profile& profile, const State& state) {
   const auto now = standing(profile, state);
   const auto& segment = segment_at(profile, now.segment);
   auto left = std::max(Duration::zero(), -over_by(segment, now.elapsed, now.soaked));
-  for (int i = now.segment + 1; i < static_cast<int>(profile.segments.size()); ++i) left += shortest(segment_at(profile, i));
+  for (int i = now.segment + 1; i < static_cast<int>(profile.segments.size()); ++i)
+    left += shortest(segment_at(profile, i));
   return left;
 }
 

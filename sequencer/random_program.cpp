@@ -9,7 +9,8 @@ namespace {
 
 constexpr int kMostRedraws = 1000;
 
-/// The top 53 bits as a fraction of [0, 1): std::uniform_real_distribution differs between standard libraries, this does not.
+/// The top 53 bits as a fraction of [0, 1): std::uniform_real_distribution differs between standard libraries, this
+/// does not.
 double fraction(std::mt19937_64& engine) { return static_cast<double>(engine() >> 11) * 0x1p-53; }
 
 }  // namespace

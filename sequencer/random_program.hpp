@@ -16,7 +16,8 @@ struct RandomStep {
   Duration hold{};
 };
 
-/// Targets are drawn uniformly from the rows in turn, in steps of 0.1 °C; rates in steps of 0.01 °C/min; holds in whole seconds.
+/// Targets are drawn uniformly from the rows in turn, in steps of 0.1 °C; rates in steps of 0.01 °C/min; holds in whole
+/// seconds.
 class RandomProgram {
  public:
   explicit RandomProgram(const WrittenRandom& program) : program_(program), engine_(program.seed) {}

@@ -68,7 +68,9 @@ void SegmentReader::expect_set_point(const TomlTable& table, std::string_view ki
 }
 
 WrittenHold SegmentReader::read_hold(const TomlTable& table) {
-  WrittenHold hold{.at = read_temperature_if_any(table, "at"), .time = read_time(table, "time"), .soak = defaults_,
+  WrittenHold hold{.at = read_temperature_if_any(table, "at"),
+                   .time = read_time(table, "time"),
+                   .soak = defaults_,
                    .deadline = read_time_if_any(table, "deadline")};
   if (hold.at) set_point_known_ = true;
   if (!set_point_known_) table.mistake("", "missing key \"at\", expected a temperature in the first hold");
@@ -96,9 +98,11 @@ WrittenRepeat SegmentReader::read_repeat(const TomlTable& table, const Surroundi
   repeat.rates = read_rates(table, "rates");
   repeat.cycle = table.boolean("cycle", false);
   const bool counted = table.has("count");
-  if (counted == table.has("rates")) table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
+  if (counted == table.has("rates"))
+    table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
   repeat.count = counted ? table.integer("count", 1) : static_cast<std::int64_t>(repeat.rates.size());
-  if (counted && repeat.count <= 0) table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
+  if (counted && repeat.count <= 0)
+    table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
   if (!counted && table.has("rates") && repeat.rates.empty())
     table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
   if (repeat.cycle && around.in_cycle) table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");

@@ -71,7 +71,8 @@ struct WrittenSegment {
 /// Reads `[defaults]`. Mistakes are noted in the table.
 [[nodiscard]] SoakRule read_defaults(const TomlTable& defaults);
 
-/// Reads every `[[segment]]` of a file's root. Mistakes are noted in the tables; a segment that could not be understood is left out.
+/// Reads every `[[segment]]` of a file's root. Mistakes are noted in the tables; a segment that could not be understood
+/// is left out.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
 
 }  // namespace gyrotherm

@@ -20,7 +20,8 @@ bool sensible(CelsiusPerMinute rate) { return rate > CelsiusPerMinute{0} && rate
 
 void check(const TomlTable& table, std::string_view key, Celsius t) {
   if (sensible(t)) return;
-  table.mistake(key, fmt::format("\"{}\" is {:g} °C, expected {:g} to {:g} °C", key, t.value, kColdest.value, kHottest.value));
+  table.mistake(
+      key, fmt::format("\"{}\" is {:g} °C, expected {:g} to {:g} °C", key, t.value, kColdest.value, kHottest.value));
 }
 
 void check(const TomlTable& table, std::string_view key, CelsiusPerMinute rate) {

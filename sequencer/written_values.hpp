@@ -1,4 +1,5 @@
-/// The values a profile is written in: read from a table, in the ranges that make sense. Every value outside is noted as a mistake.
+/// The values a profile is written in: read from a table, in the ranges that make sense. Every value outside is noted
+/// as a mistake.
 #pragma once
 
 #include <optional>

@@ -21,6 +21,7 @@ class ChamberRegisters {
  public:
   /// `world` must outlive this.
   ChamberRegisters(RegisterMap map, World& world);
+  ChamberRegisters(const ChamberRegisters&) = delete;  // entries_ points into map_
 
   [[nodiscard]] std::uint8_t unit() const { return map_.unit; }
   /// Appends `count` registers to `words`. Fails with illegal_value if the map reads fewer at once, or illegal_address

@@ -14,7 +14,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kBacklog = 16;
+constexpr int kBacklog = 128;
 
 tl::unexpected<Fault> cannot_listen(std::uint16_t port) {
   return failure(FaultKind::disconnected, fmt::format("virtual instrument 127.0.0.1:{}", port),

@@ -13,8 +13,8 @@ namespace {
 // The recursion halves the matrix until a leaf of this order; all work above the leaves is matrix products.
 constexpr Eigen::Index kLeaf = 24;
 
-// A product C −= A Bᵀ runs in tiles of 8 × 6, whose sums stay in registers on AVX2 and AVX-512 alike. A is packed in blocks
-// of 192 rows and 256 columns (half of an L2 cache of 1 MiB at most), B in blocks of 256 columns.
+// A product C −= A Bᵀ runs in tiles of 8 × 6, whose sums stay in registers on AVX2 and AVX-512 alike. A is packed in
+// blocks of 192 rows and 256 columns (half of an L2 cache of 1 MiB at most), B in blocks of 256 columns.
 constexpr Eigen::Index kTileRows = kDoubleLanes;
 constexpr Eigen::Index kTileColumns = 6;
 constexpr Eigen::Index kBlockRows = 192;
@@ -35,7 +35,8 @@ struct Packed {
   std::vector<double> b;
 };
 
-// Rows first … first + rows of `m` as strips of `height` rows, each strip column after column, the last filled up with zeros.
+// Rows first … first + rows of `m` as strips of `height` rows, each strip column after column, the last filled up with
+// zeros.
 void pack(Block m, Eigen::Index rows, Eigen::Index depth, Eigen::Index height, std::vector<double>& out) {
   const Eigen::Index strips = (rows + height - 1) / height;
   out.resize(static_cast<std::size_t>(strips * height * depth));
@@ -51,8 +52,8 @@ void pack(Block m, Eigen::Index rows, Eigen::Index depth, Eigen::Index height, s
 
 // c −= a bᵀ for one tile, of which `rows` × `columns` lie inside c.
 GYROTHERM_CLONES
-void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride, Eigen::Index rows,
-                   Eigen::Index columns) {
+void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
+                   Eigen::Index rows, Eigen::Index columns) {
   DoubleLanes sum[kTileColumns] = {};
   for (Eigen::Index k = 0; k < depth; ++k, a += kTileRows, b += kTileColumns) {
     const DoubleLanes line = *reinterpret_cast<const UnalignedDoubleLanes*>(a);

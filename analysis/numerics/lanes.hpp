@@ -1,6 +1,6 @@
 /// The few hot loops of this room are compiled once per generation of x86-64, and the program takes the best one its
-/// processor has when it starts; elsewhere, and under a sanitiser (which cannot yet run at that moment), there is one version.
-/// Results agree to rounding between processors, and to the bit on one.
+/// processor has when it starts; elsewhere, and under a sanitiser (which cannot yet run at that moment), there is one
+/// version. Results agree to rounding between processors, and to the bit on one.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 #include <vector>
 
 #include "analysis/numerics/cholesky.hpp"
@@ -12,12 +12,22 @@ namespace {
 
 constexpr int kStepsPerCentre = 25;
 constexpr int kLineSearchSteps = 12;
-constexpr int kShortSteps = 5;         // so many in a row: the proximal step is too long
+constexpr double kRetreat = 0.2;  // of σ
+// So many steps shorter than this, and the proximal step is too long.
+constexpr int kShortSteps = 5;
 constexpr double kShort = 0.02;
+// β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
+constexpr double kAgreement = 1e-10;
 
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
 bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
+
+// The easier the last step was, the longer the next.
+double growth(int steps) {
+  if (steps <= 4) return 8;
+  return steps <= 10 ? 2.8 : 1.3;
+}
 
 class Newton {
  public:
@@ -30,21 +40,23 @@ class Newton {
   [[nodiscard]] Eigen::ArrayXd residual() const { return problem_.y - response_ - Eigen::VectorXd::Constant(n_, b_); }
   [[nodiscard]] Piece piece_of(Eigen::Index i, double residual) const;
 
-  bool minimise();                 // one proximal step; false if it should be shorter
+  bool minimise();  // one proximal step; false if it should be shorter
   bool solve_pieces(const Eigen::ArrayXd& residual);
   bool solve_slope(Eigen::VectorXd& moved);
   [[nodiscard]] double balanced_offset(const Eigen::VectorXd& moved) const;
   [[nodiscard]] double line_search() const;
-  bool settled(double step);
+  [[nodiscard]] bool settled(double step) const;
   void take_centre();
+  void retreat();
+  void keep_if_best();
 
   const SvrProblem& problem_;
   const NewtonOptions& options_;
   Eigen::Index n_;
   double sigma_;
   Eigen::VectorXd centre_;
-  Eigen::VectorXd beta_;       // β̃, which is not β(r) before the proximal step has converged
-  Eigen::VectorXd response_;   // Kβ̃
+  Eigen::VectorXd beta_;      // β̃, which is not β(r) before the proximal step has converged
+  Eigen::VectorXd response_;  // Kβ̃
   double b_;
   Eigen::VectorXd direction_;           // of β̃
   Eigen::VectorXd response_direction_;  // K times it
@@ -111,7 +123,7 @@ bool Newton::solve_slope(Eigen::VectorXd& moved) {
   Eigen::MatrixXd sides(count, 2);
   for (Eigen::Index p = 0; p < count; ++p) {
     const Eigen::Index i = slope_[p];
-    const double* column = &problem_.kernel.coeffRef(0, i);
+    const double* column = problem_.kernel.col(i).data();
     for (Eigen::Index q = p; q < count; ++q) system(q, p) = column[slope_[q]];
     system(p, p) += 1 / sigma_;
     const double edge = pieces_[i] == Piece::rising ? problem_.epsilon : -problem_.epsilon;
@@ -135,7 +147,7 @@ double Newton::balanced_offset(const Eigen::VectorXd& moved) const {
   double high = z.maxCoeff() + reach;
   for (;;) {
     const double middle = low + 0.5 * (high - low);
-    if (middle <= low || middle >= high) return middle;
+    if (!(low < middle && middle < high)) return middle;
     (shrink(z - middle).sum() > 0 ? low : high) = middle;
   }
 }
@@ -162,11 +174,11 @@ double Newton::line_search() const {
 }
 
 // No point has left its piece, or β̃ and β(r) agree.
-bool Newton::settled(double step) {
+bool Newton::settled(double step) const {
   const Eigen::ArrayXd r = residual();
   bool same = step == 1;
   for (Eigen::Index i = 0; i < n_ && same; ++i) same = piece_of(i, r[i]) == pieces_[i];
-  return same || (shrink(r) - beta_.array()).abs().maxCoeff() <= 1e-10 * problem_.C;
+  return same || (shrink(r) - beta_.array()).abs().maxCoeff() <= kAgreement * problem_.C;
 }
 
 bool Newton::minimise() {
@@ -185,7 +197,7 @@ bool Newton::minimise() {
   return false;
 }
 
-// The feasible point nearest to β̃ becomes the centre: exact on the flat pieces, the rest of the sum spread over the free.
+// The solution becomes the centre: exact on the flat pieces, what rounding left of the sum spread over the others.
 void Newton::take_centre() {
   const Eigen::ArrayXd r = residual();
   const Eigen::ArrayXd shrunk = shrink(r);
@@ -200,25 +212,34 @@ void Newton::take_centre() {
   response_ = response(problem_, beta_);
 }
 
+// Back to the centre, for a shorter step.
+void Newton::retreat() {
+  beta_ = centre_;
+  response_ = response(problem_, beta_);
+  b_ = best_offset(problem_, response_);
+  sigma_ *= kRetreat;
+}
+
+void Newton::keep_if_best() {
+  const SvrPoint point{centre_, best_offset(problem_, response_)};
+  const double gap = certify(problem_, point, response_).relative_gap;
+  if (!(gap < best_.relative_gap)) return;
+  best_.point = point;
+  best_.relative_gap = gap;
+}
+
 NewtonResult Newton::run() {
-  while (best_.relative_gap > options_.relative_gap && best_.steps < options_.max_steps) {
+  while (!(best_.relative_gap <= options_.relative_gap) && best_.steps < options_.max_steps) {
     const int before = best_.steps;
-    const bool solved = minimise();
-    const int used = best_.steps - before;
-    if (!solved) {
-      sigma_ *= 0.2;
-      beta_ = centre_;
-      response_ = response(problem_, beta_);
-      b_ = best_offset(problem_, response_);
+    if (!minimise()) {
+      retreat();
       continue;
     }
     take_centre();
-    const SvrPoint point{centre_, best_offset(problem_, response_)};
-    const double gap = certify(problem_, point, response_).relative_gap;
-    if (gap < best_.relative_gap) best_ = {point, gap, best_.steps};
-    sigma_ *= !solved ? 0.2 : used <= 4 ? 8 : used <= 10 ? 2.8 : 1.3;
+    keep_if_best();
+    sigma_ *= growth(best_.steps - before);
   }
-  return best_;
+  return std::move(best_);
 }
 
 }  // namespace

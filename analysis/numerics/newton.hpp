@@ -21,12 +21,14 @@ struct NewtonResult {
 /// Goes on from `start` until the relative duality gap is reached or the steps are used up.
 ///
 /// A proximal step from the centre c minimises D(β) + ‖β − c‖²/(2σ) over the feasible β. With the residual
-/// r = y − Kβ − b its solution is β_i(r) = clip(soft(c_i + σr_i, σε), −C, C), which is piecewise linear: one Newton step
-/// solves the linear equations of the pieces that the points now lie on,
+/// r = y − Kβ − b its solution is β_i(r) = clip(soft(c_i + σr_i, σε), −C, C), which is piecewise linear: one Newton
+/// step solves the linear equations of the pieces that the points now lie on,
 ///   (K_FF + I/σ)Δ + b1 = …,  Σβ = 0,
-/// where F holds the points on a slope; all others are at 0 or ±C exactly. The Newton step decreases the convex function
+/// where F holds the points on a slope; all others are at 0 or ±C exactly. The Newton step decreases the convex
+/// function
 ///   Φ(β̃, b) = ½β̃ᵀKβ̃ + Σ_i max_β {β r_i − ε|β| − (β − c_i)²/(2σ)}
 /// along a line search. σ grows while the steps are easy and shrinks when they are not.
-[[nodiscard]] NewtonResult solve_by_newton(const SvrProblem& problem, const SvrPoint& start, const NewtonOptions& options);
+[[nodiscard]] NewtonResult solve_by_newton(const SvrProblem& problem, const SvrPoint& start,
+                                           const NewtonOptions& options);
 
 }  // namespace gyrotherm

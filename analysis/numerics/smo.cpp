@@ -61,8 +61,8 @@ void choose_partner(const float* row, const float* g, const float* fall, float u
   const FloatLanes zero = {};
   const FloatLanes flat = zero + kLeastCurvature;
   for (int i = 0; i < count; i += kFloatLanes) {
-    const FloatLanes v = -*reinterpret_cast<const UnalignedFloatLanes*>(g + i) -
-                         *reinterpret_cast<const UnalignedFloatLanes*>(fall + i);
+    const FloatLanes v =
+        -*reinterpret_cast<const UnalignedFloatLanes*>(g + i) - *reinterpret_cast<const UnalignedFloatLanes*>(fall + i);
     least = v < least ? v : least;
     const FloatLanes exact = 2.0F - 2.0F * *reinterpret_cast<const UnalignedFloatLanes*>(row + i);
     const FloatLanes curvature = exact > flat ? exact : flat;
@@ -84,8 +84,8 @@ void choose_partner(const float* row, const float* g, const float* fall, float u
   partner.index = where[best];
 }
 
-// How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by 2ε
-// where one of them passes zero.
+// How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by
+// 2ε where one of them passes zero.
 double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const double room = std::min(C - beta_i, beta_j + C);
@@ -113,8 +113,8 @@ class Smo {
   void take_step(int i, int j);
 
   const SvrProblem& problem_;
-  int stride_;               // n rounded up to whole lanes
-  Eigen::MatrixXf rows_;     // K, a column per point, padded with zeros
+  int stride_;            // n rounded up to whole lanes
+  Eigen::MatrixXf rows_;  // K, a column per point, padded with zeros
   Eigen::VectorXd beta_;
   std::vector<float> g_;     // Kβ − y
   std::vector<float> rise_;  // slope of ε|β_i| upwards

@@ -1,4 +1,5 @@
-/// One training as the solvers see it, a point of it, and the judge of both (errata 2.1 of the paper; svr.hpp has the dual).
+/// One training as the solvers see it, a point of it, and the judge of both (errata 2.1 of the paper; svr.hpp has the
+/// dual).
 #pragma once
 
 #include <Eigen/Core>
@@ -37,8 +38,8 @@ void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen:
 /// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.
 void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free, Eigen::VectorXd& beta);
 
-/// The offset that minimises the primal value of β exactly: Σ max(0, |z_i − b| − ε), z = y − Kβ, is piecewise linear in b
-/// with breakpoints z_i ± ε, and least from their n-th to their (n+1)-th; the middle of that interval.
+/// The offset that minimises the primal value of β exactly: Σ max(0, |z_i − b| − ε), z = y − Kβ, is piecewise linear in
+/// b with breakpoints z_i ± ε, and least from their n-th to their (n+1)-th; the middle of that interval.
 [[nodiscard]] double best_offset(const SvrProblem& problem, const Eigen::VectorXd& response);
 
 /// The gap as defined at `relative_duality_gap` in svr.hpp; infinite if the point is not feasible.

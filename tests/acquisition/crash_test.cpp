@@ -105,6 +105,12 @@ TEST(Crash, ReadingWhatADeadWriterLeftChangesNothing) {
   ASSERT_TRUE(read_status(path));
   EXPECT_EQ(std::filesystem::file_size(path), size);
   EXPECT_EQ(std::filesystem::file_size(path + "-wal"), log_size);
+  auto store = Store::reopen(path);
+  ASSERT_TRUE(store) << text(store.error());
+  ASSERT_TRUE((*store)->finish());
+  store->reset();
+  EXPECT_FALSE(std::filesystem::exists(path + "-wal") || std::filesystem::exists(path + "-shm"))
+      << "one file in the end";
 }
 
 TEST(Crash, TwoProgramsDoNotWriteOneRecord) {
@@ -132,8 +138,7 @@ TEST(Crash, ARecordBeingWrittenIsNotReadAndItsWriterIsNamed) {
   const auto record = read_record(path);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().kind, FaultKind::storage);
-  EXPECT_EQ(record.error().what,
-            "being written by another program (process " + std::to_string(writer.process()) + ")");
+  EXPECT_EQ(record.error().what, "being written by another program (process " + std::to_string(writer.process()) + ")");
 }
 
 TEST(Crash, StatusOfARecordBeingWrittenComesFromItsStatusFile) {

@@ -28,7 +28,8 @@ Record small_record() {
   record.thermometers_c = {{19.5, -0.1}, {NAN, 1e-9}};
   record.gyro = {-1000, NAN};
   record.gyro_interval_s = {1, NAN};
-  record.progress = {{.segment = 0, .cycle = 0, .set_point = {}}, {.segment = 1, .phase = Phase::holding, .set_point = {}}};
+  record.progress = {{.segment = 0, .cycle = 0, .set_point = {}},
+                     {.segment = 1, .phase = Phase::holding, .set_point = {}}};
   return record;
 }
 
@@ -47,8 +48,8 @@ TEST(Export, OfARealUnfinishedRunSaysSo) {
   record.info.simulated = false;
   record.finished = false;
   record.info.profile_name = "two\nlines";
-  EXPECT_EQ(to_csv(record).rfind("# run 0123456789abcdef0123456789abcdef of two lines on a rig, not finished\nslot,", 0),
-            0u);
+  EXPECT_EQ(
+      to_csv(record).rfind("# run 0123456789abcdef0123456789abcdef of two lines on a rig, not finished\nslot,", 0), 0u);
 }
 
 TEST(Export, WritesTheWholeFileOrNone) {

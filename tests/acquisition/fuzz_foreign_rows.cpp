@@ -1,4 +1,5 @@
-/// Any bytes as a foreign table: rows of equal length whose numbers are finite and whose time increases, or a fault with its place.
+/// Any bytes as a foreign table: rows of equal length whose numbers are finite and whose time increases, or a fault
+/// with its place.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

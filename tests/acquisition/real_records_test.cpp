@@ -1,4 +1,5 @@
-/// Public recordings, if GYROTHERM_SHARED names the folder that holds `data/`; their reference numbers are in its README.
+/// Public recordings, if GYROTHERM_SHARED names the folder that holds `data/`; their reference numbers are in its
+/// README.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,8 +23,8 @@ class RealRecord : public ::testing::Test {
 
   Record imported(const std::string& table, const std::string& map) {
     const Folder folder;
-    const auto summary = import_record(data_ + table, GYROTHERM_SOURCE_DIR "/profiles/imports/" + map,
-                                       folder / "run.db", "0.1.0");
+    const auto summary =
+        import_record(data_ + table, GYROTHERM_SOURCE_DIR "/profiles/imports/" + map, folder / "run.db", "0.1.0");
     EXPECT_TRUE(summary) << text(summary.error());
     return read_record(folder / "run.db").value_or(Record{});
   }

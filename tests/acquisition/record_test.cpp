@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
+#include <cstdio>
+#include <ctime>
 #include <fstream>
 
 #include "runs.hpp"
@@ -89,7 +90,8 @@ TEST(Record, GivesBackEventsInTheirOrder) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", two_thermometers()).value();
   ASSERT_TRUE(store->append_event({{}, EventKind::started, "by hand"}));
-  const std::vector<Event> events{{sample_at(0).at, EventKind::command, "22 °C"}, {sample_at(0).at, EventKind::note, "x"}};
+  const std::vector<Event> events{{sample_at(0).at, EventKind::command, "22 °C"},
+                                  {sample_at(0).at, EventKind::note, "x"}};
   ASSERT_TRUE(store->append(sample_at(0), events));
   ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::finished, ""}));
   ASSERT_TRUE(store->finish());
@@ -126,8 +128,10 @@ TEST(Record, RefusesADamagedFile) {
   EXPECT_EQ(record.error().kind, FaultKind::bad_file);
 }
 
-TEST(Record, OfTheQualificationIsReadInWellUnderASecond) {
-  using std::chrono::steady_clock;
+/// Processor time, which does not depend on what else the machine does.
+double used_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(Record, OfTheQualificationIsWrittenInMicrosecondsARowAndReadInWellUnderASecond) {
   constexpr std::int64_t kSlots = 221'600;
   const Folder folder;
   RunInfo info = two_thermometers();
@@ -136,22 +140,19 @@ TEST(Record, OfTheQualificationIsReadInWellUnderASecond) {
   auto store = Store::create(folder / "run.db", info).value();
   Sample sample = sample_at(0);
   sample.thermometers.resize(9, {Celsius{20.123456}, {}});
-  const auto began = steady_clock::now();
-  for (sample.slot = 0; sample.slot < kSlots; ++sample.slot) {
-    ASSERT_TRUE(store->append(sample, {}));
-    if (sample.slot % 50'000 == 0) { ASSERT_TRUE(store->sync()); }
-  }
-  const auto appended = steady_clock::now();
+  const double began_s = used_s();
+  for (sample.slot = 0; sample.slot < kSlots; ++sample.slot) ASSERT_TRUE(store->append(sample, {}));
+  const double appended_s = used_s();
   ASSERT_TRUE(store->finish());
   store.reset();
-  const auto finished = steady_clock::now();
+  const double finished_s = used_s();
   EXPECT_EQ(read_record(folder / "run.db").value().slot.size(), static_cast<std::size_t>(kSlots));
-  const auto read = steady_clock::now();
-  const auto us = [](auto duration) { return std::chrono::duration<double, std::micro>(duration).count(); };
-  RecordProperty("append_us", std::to_string(us(appended - began) / kSlots));
-  RecordProperty("read_s", std::to_string(us(read - finished) * 1e-6));
-  std::printf("append %.2f us, read %.3f s\n", us(appended - began) / kSlots, us(read - finished) * 1e-6);
-  EXPECT_LT(us(read - finished) * 1e-6, 3.0) << "generous, for a loaded machine";
+  const double read_s = used_s();
+  std::printf("append %.2f us, read %.3f s\n", (appended_s - began_s) * 1e6 / kSlots, read_s - finished_s);
+#ifdef NDEBUG  // a build with assertions or sanitisers proves other things
+  EXPECT_LT((appended_s - began_s) * 1e6 / kSlots, 5.0);
+  EXPECT_LT(read_s - finished_s, 1.0);
+#endif
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <string>
-#include <unistd.h>
 
 #include "acquisition/record.hpp"
 #include "acquisition/store.hpp"
@@ -18,8 +18,8 @@ class Folder {
  public:
   Folder() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            (std::string("gyrotherm-") + test->test_suite_name() + "." + test->name() + "-" + std::to_string(::getpid()));
+    path_ = std::filesystem::temp_directory_path() / (std::string("gyrotherm-") + test->test_suite_name() + "." +
+                                                      test->name() + "-" + std::to_string(::getpid()));
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
@@ -60,8 +60,12 @@ inline Sample sample_at(std::int64_t slot) {
   sample.chamber = {ChamberState{Celsius{20 + 0.1 * s}, Celsius{21}}, at};
   sample.thermometers = {{Celsius{19.5 + 1e-9 * s}, at}, {Celsius{-0.1}, at}};
   sample.gyro = {PulseCount{-1000 + slot, std::chrono::nanoseconds(1'000'000'001)}, at};
-  sample.progress = {.segment = 1, .cycle = 1, .phase = Phase::waiting_for_soak, .in_segment = std::chrono::seconds(slot),
-                     .soaked = std::chrono::nanoseconds(7), .set_point = Celsius{22.5}};
+  sample.progress = {.segment = 1,
+                     .cycle = 1,
+                     .phase = Phase::waiting_for_soak,
+                     .in_segment = std::chrono::seconds(slot),
+                     .soaked = std::chrono::nanoseconds(7),
+                     .set_point = Celsius{22.5}};
   return sample;
 }
 

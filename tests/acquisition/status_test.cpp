@@ -32,7 +32,8 @@ TEST(Status, GoesThroughJsonUnchanged) {
 }
 
 TEST(Status, RefusesWhatItDidNotWrite) {
-  for (const char* text : {"", "{", "[]", "{}", R"({"schema": 1})", R"({"schema": "gyrotherm-status/1", "pid": "x"})"}) {
+  for (const char* text :
+       {"", "{", "[]", "{}", R"({"schema": 1})", R"({"schema": "gyrotherm-status/1", "pid": "x"})"}) {
     const auto status = parse_status(text, "here");
     ASSERT_FALSE(status) << text;
     EXPECT_EQ(status.error().kind, FaultKind::bad_file);

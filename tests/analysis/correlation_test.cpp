@@ -32,8 +32,8 @@ std::vector<std::string> texts(const std::vector<Term>& terms) {
 
 TEST(Selection, OfThePapersTableIsItsThirteenPairsOfRankSeven) {
   const Selection selection = select_pairs(kNames, table_3());
-  EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H", "B-F", "B-G",
-                                                              "C-H", "D-E", "D-G", "G-H"}));
+  EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H", "B-F",
+                                                              "B-G", "C-H", "D-E", "D-G", "G-H"}));
   EXPECT_EQ(selection.rank, 7);
   EXPECT_FALSE(selection.fallback);
 }

@@ -54,7 +54,8 @@ TEST(Features, OfEightThermometersHaveTwentyEightGradientsOfRankSeven) {
   EXPECT_EQ(rank_of(gradients), 7);
   EXPECT_EQ(rank_of({}), 0);
   EXPECT_EQ(rank_of({{TermKind::temperature, "A", ""}, {TermKind::squared, "A", ""}, {TermKind::rate, "A", ""}}), 3);
-  EXPECT_EQ(rank_of({{TermKind::temperature, "A", ""}, {TermKind::temperature, "B", ""}, {TermKind::gradient, "A", "B"}}), 2);
+  EXPECT_EQ(
+      rank_of({{TermKind::temperature, "A", ""}, {TermKind::temperature, "B", ""}, {TermKind::gradient, "A", "B"}}), 2);
 }
 
 TEST(Scaling, MakesZeroMeanAndUnitStd) {

@@ -13,7 +13,9 @@
 namespace gyrotherm {
 namespace {
 
-void write(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
 
 TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
   const auto text = to_libsvm(small_svr_model());

@@ -37,6 +37,13 @@ TEST(Model, PredictsByItsFormula) {
   EXPECT_NEAR((*straight)(1), 0.7 * (2 * z0 - 0.5 * z1 + 0.25) + 0.01, 1e-14);
 }
 
+TEST(Model, PredictsNothingFromAMissingReading) {
+  Clusters clusters = three_clusters();
+  clusters.temperature_c(1, 0) = std::nan("");
+  EXPECT_TRUE(std::isnan((*predict(small_svr_model(), clusters))(1)));
+  EXPECT_FALSE(std::isnan((*predict(small_svr_model(), clusters))(2)));
+}
+
 TEST(Model, NeedsItsThermometers) {
   Clusters clusters = three_clusters();
   clusters.thermometers = {"A", "C"};
@@ -91,12 +98,19 @@ TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
   EXPECT_FALSE(model_from_json(replaced(to_json(small_svr_model()), "0.125", "1e999"), "m.json"));
 }
 
-TEST(ModelFile, CutAnywhereIsAFaultAndNothingWorse) {
+TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
   const std::string good = to_json(small_svr_model());
   for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
     EXPECT_FALSE(model_from_json(std::string_view(good).substr(0, length), "m.json"));
   }
-  for (const char* json : {"null", "[]", "{}", "1", "\"\"", "[[[[[[", "\xff\xfe"}) EXPECT_FALSE(model_from_json(json, "m.json"));
+  for (std::size_t at = 0; at < good.size(); at += 5) {
+    std::string spoilt = good;
+    spoilt[at] = "0\"]}{,-e"[at % 8];
+    const auto model = model_from_json(spoilt, "m.json");
+    EXPECT_TRUE(!model || model_from_json(to_json(*model), "m.json")) << at;
+  }
+  for (const char* json : {"null", "[]", "{}", "1", "\"\"", "[[[[[[", "\xff\xfe"})
+    EXPECT_FALSE(model_from_json(json, "m.json"));
 }
 
 }  // namespace

@@ -32,17 +32,21 @@ TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
   for (Eigen::Index i = 0; i < 1000; ++i) {
     const double compensated = stream->push({dataset.temperature_c(i, 0), dataset.temperature_c(i, 1)}, 0.5);
     EXPECT_EQ(std::isnan(compensated), i < 199) << "a rate needs two means, row " << i;
-    if (i >= 199 && i % 100 == 99) EXPECT_NEAR(compensated, 0.5 - predicted(i / 100), 1e-12);
+    if (i >= 199 && i % 100 == 99) {
+      EXPECT_NEAR(compensated, 0.5 - predicted(i / 100), 1e-12);
+    }
   }
 }
 
 TEST(CompensationStream, TakesColumnsInAnyOrder) {
   auto stream = CompensationStream::open(small_svr_model(), {"shell", "B", "A"});
   auto same = CompensationStream::open(small_svr_model(), {"A", "B"});
+  double one = 0, other = 1;
   for (int i = 0; i < 200; ++i) {
-    const double one = stream->push({i + 7.0, 19.5, 20.0 + 0.001 * i}, 0), other = same->push({20.0 + 0.001 * i, 19.5}, 0);
-    if (i == 199) EXPECT_EQ(one, other);
+    one = stream->push({i + 7.0, 19.5, 20.0 + 0.001 * i}, 0);
+    other = same->push({20.0 + 0.001 * i, 19.5}, 0);
   }
+  EXPECT_EQ(one, other);
 }
 
 TEST(CompensationStream, RecoversFromAMissingReading) {

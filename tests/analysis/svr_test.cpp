@@ -52,9 +52,9 @@ SvrParameters random_parameters(std::mt19937_64& generator) {
           .epsilon = std::exp2(uniform(generator, -8, -1))};
 }
 
-// With r = y − Kβ − b the duality gap is the sum of C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i, each of which is at least 0, and 0
-// just where point i meets its condition: β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and r_i = ε sign β_i, or |β_i| = C and
-// r_i sign β_i ≥ ε.
+// With r = y − Kβ − b the duality gap is the sum of C max(0, |r_i| − ε) + ε|β_i| − r_iβ_i, each of which is at least 0,
+// and 0 just where point i meets its condition: β_i = 0 and |r_i| ≤ ε, or 0 < |β_i| < C and r_i = ε sign β_i, or |β_i|
+// = C and r_i sign β_i ≥ ε.
 void expect_optimal(const Data& data, const SvrParameters& p, const SvrSolution& solution, double relative_gap) {
   const Eigen::MatrixXd kernel = kernel_by_definition(data.x, p.sigma);
   const Eigen::ArrayXd beta = solution.beta;

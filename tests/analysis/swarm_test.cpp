@@ -146,7 +146,9 @@ TEST(Swarm, RecordsTheBestAfterTheInitialSwarmAndEachIteration) {
 }
 
 TEST(Swarm, TellsWhichCoordinatesLieOnTheEdge) {
-  const Fitness downhill = [](const std::vector<double>& x, double) -> Result<double> { return x[0] + (x[1] - 1) * (x[1] - 1); };
+  const Fitness downhill = [](const std::vector<double>& x, double) -> Result<double> {
+    return x[0] + (x[1] - 1) * (x[1] - 1);
+  };
   const auto summary = minimise(downhill, {.lower = {-5, -5}, .upper = {5, 5}}, patient(60));
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->coordinates_on_edge, std::vector<int>{0});

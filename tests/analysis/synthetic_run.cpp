@@ -7,14 +7,18 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kThermometers = 8;  // A … H on a ring B–A–C–E–H–G–F–D, each in touch with its neighbours and the chamber air
+constexpr int kThermometers =
+    8;  // A … H on a ring B–A–C–E–H–G–F–D, each in touch with its neighbours and the chamber air
 constexpr std::array<int, kThermometers> kRing = {1, 0, 2, 4, 7, 6, 5, 3};
-constexpr std::array<double, kThermometers> kHeatCapacity = {114.5, 122.3, 114.2, 87.6, 123.6, 116.1, 100.1, 118.3};  // J/K
-constexpr std::array<double, kThermometers> kFilm = {0.1605, 0.1588, 0.1528, 0.1650, 0.1389, 0.1490, 0.1431, 0.1664};  // W/K
+constexpr std::array<double, kThermometers> kHeatCapacity = {114.5, 122.3, 114.2, 87.6,
+                                                             123.6, 116.1, 100.1, 118.3};  // J/K
+constexpr std::array<double, kThermometers> kFilm = {0.1605, 0.1588, 0.1528, 0.1650,
+                                                     0.1389, 0.1490, 0.1431, 0.1664};                       // W/K
 constexpr std::array<double, kThermometers> kPower = {0.2117, 0.1940, 0.1823, 0.027, 0.027, 0, 0, 0.1176};  // W
-constexpr std::array<double, kThermometers> kBiasPerGradient = {0, 5e-3, -4e-3, 3e-3, 2e-3, -2e-3, 4e-3, 6e-3};  // °/h/°C
-constexpr double kNeighbours = 0.0584;  // W/K
-constexpr double kStart = 20;           // °C
+constexpr std::array<double, kThermometers> kBiasPerGradient = {0,    5e-3,  -4e-3, 3e-3,
+                                                                2e-3, -2e-3, 4e-3,  6e-3};  // °/h/°C
+constexpr double kNeighbours = 0.0584;                                                      // W/K
+constexpr double kStart = 20;                                                               // °C
 
 using Temperatures = std::array<double, kThermometers>;
 

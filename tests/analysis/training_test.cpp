@@ -46,7 +46,8 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
       const auto model = train_on(*dataset, linear(law.inputs));
       ASSERT_TRUE(model) << text(model.error());
       EXPECT_NEAR(std::get<LinearModel>(model->function).residual_std_deg_per_h,
-                  law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4) << law.inputs;
+                  law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4)
+          << law.inputs;
       EXPECT_EQ(model->folds, "4 consecutive blocks");
     }
   }
@@ -124,7 +125,7 @@ TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   EXPECT_TRUE(model->quick);
   const auto& svr = std::get<SvrModel>(model->function);
-  EXPECT_LE(svr.relative_gap, 1e-3);
+  EXPECT_LE(svr.relative_gap, 1e-6) << "the model that is kept has the tight certificate";
   EXPECT_GT(svr.beta.size(), 0);
   EXPECT_EQ(svr.parameters.C, model->tuning.best.C);
   EXPECT_EQ(model->leave_cycle_out_residual.size(), model->in_sample.count);
@@ -134,8 +135,9 @@ TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
 TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
   const auto model = train_on(make_synthetic_run({}), linear("three-point"));
   ASSERT_TRUE(model);
-  EXPECT_EQ(model->terms, (std::vector<Term>{{TermKind::gradient, "A", "D"}, {TermKind::gradient, "A", "G"},
-                                             {TermKind::gradient, "D", "G"}}));
+  EXPECT_EQ(model->terms,
+            (std::vector<Term>{
+                {TermKind::gradient, "A", "D"}, {TermKind::gradient, "A", "G"}, {TermKind::gradient, "D", "G"}}));
   EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find("stands in") != w.npos; }));
 }
 

@@ -17,7 +17,8 @@ std::vector<Fold> four_folds(Eigen::Index rows, double noise) {
   std::normal_distribution<double> normal;
   const SampleMatrix x = SampleMatrix::NullaryExpr(rows, 3, [&] { return normal(generator); });
   Eigen::VectorXd y(rows);
-  for (Eigen::Index i = 0; i < rows; ++i) y[i] = std::sin(x(i, 0)) + 0.3 * x(i, 1) * x(i, 2) + noise * normal(generator);
+  for (Eigen::Index i = 0; i < rows; ++i)
+    y[i] = std::sin(x(i, 0)) + 0.3 * x(i, 1) * x(i, 2) + noise * normal(generator);
   std::vector<Fold> folds;
   const Eigen::Index part = rows / 4;
   for (Eigen::Index f = 0; f < 4; ++f) {

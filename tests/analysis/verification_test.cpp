@@ -77,7 +77,8 @@ TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
 TEST_F(VerificationOfALinearModel, WarnsOfMeansOverAnotherTime) {
   const Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
-  EXPECT_TRUE(std::ranges::any_of(result->warnings, [](const std::string& w) { return w.find("over 50 s") != w.npos; }));
+  EXPECT_TRUE(
+      std::ranges::any_of(result->warnings, [](const std::string& w) { return w.find("over 50 s") != w.npos; }));
 }
 
 }  // namespace

@@ -8,7 +8,9 @@ namespace gyrotherm {
 namespace {
 
 template <class A, class B>
-concept Addable = requires(A a, B b) { a + b; };
+concept Addable = requires(A a, B b) {
+  a + b;
+};
 
 static_assert(!Addable<Celsius, Celsius>, "points do not add");
 static_assert(Addable<Celsius, Kelvins>);

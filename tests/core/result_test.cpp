@@ -12,7 +12,8 @@ TEST(Fault, IsToldWithItsPlaceFirst) {
 }
 
 TEST(Fault, EveryKindHasAName) {
-  for (int i = 0; i <= static_cast<int>(FaultKind::usage); ++i) EXPECT_STRNE(name(static_cast<FaultKind>(i)), "unknown");
+  for (int i = 0; i <= static_cast<int>(FaultKind::usage); ++i)
+    EXPECT_STRNE(name(static_cast<FaultKind>(i)), "unknown");
 }
 
 }  // namespace

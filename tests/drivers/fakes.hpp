@@ -46,7 +46,8 @@ class FakeRegisters final : public Registers {
 
   Result<void> write(std::uint16_t address, std::span<const std::uint16_t> values) override {
     if (broken_ != kWell) return failure(broken_, "fake", "broken");
-    for (std::size_t i = 0; i < values.size() && !deaf_; ++i) words[static_cast<std::uint16_t>(address + i)] = values[i];
+    for (std::size_t i = 0; i < values.size() && !deaf_; ++i)
+      words[static_cast<std::uint16_t>(address + i)] = values[i];
     if (late_) return failure(FaultKind::timeout, "fake", "late");
     return {};
   }

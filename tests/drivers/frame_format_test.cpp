@@ -39,7 +39,8 @@ TEST(FrameDecoder, ReadsBackWhatWasEncoded) {
   std::mt19937_64 random(3);
   FrameDecoder decoder(virtual_gyro_frame());
   for (int i = 0; i < 1000; ++i) {
-    const auto sent = frame(random() & 0xFFFF, random() & 0xFFFFFFFF, static_cast<std::int32_t>(random()), random() % 2 == 0);
+    const auto sent =
+        frame(random() & 0xFFFF, random() & 0xFFFFFFFF, static_cast<std::int32_t>(random()), random() % 2 == 0);
     decoder.feed(encode_frame(virtual_gyro_frame(), sent));
     expect_same(decoder.take(), sent);
   }
@@ -80,11 +81,12 @@ TEST(FrameFormat, KnowsEveryTypeOrderAndCheck) {
     for (const char* endian : {"little", "big"})
       for (const char* check : {"none", "sum8", "xor8", "crc16", "crc32"}) {
         const auto crc = std::string(check).starts_with("crc") ? "polynomial = 0x1021" : "";
-        const auto format = frame_format_of(fmt::format("[frame]\nname = \"f\"\nsync = [1]\nlength = 12\n[[frame.field]]\n"
-                                                        "role = \"increment\"\ntype = \"{}\"\noffset = 2\nendian = \"{}\"\n"
-                                                        "[frame.check]\nkind = \"{}\"\n{}\n{}\n",
-                                                        type, endian, check, std::string(check) == "none" ? "" : "offset = 8", crc)
-                                                .c_str());
+        const auto format =
+            frame_format_of(fmt::format("[frame]\nname = \"f\"\nsync = [1]\nlength = 12\n[[frame.field]]\n"
+                                        "role = \"increment\"\ntype = \"{}\"\noffset = 2\nendian = \"{}\"\n"
+                                        "[frame.check]\nkind = \"{}\"\n{}\n{}\n",
+                                        type, endian, check, std::string(check) == "none" ? "" : "offset = 8", crc)
+                                .c_str());
         const std::int64_t pulses = type[0] == 'i' ? -100 : 200;
         FrameDecoder decoder(format);
         decoder.feed(encode_frame(format, {.pulses = pulses}));
@@ -105,11 +107,15 @@ TEST(FrameFormat, NamesEachMistake) {
   EXPECT_EQ(mistakes_in(head + count), "");
   EXPECT_NE(mistakes_in(head).find("either a field with the role"), std::string::npos);
   EXPECT_NE(mistakes_in(head + count + count).find("2 fields have the role"), std::string::npos);
-  EXPECT_NE(mistakes_in(head + "[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = 5\n").find("outside"), std::string::npos);
-  EXPECT_NE(mistakes_in(head + "[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = 0\n").find("sync"), std::string::npos);
-  EXPECT_NE(mistakes_in(head + count + "[frame.check]\nkind = \"crc16\"\noffset = 7\n").find("polynomial"), std::string::npos);
+  EXPECT_NE(mistakes_in(head + "[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = 5\n").find("outside"),
+            std::string::npos);
+  EXPECT_NE(mistakes_in(head + "[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = 0\n").find("sync"),
+            std::string::npos);
+  EXPECT_NE(mistakes_in(head + count + "[frame.check]\nkind = \"crc16\"\noffset = 7\n").find("polynomial"),
+            std::string::npos);
   EXPECT_NE(mistakes_in(head + count + "colour = 1\n").find("unknown key"), std::string::npos);
-  EXPECT_NE(mistakes_in("[frame]\nname = \"f\"\nsync = [256]\nlength = 8\n" + count).find("expected bytes"), std::string::npos);
+  EXPECT_NE(mistakes_in("[frame]\nname = \"f\"\nsync = [256]\nlength = 8\n" + count).find("expected bytes"),
+            std::string::npos);
 }
 
 }  // namespace

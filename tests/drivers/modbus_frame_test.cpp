@@ -21,8 +21,12 @@ Bytes hex(const char* text) {
 }
 
 const ModbusRequest kRead{.unit = 1, .function = ModbusFunction::read_holding, .address = 0x00A0, .count = 2};
-const ModbusRequest kWriteOne{
-    .transaction = 0x1234, .unit = 1, .function = ModbusFunction::write_single, .address = 60, .count = 1, .words = {0xFE70}};
+const ModbusRequest kWriteOne{.transaction = 0x1234,
+                              .unit = 1,
+                              .function = ModbusFunction::write_single,
+                              .address = 60,
+                              .count = 1,
+                              .words = {0xFE70}};
 const ModbusRequest kWriteTwo{
     .unit = 1, .function = ModbusFunction::write_multiple, .address = 0x06CE, .count = 2, .words = {0x41B0, 0}};
 

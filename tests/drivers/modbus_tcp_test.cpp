@@ -57,7 +57,7 @@ TEST(ModbusTcp, ReadsAndWritesOnOneConnection) {
   EXPECT_EQ(unit.requests(), 4);
 }
 
-TEST(ModbusTcp, TransactionsCountOnAcrossConnections) {
+TEST(ModbusTcp, NoTransactionIsUsedTwiceAlsoAcrossConnections) {
   std::vector<std::uint16_t> seen;
   Unit unit([&](int number, const auto& request, auto) {
     seen.push_back(request.transaction);
@@ -65,7 +65,7 @@ TEST(ModbusTcp, TransactionsCountOnAcrossConnections) {
   });
   const auto client = unit.client();
   for (int i = 0; i < 6; ++i) (void)client->read(1, 1);
-  for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_EQ(seen[i], seen[i - 1] + 1);
+  for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_GT(seen[i], seen[i - 1]);
   EXPECT_GT(unit.connections(), 2);
 }
 
@@ -103,7 +103,8 @@ TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
   const auto words = client->read(2782, 2);
   ASSERT_FALSE(words);
   EXPECT_EQ(words.error().kind, FaultKind::timeout);
-  EXPECT_NE(text(words.error()).find("unit 1 read 2782+2: no reply in 60 ms"), std::string::npos) << text(words.error());
+  EXPECT_NE(text(words.error()).find("unit 1 read 2782+2: no reply in 60 ms"), std::string::npos)
+      << text(words.error());
   EXPECT_EQ(unit.requests(), 3);
   EXPECT_FALSE(soon.over());
 }
@@ -117,7 +118,9 @@ TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
 }
 
 TEST(ModbusTcp, AResetIsSurvivedByARead) {
-  Unit unit([](int number, const auto& request, auto) { return number == 0 ? Answer{{}, true} : Answer{good(request)}; });
+  Unit unit([](int number, const auto& request, auto) {
+    return number == 0 ? Answer{{}, true} : Answer{good(request)};
+  });
   EXPECT_TRUE(unit.client()->read(1, 1));
   EXPECT_EQ(unit.connections(), 2);
 }

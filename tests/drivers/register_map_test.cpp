@@ -130,8 +130,10 @@ TEST(RegisterMap, NamesEachMistake) {
   const std::string smallest = kSmallest;
   const auto with = [&](const char* more) { return mistakes_in(smallest + more); };
   EXPECT_NE(with("colour = 3").find("unknown key \"colour\""), std::string::npos);
-  EXPECT_NE(with("[[register]]\nname = \"x\"\naddress = 65535\ntype = \"f32\"").find("does not fit"), std::string::npos);
-  EXPECT_NE(with("[[register]]\nname = \"set_point\"\naddress = 1\ntype = \"u16\"").find("a second register"), std::string::npos);
+  EXPECT_NE(with("[[register]]\nname = \"x\"\naddress = 65535\ntype = \"f32\"").find("does not fit"),
+            std::string::npos);
+  EXPECT_NE(with("[[register]]\nname = \"set_point\"\naddress = 1\ntype = \"u16\"").find("a second register"),
+            std::string::npos);
   EXPECT_NE(with("[link]\none_block = true").find("spans 291 registers"), std::string::npos);
   EXPECT_NE(with("[identity]\nregister = \"who\"\nvalue = 1").find("no register is named \"who\""), std::string::npos);
   EXPECT_NE(with("[control]\ncommanded = \"air_temperature\"").find("not writable"), std::string::npos);

@@ -66,7 +66,8 @@ TEST(LineAddress, IsNumericSoThatNoNameIsLookedUp) {
   EXPECT_EQ(full.port, 5020);
   EXPECT_EQ(parse_line_address("10.0.0.7", 502).value().port, 502);
   EXPECT_EQ(parse_line_address("tcp://localhost", 502).value().host, "127.0.0.1");
-  for (const char* wrong : {"", "tcp://", "tcp://chamber:502", "10.0.0.7:", "10.0.0.7:0", "10.0.0.7:65536", "10.0.0.7:5x", "10.0.0"})
+  for (const char* wrong :
+       {"", "tcp://", "tcp://chamber:502", "10.0.0.7:", "10.0.0.7:0", "10.0.0.7:65536", "10.0.0.7:5x", "10.0.0"})
     EXPECT_EQ(parse_line_address(wrong, 502).error().kind, FaultKind::bad_file) << wrong;
 }
 

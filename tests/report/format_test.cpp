@@ -39,7 +39,9 @@ TEST(ReportText, IsEscapedForElementsAndAttributes) {
   EXPECT_EQ(escaped("a<b & \"c\" > 'd'"), "a&lt;b &amp; &quot;c&quot; &gt; &#39;d&#39;");
 }
 
-TEST(ReportText, LosesControlCharactersThatXmlForbids) { EXPECT_EQ(escaped(std::string("a\x01\x1f\tb\n°")), "a\tb\n°"); }
+TEST(ReportText, LosesControlCharactersThatXmlForbids) {
+  EXPECT_EQ(escaped(std::string("a\x01\x1f\tb\n°")), "a\tb\n°");
+}
 
 }  // namespace
 }  // namespace gyrotherm

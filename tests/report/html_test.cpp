@@ -35,7 +35,8 @@ TEST(HtmlReport, LoadsNothing) {
   const std::string page = page_of(experiment.input());
   constexpr const char* kNamespace = "http://www.w3.org/2000/svg";
   EXPECT_EQ(count_of(page, "http://"), count_of(page, kNamespace));
-  for (const char* word : {"https:", "src=", "href=", "@import", "<script", "url(http", "url(//"}) EXPECT_EQ(count_of(page, word), 0) << word;
+  for (const char* word : {"https:", "src=", "href=", "@import", "<script", "url(http", "url(//"})
+    EXPECT_EQ(count_of(page, word), 0) << word;
 }
 
 TEST(HtmlReport, SaysSimulatedInTheBannerInPrintAndInEveryFigure) {
@@ -58,7 +59,8 @@ TEST(HtmlReport, OfARealRigNeverSaysSimulated) {
 TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.input());
-  for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature", "figure-8", "tuning"}) {
+  for (const char* id :
+       {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature", "figure-8", "tuning"}) {
     EXPECT_EQ(count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
   }
 }
@@ -74,13 +76,15 @@ TEST(HtmlReport, EveryFigureIsWellFormedAndSmall) {
 
 TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {
   SyntheticExperiment experiment;
-  for (Verification* verification : {&experiment.rate.three_point, &experiment.rate.multi_point, &experiment.rate.multi_point_t}) {
+  for (Verification* verification :
+       {&experiment.rate.three_point, &experiment.rate.multi_point, &experiment.rate.multi_point_t}) {
     verification->raw.std = 0.0258;
   }
   experiment.rate.three_point.compensated.std = 0.0089;
   experiment.rate.multi_point.compensated.std = 0.0021;
   const std::string page = page_of(experiment.input());
-  for (const char* cell : {">0.0258<", "<b>0.0089</b>", "<b>0.0021</b>", ">65.5 %<", ">91.9 %<", ">40.2 %<", ">76.4 %<"}) {
+  for (const char* cell :
+       {">0.0258<", "<b>0.0089</b>", "<b>0.0021</b>", ">65.5 %<", ">91.9 %<", ">40.2 %<", ">76.4 %<"}) {
     EXPECT_GE(count_of(page, cell), 1) << cell;
   }
 }
@@ -88,7 +92,7 @@ TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {
 TEST(HtmlReport, SaysThatInSampleIsNotAVerification) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.input());
-  EXPECT_GE(count_of(page, "in-sample, fitted data"), 1);
+  EXPECT_GE(count_of(page, "in-sample: the models were fitted to these data"), 1);
   EXPECT_GE(count_of(page, "They are not a verification."), 1);
 }
 

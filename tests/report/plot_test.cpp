@@ -57,7 +57,8 @@ TEST(Plot, BreaksALineAtNan) {
 }
 
 TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
-  const HeatMap map{.title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
+  const HeatMap map{
+      .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
   const std::string svg = svg_of(map);
   EXPECT_EQ(markup_mistake(svg), "");
   EXPECT_EQ(count_of(svg, ">0.939<"), 2);

@@ -17,19 +17,47 @@ TEST(ReportJson, HasTheStableKeys) {
   const SyntheticExperiment experiment;
   const json report = json::parse(report_json(experiment.input()));
   EXPECT_EQ(report.at("schema"), "gyrotherm-report/1");
-  for (const char* pointer :
-       {"/rig/virtual", "/clusters/rate", "/clusters/random", "/clusters/length_s", "/correlation/7/7", "/correlation_signed/0/1",
-        "/correlation_temperature/7", "/correlation_rate/7", "/selected_pairs/0", "/noise_floor_deg_per_h",
-        "/rate/noise_floor_deg_per_h", "/rate/raw/std_deg_per_h", "/rate/three_point/mean_deg_per_h",
-        "/rate/multi_point/rmse_deg_per_h", "/rate/multi_point_t/max_abs_deg_per_h", "/random/raw/std_deg_per_h",
-        "/random/multi_point_t/ramps/std_deg_per_h", "/random/multi_point_t/corners/count", "/rate_leave_cycle_out/nested",
-        "/rate_leave_cycle_out/multi_point/std_deg_per_h", "/improvement/rate/three_point/from_original",
-        "/improvement/random/multi_point/paper_ratio", "/improvement/random/multi_point_t/residual_reduction",
-        "/tuning/multi_point/seed", "/tuning/multi_point/swarm/particles", "/tuning/multi_point/bounds/log2_c/1",
-        "/tuning/multi_point/history/30", "/tuning/multi_point/C", "/tuning/multi_point/sigma", "/tuning/multi_point/epsilon",
-        "/tuning/multi_point/epsilon_deg_per_h", "/tuning/multi_point/support_vectors", "/tuning/multi_point/certified_gap",
-        "/series/rate/time_s/0", "/series/random/set_point_c/0", "/series/rate/thermometers/H/0", "/series/random/multi_point_t/0",
-        "/segments/0/duration_s", "/provenance/rate/record_sha256", "/provenance/program_version", "/methods/3/random/std_deg_per_h"}) {
+  for (const char* pointer : {"/rig/virtual",
+                              "/clusters/rate",
+                              "/clusters/random",
+                              "/clusters/length_s",
+                              "/correlation/7/7",
+                              "/correlation_signed/0/1",
+                              "/correlation_temperature/7",
+                              "/correlation_rate/7",
+                              "/selected_pairs/0",
+                              "/noise_floor_deg_per_h",
+                              "/rate/noise_floor_deg_per_h",
+                              "/rate/raw/std_deg_per_h",
+                              "/rate/three_point/mean_deg_per_h",
+                              "/rate/multi_point/rmse_deg_per_h",
+                              "/rate/multi_point_t/max_abs_deg_per_h",
+                              "/random/raw/std_deg_per_h",
+                              "/random/multi_point_t/ramps/std_deg_per_h",
+                              "/random/multi_point_t/corners/count",
+                              "/rate_leave_cycle_out/nested",
+                              "/rate_leave_cycle_out/multi_point/std_deg_per_h",
+                              "/improvement/rate/three_point/from_original",
+                              "/improvement/random/multi_point/paper_ratio",
+                              "/improvement/random/multi_point_t/residual_reduction",
+                              "/tuning/multi_point/seed",
+                              "/tuning/multi_point/swarm/particles",
+                              "/tuning/multi_point/bounds/log2_c/1",
+                              "/tuning/multi_point/history/30",
+                              "/tuning/multi_point/C",
+                              "/tuning/multi_point/sigma",
+                              "/tuning/multi_point/epsilon",
+                              "/tuning/multi_point/epsilon_deg_per_h",
+                              "/tuning/multi_point/support_vectors",
+                              "/tuning/multi_point/certified_gap",
+                              "/series/rate/time_s/0",
+                              "/series/random/set_point_c/0",
+                              "/series/rate/thermometers/H/0",
+                              "/series/random/multi_point_t/0",
+                              "/segments/0/duration_s",
+                              "/provenance/rate/record_sha256",
+                              "/provenance/program_version",
+                              "/methods/3/random/std_deg_per_h"}) {
     EXPECT_TRUE(report.contains(json::json_pointer(pointer))) << pointer;
   }
 }
@@ -105,7 +133,8 @@ TEST(ReportJson, FailsTheVerdictWhenOneLimitIsPassedOver) {
 
 TEST(ReportJson, NamesEachWarningOnce) {
   SyntheticExperiment experiment;
-  experiment.random.multi_point.warnings = {"3 clusters outside the trained range", "3 clusters outside the trained range"};
+  experiment.random.multi_point.warnings = {"3 clusters outside the trained range",
+                                            "3 clusters outside the trained range"};
   experiment.rate.dataset.three_point_stand_in = true;
   const json warnings = json::parse(report_json(experiment.input()))["warnings"];
   EXPECT_EQ(warnings.size(), 3U) << warnings;

@@ -62,8 +62,9 @@ void lay_out(SyntheticExperiment::Run& run, const std::vector<Leg>& legs) {
     const int clusters = static_cast<int>(duration_s / kLength_s);
     if (clusters == 0) return;
     const int index = static_cast<int>(run.dataset.segments.size());
-    run.dataset.segments.push_back({(hold ? "hold at " : "ramp to ") + std::to_string(static_cast<int>(leg.target_c)) + " °C",
-                                    hold, Celsius{leg.target_c}, CelsiusPerMinute{}, leg.cycle});
+    run.dataset.segments.push_back(
+        {(hold ? "hold at " : "ramp to ") + std::to_string(static_cast<int>(leg.target_c)) + " °C", hold,
+         Celsius{leg.target_c}, CelsiusPerMinute{}, leg.cycle});
     for (int k = 0; k < clusters; ++k) {
       set_point.push_back(hold ? leg.target_c : from + (leg.target_c - from) * (k + 0.5) / clusters);
       segment.push_back(index);
@@ -81,7 +82,8 @@ void lay_out(SyntheticExperiment::Run& run, const std::vector<Leg>& legs) {
   run.clusters.cycle = Eigen::Map<Eigen::VectorXi>(cycle.data(), n);
 }
 
-/// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the differences.
+/// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the
+/// differences.
 void heat(SyntheticExperiment::Run& run, Noise& noise) {
   constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
   constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
@@ -113,8 +115,14 @@ SegmentFigures segment_figures(const SyntheticExperiment::Run& run, int index, c
     if (run.clusters.segment(k) == index) rows.push_back(k);
   }
   const auto& info = run.dataset.segments[static_cast<std::size_t>(index)];
-  return {index, info.name, info.hold, run.clusters.start_s(rows.front()), kLength_s * static_cast<double>(rows.size()),
-          run.clusters.temperature_c.col(0)(rows).mean(), run.clusters.bias_deg_per_h(rows).mean(), figures_of(residual(rows))};
+  return {index,
+          info.name,
+          info.hold,
+          run.clusters.start_s(rows.front()),
+          kLength_s * static_cast<double>(rows.size()),
+          run.clusters.temperature_c.col(0)(rows).mean(),
+          run.clusters.bias_deg_per_h(rows).mean(),
+          figures_of(residual(rows))};
 }
 
 /// A residual of the wanted size: noise, and a part of the ramps that a model may have left.
@@ -159,8 +167,8 @@ SyntheticExperiment::Run make_run(const std::vector<Leg>& legs, const std::strin
   return run;
 }
 
-Model make_model(const std::string& inputs, std::vector<Term> terms, const SyntheticExperiment::Run& rate, const Verification& in_sample,
-                 double worst_deg_per_h) {
+Model make_model(const std::string& inputs, std::vector<Term> terms, const SyntheticExperiment::Run& rate,
+                 const Verification& in_sample, double worst_deg_per_h) {
   Model model;
   model.inputs = inputs;
   model.method = "svr";
@@ -212,7 +220,8 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated)
   const std::vector<Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"), gradient("D", "E")};
   std::vector<Term> with_temperature = pairs;
   with_temperature.push_back({TermKind::temperature, "A", ""});
-  three_point = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate, rate.three_point, 0.0085);
+  three_point = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate,
+                           rate.three_point, 0.0085);
   multi_point = make_model("multi-point", pairs, rate, rate.multi_point, 0.0052);
   multi_point.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
   multi_point_t = make_model("multi-point-t", with_temperature, rate, rate.multi_point_t, 0.0037);
@@ -222,17 +231,29 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated)
 
 ReportInput SyntheticExperiment::input() const {
   const auto reported = [](const Run& run, const char* digit) {
-    return ReportedRun{run.dataset, run.clusters, run.three_point, run.multi_point, run.multi_point_t,
-                       std::string(64, *digit), std::string(64, *(digit + 1))};
+    return ReportedRun{run.dataset,
+                       run.clusters,
+                       run.three_point,
+                       run.multi_point,
+                       run.multi_point_t,
+                       std::string(64, *digit),
+                       std::string(64, *(digit + 1))};
   };
-  return {.rig = {.name = "virtual", .title = "Virtual rig: ring laser gyro in a climatic chamber", .gyro = "pulse counts, 0.1 arcsec each",
-                  .sha256 = std::string(64, 'e'), .is_virtual = rate.dataset.simulated},
+  return {.rig = {.name = "virtual",
+                  .title = "Virtual rig: ring laser gyro in a climatic chamber",
+                  .gyro = "pulse counts, 0.1 arcsec each",
+                  .sha256 = std::string(64, 'e'),
+                  .is_virtual = rate.dataset.simulated},
           .rate = reported(rate, "ab"),
           .random = reported(random, "cd"),
           .models = {three_point, multi_point, multi_point_t},
           .correlation = correlation,
-          .compared = {{"linear-multi-point-t", "multi-point-t", "linear", {0.0037, 0, 0.0037, 0.012, 200},
-                        {0.0038, 0, 0.0038, 0.013, 200}, {0.0030, -0.0002, 0.0030, 0.011, 150}}},
+          .compared = {{"linear-multi-point-t",
+                        "multi-point-t",
+                        "linear",
+                        {0.0037, 0, 0.0037, 0.012, 200},
+                        {0.0038, 0, 0.0038, 0.013, 200},
+                        {0.0030, -0.0002, 0.0030, 0.011, 150}}},
           .accept = {{"random.multi_point_t.std_deg_per_h", 0.003, random.multi_point_t.compensated.std, true}},
           .program_version = "0.1.0",
           .seed = 1,

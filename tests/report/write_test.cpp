@@ -34,7 +34,8 @@ TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
   EXPECT_EQ(read("report.json"), json);
   EXPECT_TRUE(read("report.html").starts_with("<!DOCTYPE html>"));
   EXPECT_TRUE(read("figures/figure-8.svg").starts_with("<svg "));
-  for (const auto& entry : fs::recursive_directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
 }
 
 TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {

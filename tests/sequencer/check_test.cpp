@@ -15,9 +15,10 @@ std::string objection(const std::string& segments, const ChamberLimits& chamber 
 }
 
 TEST(Check, AllowsWhatTheChamberCanDoExactly) {
-  EXPECT_EQ(objection(kHold20 +
-                      "[[segment]]\nkind = \"ramp\"\nto = 70\nrate = 6\n[[segment]]\nkind = \"ramp\"\nto = -45\nrate = 4\n"),
-            "nothing");
+  EXPECT_EQ(
+      objection(kHold20 +
+                "[[segment]]\nkind = \"ramp\"\nto = 70\nrate = 6\n[[segment]]\nkind = \"ramp\"\nto = -45\nrate = 4\n"),
+      "nothing");
   EXPECT_EQ(objection(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 20.1\ntime = \"1 s\"\n"), "nothing");
 }
 

@@ -33,17 +33,26 @@ void run(std::string_view text) {
   if (profile->segments.size() < 100) require(!describe(*profile, timeline).empty());
 }
 
-/// Grammar from bytes: each picks a line, so that random input reaches the expansion.
+/// Grammar from bytes: each picks a segment or a line of one, so that random input reaches the expansion.
 std::string spelled(const std::uint8_t* data, std::size_t size) {
-  constexpr std::string_view kLines[] = {
-      "[[segment]]\n",          "[[segment.segment]]\n", "[[segment.segment.segment]]\n", "kind = \"hold\"\n",
-      "kind = \"ramp\"\n",      "kind = \"repeat\"\n",   "kind = \"random\"\n",           "time = \"1 h\"\n",
-      "to = 30\n",              "to = -40\n",            "rate = 2\n",                    "rates = [1, 5]\n",
-      "count = 1000000000\n",   "count = 2\n",           "cycle = true\n",                "seed = 1\n",
-      "duration = \"10 h\"\n",  "targets = [[0, 50]]\n", "hold = [\"1 s\", \"1 h\"]\n",   "least_step = 49\n",
-      "guaranteed_soak = true\n"};
+  constexpr std::string_view kParts[] = {
+      "[[segment]]\nkind = \"hold\"\ntime = \"1 h\"\n",
+      "[[segment]]\nkind = \"hold\"\nat = -10\ntime = \"5 s\"\nguaranteed_soak = true\n",
+      "[[segment]]\nkind = \"ramp\"\nto = 30\nrate = 2\n",
+      "[[segment]]\nkind = \"ramp\"\nto = -40\ntime = \"1 h\"\n",
+      "[[segment]]\nkind = \"random\"\nseed = 1\nduration = \"90 h\"\ntargets = [[0, 50]]\nrates = [1, 5]\n"
+      "hold = [\"1 s\", \"1 h\"]\n",
+      "[[segment]]\nkind = \"repeat\"\ncount = 3\n[[segment.segment]]\nkind = \"hold\"\ntime = \"9 s\"\n",
+      "[[segment]]\nkind = \"repeat\"\nrates = [1, 5]\n[[segment.segment]]\nkind = \"ramp\"\nto = 60\n",
+      "[[segment.segment]]\nkind = \"ramp\"\nto = 10\nrate = 3\n",
+      "[[segment.segment]]\nkind = \"repeat\"\ncount = 200\n[[segment.segment.segment]]\nkind = \"hold\"\ntime = \"1 "
+      "s\"\n",
+      "cycle = true\n",
+      "least_step = 49\n",
+      "soak_time = \"2 h\"\n",
+      "deadline = \"1 h\"\n"};
   std::string text(kHead);
-  for (std::size_t i = 0; i < size; ++i) text += kLines[data[i] % std::size(kLines)];
+  for (std::size_t i = 0; i < size; ++i) text += kParts[data[i] % std::size(kParts)];
   return text;
 }
 
@@ -53,6 +62,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
   run(std::string(kHead) + bytes);
-  run(spelled(data, std::min<std::size_t>(size, 24)));
+  if (size > 0) run(spelled(data, std::min<std::size_t>(size, 1 + data[0] % 5)));
   return 0;
 }

@@ -20,11 +20,11 @@ class Mistake : public testing::TestWithParam<Wrong> {};
 
 TEST_P(Mistake, IsToldWithItsPlace) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
 
-const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";        // goes on at line 10
-const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";    // likewise
+const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // goes on at line 10
+const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // likewise
 const std::string kRandom = kHold20 +
                             "[[segment]]\nkind = \"random\"\nseed = 1\nduration = \"1 h\"\nrates = [1, 5]\n"
-                            "hold = [\"1 s\", \"1 min\"]\n";                  // goes on at line 14
+                            "hold = [\"1 s\", \"1 min\"]\n";  // goes on at line 14
 
 INSTANTIATE_TEST_SUITE_P(
     Holds, Mistake,
@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[[segment]]\nkind = \"hold\"\nat = -300\ntime = \"1 h\"\n",
               "p.toml:6:6: \"at\" is -300 °C, expected -273.15 to 1000 °C"},
         Wrong{kHold20 + "soak_band = \"0 K\"\n", "p.toml:8:13: \"soak_band\" is 0 K, expected more than 0 K"},
-        Wrong{kHold20 + "tempo = 5\n", "p.toml:8:1: unknown key \"tempo\", did you mean \"time\"?"},
+        Wrong{kHold20 + "naem = 5\n", "p.toml:8:1: unknown key \"naem\", did you mean \"name\"?"},
         Wrong{"[[segment]]\nkind = \"hodl\"\nat = 20\n",
               "p.toml:5:8: \"hodl\" is none of hold, ramp, repeat, random; did you mean \"hold\"?"},
         Wrong{"[[segment]]\nat = 20\n", "p.toml:4:1: missing key \"kind\", expected text"},
@@ -62,7 +62,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kRamp + "to = 30\n", "p.toml:8:1: neither \"rate\" nor \"time\" is given, expected one of them"},
         Wrong{kRamp + "to = 30\nrate = 1\ntime = \"1 h\"\n",
               "p.toml:12:8: \"rate\" and \"time\" are both given, expected one of them"},
-        Wrong{kRamp + "to = 30\nrate = 0\n", "p.toml:11:8: \"rate\" is 0 °C/min, expected more than 0, at most 1000 °C/min"},
+        Wrong{kRamp + "to = 30\nrate = 0\n",
+              "p.toml:11:8: \"rate\" is 0 °C/min, expected more than 0, at most 1000 °C/min"},
         Wrong{kRamp + "to = 30\nrate = \"-5 °C/min\"\n",
               "p.toml:11:8: \"rate\" is -5 °C/min, expected more than 0, at most 1000 °C/min"},
         Wrong{kRamp + "to = 20\nrate = 1\n", "p.toml:10:6: the ramp goes nowhere: the set point is 20 °C already"},
@@ -88,9 +89,8 @@ INSTANTIATE_TEST_SUITE_P(
               "p.toml:11:1: neither \"rate\" nor \"time\" is given, expected one of them"},
         Wrong{kRepeat + "count = 5\n[[segment.segment]]\nkind = \"ramp\"\nto = 20\nrate = 1\n",
               "p.toml:13:6: the ramp goes nowhere: the set point is 20 °C already"},
-        Wrong{kRepeat +
-                  "count = 2\ncycle = true\n[[segment.segment]]\nkind = \"repeat\"\ncount = 2\ncycle = true\n"
-                  "[[segment.segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+        Wrong{kRepeat + "count = 2\ncycle = true\n[[segment.segment]]\nkind = \"repeat\"\ncount = 2\ncycle = true\n"
+                        "[[segment.segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
               "p.toml:15:9: a cycle inside a cycle, expected one level of cycles"}));
 
 INSTANTIATE_TEST_SUITE_P(
@@ -102,12 +102,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kRandom + "targets = [[0, 5000]]\n", "p.toml:14:11: \"targets\" is 5000 °C, expected -273.15 to 1000 °C"},
         Wrong{kRandom + "targets = [[0, 10]]\nleast_step = 30\n",
               "p.toml:15:14: no target is 30 K away from 20 °C, expected a smaller step"},
-        Wrong{"[[segment]]\nkind = \"random\"\nseed = -1\nduration = \"1 h\"\nrates = [0, 5]\nhold = [\"0 s\", \"1 h\"]\n"
-              "targets = [[0, 50]]\n",
-              "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it\n"
-              "p.toml:6:8: \"seed\" is -1, expected 0 or more\n"
-              "p.toml:8:9: \"rates\" is 0 °C/min, expected more than 0, at most 1000 °C/min\n"
-              "p.toml:9:8: \"hold\" is zero, expected a time longer than zero"}));
+        Wrong{
+            "[[segment]]\nkind = \"random\"\nseed = -1\nduration = \"1 h\"\nrates = [0, 5]\nhold = [\"0 s\", \"1 h\"]\n"
+            "targets = [[0, 50]]\n",
+            "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it\n"
+            "p.toml:6:8: \"seed\" is -1, expected 0 or more\n"
+            "p.toml:8:9: \"rates\" is 0 °C/min, expected more than 0, at most 1000 °C/min\n"
+            "p.toml:9:8: \"hold\" is zero, expected a time longer than zero"}));
 
 TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
@@ -122,7 +123,8 @@ TEST(Mistakes, AWrongSchemaIsOne) {
   const auto p = parse_profile("schema = \"gyrotherm-profile/2\"\nname = \"p\"\n" + kHold20, "p.toml");
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().kind, FaultKind::bad_file);
-  EXPECT_EQ(text(p.error()), "p.toml:1:10: \"gyrotherm-profile/2\" is not understood, expected \"gyrotherm-profile/1\"");
+  EXPECT_EQ(text(p.error()),
+            "p.toml:1:10: \"gyrotherm-profile/2\" is not understood, expected \"gyrotherm-profile/1\"");
 }
 
 /// `depth` repeats around one hold, each with `count` passes.

@@ -51,6 +51,19 @@ TEST(Timeline, IsDescribedAsATable) {
   EXPECT_EQ("\n" + describe(profile, plan(profile)), R"(
 p: p
 
+  #  segment           start     time  from °C  to °C  °C/min  cycle     guaranteed soak
+  1  hold 20 °C      0:00:00  0:01:40       20     20
+  2  ramp to -40 °C  0:01:40  1:00:00       20    -40       1  1 °C/min
+  3  hold -40 °C     1:01:40  0:04:10      -40    -40          1 °C/min  0:04:10 within ±2 K, at most 2:12:30
+  4  ramp to 20 °C   1:05:50  1:00:00      -40     20       1  1 °C/min
+  5  ramp to -40 °C  2:05:50  0:20:00       20    -40       3  3 °C/min
+  6  hold -40 °C     2:25:50  0:04:10      -40    -40          3 °C/min  0:04:10 within ±2 K, at most 2:12:30
+  7  ramp to 20 °C   2:30:00  0:20:00      -40     20       3  3 °C/min
+
+  cycle       ramps    holds    total  clusters
+  1 °C/min  2:00:00  0:04:10  2:04:10        74
+  3 °C/min  0:40:00  0:04:10  0:44:10        26
+  all       2:40:00  0:10:00  2:50:00       102
 )");
 }
 

@@ -1,0 +1,82 @@
+/// kill -9 in the middle of a run: what was acknowledged is there, and resume ends the run.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include "acquisition/record.hpp"
+#include "tests/app/program.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kProfile = "tests/profiles/short-rate.toml";
+
+/// The last second that the program said it had acknowledged; −1 if none.
+std::int64_t last_acknowledged(const std::string& output) {
+  const std::string key = "{\"acknowledged\": ";
+  const auto at = output.rfind(key);
+  if (at == std::string::npos || output.find('}', at) == std::string::npos) return -1;
+  return std::stoll(output.substr(at + key.size()));
+}
+
+void expect_whole(const Record& record) {
+  std::int64_t expected = 0;
+  auto gap = record.gaps.begin();
+  for (const auto slot : record.slot) {
+    if (gap != record.gaps.end() && gap->first == expected) expected = (gap++)->last + 1;
+    ASSERT_EQ(slot, expected) << "every second has one sample or lies in one gap";
+    ++expected;
+  }
+}
+
+TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
+  std::mt19937_64 random(20);
+  for (int i = 0; i < 20; ++i) {
+    const Folder folder;
+    const auto path = folder / ("run" + std::to_string(i) + ".db");
+    Background run({"run", kProfile, "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
+    ASSERT_TRUE(run.wait_for("acknowledged", 60));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
+    run.signal(SIGKILL);
+    const int ended = run.wait();
+    const auto acknowledged = last_acknowledged(run.output());
+    {
+      const auto record = read_record(path);
+      ASSERT_TRUE(record) << text(record.error());
+      ASSERT_FALSE(record->slot.empty());
+      EXPECT_GE(record->slot.back(), acknowledged) << "killed for the " << i + 1 << "th time";
+      expect_whole(*record);
+      if (record->finished) continue;  // it was quicker than the signal
+    }
+    ASSERT_EQ(ended, -SIGKILL);
+    const auto resumed = gyrotherm_with("resume " + path);
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+    const auto record = read_record(path);
+    ASSERT_TRUE(record) << text(record.error());
+    EXPECT_TRUE(record->finished);
+    ASSERT_EQ(record->gaps.size(), 1u);
+    EXPECT_EQ(record->gaps[0].last - record->gaps[0].first + 1, 30);
+    expect_whole(*record);
+  }
+}
+
+TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  const auto status = gyrotherm_with("status " + path);
+  EXPECT_EQ(status.exit_code, 0);
+  EXPECT_NE(status.out.find("not finished"), std::string::npos) << status.out;
+  EXPECT_EQ(gyrotherm_with("train " + path + " --method linear --inputs A --out " + (folder / "m.json")).exit_code, 2)
+      << "an unfinished run is never mistaken for a finished one";
+  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5) << "a long gap is for people to allow";
+  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,99 @@
+/// The whole experiment in small: profiles of a few hours, a quick swarm.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/read_file.hpp"
+#include "tests/app/program.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kSmall = " --quick --rate-profile tests/profiles/short-rate.toml --random-profile tests/profiles/short-random.toml";
+
+nlohmann::json report_in(const std::string& folder) {
+  return nlohmann::json::parse(read_file(folder + "/report/report.json").value());
+}
+
+TEST(Qualify, LeavesEverythingThatItPromises) {
+  const Folder folder;
+  const auto out = folder / "out";
+  const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_TRUE(ran.out.starts_with("SIMULATED")) << ran.out;
+  for (const auto* name : {"rate.db", "random.db", "model-three-point.json", "model-multi-point.json", "model-multi-point-t.json",
+                           "report/report.json", "report/report.html", "timings.json"})
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
+  const auto report = report_in(out);
+  EXPECT_EQ(report["schema"], "gyrotherm-report/1");
+  EXPECT_EQ(report["rig"]["virtual"], true);
+  EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
+  const auto html = read_file(out + "/report/report.html").value();
+  EXPECT_NE(html.find("SIMULATED"), std::string::npos);
+
+  const auto again = gyrotherm_with("qualify --out " + out + kSmall);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "what is recorded is kept";
+  const auto other = gyrotherm_with("qualify --seed 9 --out " + out + kSmall);
+  EXPECT_EQ(other.exit_code, 2) << "another experiment does not go into the same folder";
+}
+
+TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
+  const Folder folder;
+  ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 1 --out " + (folder / "a") + kSmall).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 2 --out " + (folder / "b") + kSmall).exit_code, 0);
+  EXPECT_EQ(read_file(folder / "a/report/report.json").value(), read_file(folder / "b/report/report.json").value());
+  ASSERT_EQ(gyrotherm_with("qualify --seed 4 --out " + (folder / "c") + kSmall).exit_code, 0);
+  EXPECT_NE(read_file(folder / "a/report/report.json").value(), read_file(folder / "c/report/report.json").value());
+}
+
+TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
+  if (!installed("svm-predict")) GTEST_SKIP() << "svm-predict (package libsvm-tools) is not installed";
+  const Folder folder;
+  const auto run = "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
+  ASSERT_EQ(shell(run).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --quick --inputs multi-point-t --out " + (folder / "m.json")).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --out " + (folder / "m.svm")).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --data " + (folder / "r.db") + " --out " + (folder / "x.svm")).exit_code, 0);
+  const auto predicted = shell("svm-predict " + (folder / "x.svm") + " " + (folder / "m.svm") + " " + (folder / "y.txt"));
+  ASSERT_EQ(predicted.exit_code, 0) << predicted.err;
+
+  // What verify calls the residual is target − f(z), in units of the training STD.
+  std::istringstream targets(read_file(folder / "x.svm").value()), values(read_file(folder / "y.txt").value());
+  const auto model = nlohmann::json::parse(read_file(folder / "m.json").value());
+  double sum = 0, sum_of_squares = 0;
+  int count = 0;
+  for (std::string row; std::getline(targets, row); ++count) {
+    double prediction{};
+    values >> prediction;
+    const double residual = std::stod(row) - prediction;
+    sum += residual;
+    sum_of_squares += residual * residual;
+  }
+  ASSERT_GT(count, 10);
+  const double std = std::sqrt((sum_of_squares - sum * sum / count) / (count - 1));
+  const auto verified = gyrotherm_with("verify --json " + (folder / "m.json") + " " + (folder / "r.db"));
+  const auto figures = nlohmann::json::parse(verified.out);
+  EXPECT_NEAR(figures["compensated"]["std_deg_per_h"].get<double>() / figures["raw"]["std_deg_per_h"].get<double>(), std, 1e-5);
+}
+
+TEST(Compensate, StreamsRowsAndStatesItsLag) {
+  const Folder folder;
+  const auto run = "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
+  ASSERT_EQ(shell(run).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --method linear --inputs three-point --out " + (folder / "m.json")).exit_code, 0);
+  std::string rows = "A,D,shell,bias\n";
+  for (int i = 0; i < 150; ++i) rows += "23.1,21.8,20.9,0.021\n";
+  const auto ran = gyrotherm_with("compensate " + (folder / "m.json"), rows);
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_NE(ran.err.find("lags by 50 s"), std::string::npos);
+  EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 151);
+  const auto bad = gyrotherm_with("compensate " + (folder / "m.json"), "A,D,shell,bias\n1,2,x,4\n");
+  EXPECT_EQ(bad.exit_code, 4);
+  EXPECT_NE(bad.err.find("stdin:2:5"), std::string::npos) << bad.err;
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,81 @@
+#include "rig/interlocks.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kSecond = std::chrono::seconds(1);
+
+/// A second in which everything is well.
+Sample good_sample() {
+  Sample sample{.chamber = {ChamberState{{20}, {20}}, {}}, .thermometers = {}, .gyro = {PulseCount{106, kSecond}, {}}};
+  for (int i = 0; i < 9; ++i) sample.thermometers.push_back({Celsius{22}, {}});
+  return sample;
+}
+
+auto silence() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
+
+/// Judges the same sample again and again; the verdict of the last second.
+Verdict after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
+  Judgement judgement;
+  for (int i = 0; i < seconds; ++i) judgement = judge(limits, judgement.memory, sample, kSecond);
+  return judgement.verdict;
+}
+
+TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, Reaction::go_on); }
+
+TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
+  auto sample = good_sample();
+  sample.chamber.value = silence();
+  EXPECT_EQ(after(sample, 4).reaction, Reaction::go_on);
+  EXPECT_EQ(after(sample, 5).reaction, Reaction::suspend);
+  EXPECT_EQ(after(sample, 599).reaction, Reaction::suspend);
+  EXPECT_EQ(after(sample, 600).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
+}
+
+TEST(Interlocks, ForgetASilenceThatEnded) {
+  auto silent = good_sample();
+  silent.chamber.value = silence();
+  Judgement judgement;
+  for (int i = 0; i < 300; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
+  judgement = judge({}, judgement.memory, good_sample(), kSecond);
+  EXPECT_EQ(judgement.verdict.reaction, Reaction::go_on);
+  EXPECT_EQ(judgement.memory.chamber_silent, Duration{});
+}
+
+TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
+  auto sample = good_sample();
+  for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = silence();
+  EXPECT_EQ(after(sample, 1000).reaction, Reaction::go_on);
+  sample.thermometers[0].value = silence();
+  EXPECT_EQ(after(sample, 1000).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
+  auto sample = good_sample();
+  sample.thermometers[3].value = Celsius{100.5};
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::go_on);
+  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 2).cause, "a thermometer reads 100.50 °C, outside -60 … 100 °C");
+  sample = good_sample();
+  sample.chamber.value->air = {-60.5};
+  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, AbortAnOverdueSegment) {
+  auto sample = good_sample();
+  sample.progress.phase = Phase::overdue;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, TheMostSevereReactionWins) {
+  auto sample = good_sample();
+  sample.gyro.value = silence();
+  sample.thermometers[0].value = Celsius{150};
+  EXPECT_EQ(after(sample, 10).reaction, Reaction::abort);
+}
+
+}  // namespace
+}  // namespace gyrotherm

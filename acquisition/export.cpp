@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "acquisition/text_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {

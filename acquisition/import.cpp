@@ -8,7 +8,7 @@
 #include "acquisition/foreign_rows.hpp"
 #include "acquisition/import_map.hpp"
 #include "acquisition/run_file.hpp"
-#include "acquisition/text_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "acquisition/schema.hpp"
-#include "acquisition/text_file.hpp"
+#include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include "acquisition/record_rows.hpp"
 #include "acquisition/record_status.hpp"
 #include "acquisition/sqlite.hpp"
-#include "acquisition/text_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {

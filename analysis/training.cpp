@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 #include <utility>
 
 #include "analysis/fitting.hpp"
@@ -180,7 +181,7 @@ void collect_warnings(Model& model, const std::vector<Dataset>& datasets, const 
     if (!(model.in_sample.std < floor.deg_per_h)) continue;
     model.warnings.push_back(
         fmt::format("over-fit: the in-sample STD, {:.4g} °/h, is below the noise floor of {}, {:.4g} °/h",
-                    model.in_sample.std, datasets[i].path, floor.deg_per_h));
+                    model.in_sample.std, std::filesystem::path(datasets[i].path).filename().string(), floor.deg_per_h));
   }
 }
 

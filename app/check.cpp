@@ -2,7 +2,7 @@
 
 #include "app/command.hpp"
 #include "app/conduct.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/timeline.hpp"
 

@@ -11,7 +11,7 @@
 #include "acquisition/store.hpp"
 #include "app/drive.hpp"
 #include "app/run_info.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "rig/experiment.hpp"
 #include "rig/one_core.hpp"
 #include "rig/rig.hpp"
@@ -129,7 +129,7 @@ Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last)
 }  // namespace
 
 Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits) {
-  const auto text = read_file(path);
+  const auto text = read_text_file(path);
   if (!text) return failure(text.error());
   auto profile = parse_profile(*text, path);
   if (!profile) return profile;

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <numeric>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 
@@ -36,7 +36,7 @@ Result<Evidence> load_evidence(const std::string& path, const std::optional<Clus
 }
 
 Result<Model> load_model(const std::string& path) {
-  const auto text = read_file(path);
+  const auto text = read_text_file(path);
   if (!text) return failure(text.error());
   return model_from_json(*text, path);
 }

@@ -1,6 +1,6 @@
 #include "app/command.hpp"
 #include "app/evidence.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -10,7 +10,7 @@ struct Options {
 };
 
 Result<void> put(Console& console, const std::string& path, const std::string& text) {
-  if (!path.empty()) return write_file(path, text);
+  if (!path.empty()) return replace_text_file(path, text);
   console.data(text);
   return {};
 }

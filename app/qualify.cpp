@@ -14,7 +14,7 @@
 #include "app/qualify_report.hpp"
 #include "app/sha256.hpp"
 #include "app/timings.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "report/write.hpp"
 
 namespace gyrotherm {
@@ -79,7 +79,7 @@ Result<std::vector<TrainedModel>> train_models(Console& console, const Options& 
   for (const auto* inputs : {"three-point", "multi-point", "multi-point-t"}) {
     auto model = train_model(console, options, inputs, "svr", rate, random);
     if (!model) return failure(model.error());
-    if (auto written = write_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model)); !written)
+    if (auto written = replace_text_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model)); !written)
       return failure(written.error());
     models.push_back(std::move(*model));
   }
@@ -136,7 +136,7 @@ Result<Exit> qualify(Console& console, const Options& options) {
   const auto folder = options.out + "/report";
   if (auto written = write_report(report->json, folder); !written) return failure(written.error());
   timings.end();
-  if (auto written = write_file(options.out + "/timings.json", timings.to_json()); !written) return failure(written.error());
+  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written) return failure(written.error());
   console.data(console.json ? report->json : result_table(all));
   console.say(timings.words() + folder + "/report.html");
   for (const auto& missed : report->missed) console.say("FAIL: " + missed);

@@ -4,7 +4,7 @@
 
 #include "app/command.hpp"
 #include "app/evidence.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -51,7 +51,7 @@ Result<Exit> train_and_write(Console& console, const Options& options) {
   const auto model = train(datasets, clusters, options.training, console.sink());
   if (!model) return failure(model.error());
   const auto json = to_json(*model);
-  if (auto written = write_file(options.out, json); !written) return failure(written.error());
+  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
   console.data(console.json ? json : words(*model));
   return Exit::done;
 }

@@ -1,7 +1,8 @@
 # One library target per room: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
 # The rooms in USES are public, third parties stay private to the room.
+# GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset watches for the real ones.
 function(gyrotherm_options target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 
@@ -21,9 +22,10 @@ function(gyrotherm_test room)
   cmake_parse_arguments(test "" "" "SOURCES;PRIVATE" ${ARGN})
   add_executable(${room}_test ${test_SOURCES})
   gyrotherm_options(${room}_test)
+  target_precompile_headers(${room}_test PRIVATE <gtest/gtest.h>)
   target_link_libraries(${room}_test PRIVATE gyrotherm_${room} ${test_PRIVATE} GTest::gtest_main)
   target_compile_definitions(${room}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${room}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${room}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
 # A fuzz target: with GYROTHERM_FUZZ a libFuzzer program; otherwise a program that replays inputs and a short seeded random

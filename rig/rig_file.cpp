@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/wires.hpp"
 
@@ -59,7 +59,7 @@ Result<RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig, const
   const auto order = word_order(chamber);
   const auto path = (std::filesystem::path(rig.file).parent_path() / name).lexically_normal().string();
   if (known) return parse_register_map(*known, path, order);
-  const auto text = read_file(path);
+  const auto text = read_text_file(path);
   if (!text) return failure(FaultKind::bad_file, chamber.place("map"), text.error().where + " " + text.error().what);
   return parse_register_map(*text, path, order);
 }
@@ -157,7 +157,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
 }
 
 Result<RigFile> read_rig(const std::string& file) {
-  const auto text = read_file(file);
+  const auto text = read_text_file(file);
   if (!text) return failure(text.error());
   return parse_rig(*text, file);
 }

@@ -12,7 +12,7 @@ text = open(map_file, encoding="utf-8").read()
 
 
 def address(item):
-    return int(re.search(r'name = "%s"\n(?:.*\n)*?address = (\d+)' % item, text).group(1))
+    return int(re.search(r'name = "%s".*\n(?:.+\n)*?address = (\d+)' % item, text).group(1))
 
 
 def read(client, item):

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {
@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kSmall = " --quick --rate-profile tests/profiles/short-rate.toml --random-profile tests/profiles/short-random.toml";
 
 nlohmann::json report_in(const std::string& folder) {
-  return nlohmann::json::parse(read_file(folder + "/report/report.json").value());
+  return nlohmann::json::parse(read_text_file(folder + "/report/report.json").value());
 }
 
 TEST(Qualify, LeavesEverythingThatItPromises) {
@@ -30,7 +30,7 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_EQ(report["schema"], "gyrotherm-report/1");
   EXPECT_EQ(report["rig"]["virtual"], true);
   EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
-  const auto html = read_file(out + "/report/report.html").value();
+  const auto html = read_text_file(out + "/report/report.html").value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
 
   const auto again = gyrotherm_with("qualify --out " + out + kSmall);
@@ -44,9 +44,9 @@ TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 1 --out " + (folder / "a") + kSmall).exit_code, 0);
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 2 --out " + (folder / "b") + kSmall).exit_code, 0);
-  EXPECT_EQ(read_file(folder / "a/report/report.json").value(), read_file(folder / "b/report/report.json").value());
+  EXPECT_EQ(read_text_file(folder / "a/report/report.json").value(), read_text_file(folder / "b/report/report.json").value());
   ASSERT_EQ(gyrotherm_with("qualify --seed 4 --out " + (folder / "c") + kSmall).exit_code, 0);
-  EXPECT_NE(read_file(folder / "a/report/report.json").value(), read_file(folder / "c/report/report.json").value());
+  EXPECT_NE(read_text_file(folder / "a/report/report.json").value(), read_text_file(folder / "c/report/report.json").value());
 }
 
 TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
@@ -61,8 +61,8 @@ TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
   ASSERT_EQ(predicted.exit_code, 0) << predicted.err;
 
   // What verify calls the residual is target − f(z), in units of the training STD.
-  std::istringstream targets(read_file(folder / "x.svm").value()), values(read_file(folder / "y.txt").value());
-  const auto model = nlohmann::json::parse(read_file(folder / "m.json").value());
+  std::istringstream targets(read_text_file(folder / "x.svm").value()), values(read_text_file(folder / "y.txt").value());
+  const auto model = nlohmann::json::parse(read_text_file(folder / "m.json").value());
   double sum = 0, sum_of_squares = 0;
   int count = 0;
   for (std::string row; std::getline(targets, row); ++count) {

@@ -63,7 +63,7 @@ TEST_F(WriteReport, NamesTheFolderItCannotMake) {
 TEST_F(WriteReport, RebuildNeedsAReport) {
   const auto rebuilt = rebuild_report(folder_.string());
   ASSERT_FALSE(rebuilt.has_value());
-  EXPECT_EQ(rebuilt.error().kind, FaultKind::storage);
+  EXPECT_EQ(rebuilt.error().kind, FaultKind::bad_file);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rig/laboratory.hpp"
+#include "tests/rig/laboratory.hpp"
 #include "sequencer/timeline.hpp"
 
 namespace gyrotherm {

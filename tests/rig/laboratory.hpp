@@ -10,7 +10,7 @@
 
 #include "acquisition/record.hpp"
 #include "acquisition/store.hpp"
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "rig/experiment.hpp"
 #include "rig/rig.hpp"
 
@@ -25,7 +25,7 @@ class Laboratory {
     auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
     EXPECT_TRUE(read) << text(read.error());
     file_ = std::move(*read);
-    const auto written = read_file(profile_path);
+    const auto written = read_text_file(profile_path);
     EXPECT_TRUE(written);
     auto parsed = parse_profile(*written, profile_path);
     EXPECT_TRUE(parsed) << text(parsed.error());
@@ -73,7 +73,9 @@ class Laboratory {
     }
     EXPECT_TRUE(outcome);
     EXPECT_TRUE((*store)->sync());
-    if (*outcome == Outcome::complete) EXPECT_TRUE((*store)->finish());
+    if (*outcome == Outcome::complete) {
+      EXPECT_TRUE((*store)->finish());
+    }
     return *outcome;
   }
 

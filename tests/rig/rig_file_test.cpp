@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -15,7 +15,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(at, what.size(), with);
 }
 
-std::string virtual_rig() { return read_file(kRigs + "virtual.toml").value(); }
+std::string virtual_rig() { return read_text_file(kRigs + "virtual.toml").value(); }
 
 /// The fault of a rig file at the place of the shipped one.
 std::string mistake_in(const std::string& text) {
@@ -69,7 +69,7 @@ TEST(RigFile, AMissingRegisterMapIsNamed) {
 }
 
 TEST(RigFile, TheRecordsCopyOfTheMapIsEnough) {
-  const auto map = read_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
+  const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
   EXPECT_TRUE(parse_rig(virtual_rig(), "elsewhere/rig.toml", map));
 }
 

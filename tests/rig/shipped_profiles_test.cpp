@@ -1,7 +1,7 @@
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 
-#include "rig/laboratory.hpp"
+#include "tests/rig/laboratory.hpp"
 #include "rig/one_core.hpp"
 
 namespace gyrotherm {

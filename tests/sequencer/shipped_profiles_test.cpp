@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 #include "sequencer/machine.hpp"
 #include "sequencer/timeline.hpp"
 #include "tests/sequencer/profiles.hpp"
@@ -19,7 +19,7 @@ constexpr ChamberLimits kChamber{Celsius{-45}, Celsius{70}, CelsiusPerMinute{6},
 const fs::path kProfiles = fs::path(GYROTHERM_SOURCE_DIR) / "profiles";
 
 Profile shipped(const fs::path& path) {
-  const auto text = read_file(path.string());
+  const auto text = read_text_file(path.string());
   const auto profile = parse_profile(text.value(), path.string());
   EXPECT_TRUE(profile.has_value()) << (profile ? "" : gyrotherm::text(profile.error()));
   return profile.value();

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -47,7 +47,7 @@ constexpr std::array<Leg, 29> kRandomLegs{
 }  // namespace
 
 std::string rig_text(const std::string& name) {
-  return must(read_file(std::string(GYROTHERM_SOURCE_DIR) + "/profiles/rigs/" + name + ".toml"));
+  return must(read_text_file(std::string(GYROTHERM_SOURCE_DIR) + "/profiles/rigs/" + name + ".toml"));
 }
 
 WorldParameters world_of_rig(const std::string& name) { return must(parse_world(rig_text(name), name)); }
@@ -58,7 +58,7 @@ FrameFormat gyro_of_rig(const std::string& name) {
 
 RegisterMap chamber_map(const std::string& name) {
   const auto path = std::string(GYROTHERM_SOURCE_DIR) + "/profiles/chambers/" + name + ".toml";
-  return must(parse_register_map(must(read_file(path)), path));
+  return must(parse_register_map(must(read_text_file(path)), path));
 }
 
 std::vector<double> rate_cycle_c(double rate_c_per_min) {

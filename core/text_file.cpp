@@ -1,4 +1,4 @@
-#include "core/read_file.hpp"
+#include "core/text_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -25,7 +25,7 @@ bool write_all(int fd, std::string_view text) {
 
 }  // namespace
 
-Result<std::string> read_file(const std::string& path) {
+Result<std::string> read_text_file(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error) return failure(FaultKind::bad_file, path, "cannot be read: " + error.message());
@@ -35,7 +35,7 @@ Result<std::string> read_file(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-Result<void> write_file(const std::string& path, std::string_view text) {
+Result<void> replace_text_file(const std::string& path, std::string_view text) {
   const auto temporary = path + ".part";
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   const bool written = fd >= 0 && write_all(fd, text);

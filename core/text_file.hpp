@@ -1,4 +1,4 @@
-/// Whole text files.
+/// A whole text file, read or replaced.
 #pragma once
 
 #include <string>
@@ -8,11 +8,10 @@
 
 namespace gyrotherm {
 
-/// Fails with bad_file if there is no such file or it cannot be read.
+/// Fails with bad_file if it cannot be read or is larger than 256 MB.
 [[nodiscard]] Result<std::string> read_text_file(const std::string& path);
 
-/// Replaces the file as a whole, by a temporary name and a rename: a reader sees the old one or the new one.
-/// Fails with storage; then the old one stands.
+/// Replaces the file as a whole: written under a temporary name, synced, renamed. Fails with storage.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
 }  // namespace gyrotherm

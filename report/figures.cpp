@@ -71,7 +71,7 @@ ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const 
                      210);
   plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
   const std::string caption =
-      fmt::format("Bias on the {} before and after {} compensation, and the enlarged error curve; {}.", run.profile,
+      fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
                   drawn.name, standing(run));
   return {id, heading, caption, svg_of(plot)};
 }
@@ -121,7 +121,7 @@ ReportFigure temperature_figure(const ReportView& view, const RunView& run, cons
   only.right = AxisStyle{.title = kBiasTitle, .colour = colour::kBias};
   plot.panels = {only};
   return {id, heading,
-          fmt::format("Chamber set point, block temperature (thermometer {}) and bias on the {}; means over {} s.",
+          fmt::format("Chamber set point, block temperature (thermometer {}) and bias in the {} run; means over {} s.",
                       first_name, run.profile, decimal(view.cluster_length_s, 0)),
           svg_of(plot)};
 }

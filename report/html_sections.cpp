@@ -45,14 +45,14 @@ std::string key_figures(const RunView& run) {
          key_figure("multi-point", residual.multi_point.all.std) +
          key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
          key_figure("noise floor of the record", run.noise_floor_deg_per_h) + "</div>\n" +
-         fmt::format("<p class=\"note\">Standard deviations on the {}, {}.</p>\n", escaped(run.profile), standing(run));
+         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", escaped(run.profile), standing(run));
 }
 
 std::string summary_words(const ReportView& view) {
   const RunView& rate = view.rate;
   const RunView& random = view.random;
   return fmt::format(
-      "On the {} the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); on the {} by "
+      "In the {} run the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); in the {} run by "
       "{}&nbsp;°/h ({} means). "
       "On the latter the model recommended for use, multi-point with temperature, leaves {}&nbsp;°/h: {} less than "
       "before, and "
@@ -151,7 +151,7 @@ std::string result_table(const RunView& run, const std::string& heading) {
   const auto std_cell = [](const ResidualView& r) { return "<b>" + bias_text(r.all.std) + "</b>"; };
   const auto raw = bias_text(run.raw.std), floor = bias_text(run.noise_floor_deg_per_h);
   HtmlTable table{
-      .caption = "<b>" + heading + "</b> Bias compensation on the " + escaped(run.profile) + " – " + standing(run),
+      .caption = "<b>" + heading + "</b> Bias compensation in the " + escaped(run.profile) + " run – " + standing(run),
       .header = model_header("Bias, °/h"),
       .style = "even"};
   const auto& r = run.residual;

@@ -56,6 +56,8 @@ std::string timeline_json(const Profile& profile, const Timeline& timeline) {
 Result<Exit> check(Console& console, const Options& options) {
   if (options.profile.empty() && options.rig.empty())
     return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
+  if (options.connect && options.rig.empty())
+    return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
   ChamberLimits limits;
   if (!options.rig.empty()) {
     const auto rig = read_rig(options.rig);

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 
 #include "analysis/stream.hpp"
@@ -66,20 +67,16 @@ Result<Exit> compensate(Console& console, const std::string& path) {
   auto stream = CompensationStream::open(*model, *columns);
   if (!stream) return failure(stream.error());
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s, model->cluster_length_s / 2));
-  fmt::print("compensated_bias_deg_per_h\n");
-  for (std::size_t number = 2; !interrupted() && std::getline(std::cin, line); ++number) {
+  console.data("compensated_bias_deg_per_h\n");
+  for (std::size_t number = 2; !interrupted() && !std::ferror(stdout) && std::getline(std::cin, line); ++number) {
     if (line.empty()) continue;
     auto row = numbers_of(line, columns->size() + 1, number);
     if (!row) return failure(row.error());
     const double bias = row->back();
     row->pop_back();
     const double compensated = stream->push(*row, bias);
-    if (std::isnan(compensated))
-      fmt::print("\n");
-    else
-      fmt::print("{:.7f}\n", compensated);
+    console.data(std::isnan(compensated) ? "\n" : fmt::format("{:.7f}\n", compensated));
   }
-  std::fflush(stdout);
   return Exit::done;
 }
 

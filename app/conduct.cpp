@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -67,7 +68,8 @@ struct Continuation {
   RigFile rig;
   Profile profile;
   State state;                    ///< of the first second after the gap
-  std::int64_t last_slot{};
+  std::int64_t last_slot{};       ///< that has a sample; −1: none
+  std::int64_t recorded{};        ///< the last that has a sample or lies in a gap; −1: none
   Celsius last_air{NAN};
   Duration gap{};
   RigStart start;
@@ -94,6 +96,7 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
 
   Continuation on{.rig = std::move(*rig), .profile = std::move(*profile), .state = {}, .start = {}};
   on.last_slot = record->slot.empty() ? -1 : record->slot.back();
+  on.recorded = record->gaps.empty() ? on.last_slot : std::max(on.last_slot, record->gaps.back().last);
   on.state = begin(on.profile);
   if (on.last_slot >= 0) {
     const auto last = state_of(on.profile, record->progress.back());
@@ -103,9 +106,12 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
     on.state = next(on.profile, *last, {.elapsed = std::chrono::seconds(1), .air = air});
   }
   const auto down = on.rig.simulated ? std::max(options.gap, kShortestGap) : time_since_last(*record);
-  on.gap = on.last_slot < 0 ? Duration{} : std::chrono::floor<std::chrono::seconds>(down);
+  // A virtual world starts with its first second; a real run's clock has gone on since it was made.
+  const bool not_begun = on.rig.simulated && on.last_slot < 0;
+  on.gap = not_begun ? Duration{} : std::chrono::floor<std::chrono::seconds>(down);
   on.start.seed = record->info.seed;
-  on.start.already = std::chrono::seconds(on.last_slot + 1) + on.gap;
+  const auto since_last = on.last_slot + 1 + on.gap / std::chrono::seconds(1);
+  on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
   if (on.rig.simulated) on.start.replay = replay_of(*record, on);
   return on;
 }
@@ -116,7 +122,8 @@ Result<void> allow(const Continuation& on, const ChamberState& now, const std::s
   const auto refuse = [&](std::string why) {
     return failure(FaultKind::interrupted, path, std::move(why) + "; look at the chamber, then \"gyrotherm resume --accept\"");
   };
-  if (on.gap > kLongestUnattendedGap) return refuse(fmt::format("down for {}, longer than {}", spoken(on.gap), spoken(kLongestUnattendedGap)));
+  if (on.gap > kLongestUnattendedGap)
+    return refuse(fmt::format("down for {}, longer than {}", spoken(on.gap), spoken(kLongestUnattendedGap)));
   if (!std::isnan(on.last_air.value) && abs(now.air - on.last_air) > kResumeBand)
     return refuse(fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", now.air.value, on.last_air.value));
   return {};
@@ -141,12 +148,14 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
                        const std::string& path) {
   std::optional<OneCore> one_core;
   if (file.simulated) one_core.emplace();
+  if (std::error_code error; std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
+    return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
   auto rig = Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   const auto first = begin(profile);
-  const auto prepared = (*rig)->prepare(command(profile, first));
-  if (!prepared) return failure(prepared.error());
-  for (const auto& who : prepared->names) console.detail(who);
+  const auto names = (*rig)->prepare(command(profile, first));
+  if (!names) return failure(names.error());
+  for (const auto& who : *names) console.detail(who);
   auto store = Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc));
   if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
@@ -161,13 +170,12 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (on->rig.simulated) one_core.emplace();
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
-  const auto prepared = (*rig)->prepare(command(on->profile, on->state));
-  if (!prepared) return failure(prepared.error());
-  if (auto allowed = allow(*on, prepared->chamber, path, options.accept); !allowed) return allowed;
+  const auto permit = [&](const ChamberState& now) { return allow(*on, now, path, options.accept); };
+  if (auto names = (*rig)->prepare(command(on->profile, on->state), permit); !names) return failure(names.error());
   auto store = Store::reopen(path);
   if (!store) return failure(store.error());
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
-  if (auto recorded = record_absence(**store, on->last_slot + 1, first - 1); !recorded) return recorded;
+  if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
   Experiment experiment(on->profile, **rig, **store, on->state, first);
   const auto text = fmt::format("resumed after {}", spoken(on->gap));
   console.say(fmt::format("{}: {} at second {}", path, text, first));

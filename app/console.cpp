@@ -15,6 +15,12 @@ namespace {
 
 using std::chrono::steady_clock;
 
+/// What cannot be written is dropped: a closed log must not end a run, and fmt::print would throw.
+void put(std::FILE* file, std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), file);
+  std::fflush(file);
+}
+
 bool may_move() { return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr; }
 
 /// "12 min 03 s left", or nothing while there is nothing to go by.
@@ -29,14 +35,14 @@ std::string time_left(double fraction, steady_clock::duration spent) {
 Console::Console() : moving_(may_move()) {}
 
 void Console::clear_line() {
-  if (line_open_) fmt::print(stderr, "\r\033[K");
+  if (line_open_) put(stderr, "\r\033[K");
   line_open_ = false;
 }
 
 void Console::say(std::string_view message) {
   if (quiet) return;
   clear_line();
-  fmt::print(stderr, "{}\n", message);
+  put(stderr, fmt::format("{}\n", message));
 }
 
 void Console::detail(std::string_view message) {
@@ -45,13 +51,12 @@ void Console::detail(std::string_view message) {
 
 void Console::data(std::string_view text) {
   clear_line();
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  std::fflush(stdout);
+  put(stdout, text);
 }
 
 void Console::complain(const Fault& fault) {
   clear_line();
-  fmt::print(stderr, "gyrotherm: {}\n", text(fault));
+  put(stderr, fmt::format("gyrotherm: {}\n", text(fault)));
 }
 
 void Console::progress(std::string_view stage, double fraction) {
@@ -68,12 +73,8 @@ void Console::progress(std::string_view stage, double fraction) {
   last_shown_ = now;
   const auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
                                 time_left(fraction, now - stage_began_));
-  if (moving_)
-    fmt::print(stderr, "\r\033[K{}", line);
-  else
-    fmt::print(stderr, "{}\n", line);
+  put(stderr, moving_ ? "\r\033[K" + line : line + "\n");
   line_open_ = moving_;
-  std::fflush(stderr);
 }
 
 ProgressSink Console::sink() {

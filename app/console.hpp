@@ -22,7 +22,7 @@ class Console {
   void say(std::string_view message);
   /// One line of more detail, with --verbose.
   void detail(std::string_view message);
-  /// Data, on stdout, as it is; flushed.
+  /// Data, on stdout, as it is; flushed. Whether all of it could be written is for main to ask at the end.
   void data(std::string_view text);
   /// A fault, on stderr, whole even with --quiet.
   void complain(const Fault& fault);

@@ -6,6 +6,7 @@
 #include <QSocketNotifier>
 #include <QTimer>
 #include <chrono>
+#include <utility>
 
 #include "app/interrupt.hpp"
 
@@ -49,8 +50,7 @@ class RealTime {
   Result<Outcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
     QObject::connect(&interrupt, &QSocketNotifier::activated, [this] {
-      result_ = stopped(console_, store_, rig_.clock().now());
-      QCoreApplication::quit();
+      if (!ended_) end(stopped(console_, store_, rig_.clock().now()));
     });
     arm();
     QCoreApplication::exec();
@@ -65,13 +65,22 @@ class RealTime {
     timer_.start(std::chrono::ceil<std::chrono::milliseconds>(next_second - now));
   }
 
+  /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
+  void end(Result<Outcome> result) {
+    ended_ = true;
+    timer_.stop();
+    result_ = std::move(result);
+    QCoreApplication::quit();
+  }
+
   void tick() {
+    if (ended_) return;
     const auto slot = rig_.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= experiment_.next_slot()) {
-      result_ = experiment_.tick(slot);
-      if (const auto synced = sync(console_, store_); !synced && result_) result_ = failure(synced.error());
+      auto outcome = experiment_.tick(slot);
+      if (const auto synced = sync(console_, store_); !synced && outcome) outcome = failure(synced.error());
       show(console_, profile_, experiment_);
-      if (!result_ || *result_ != Outcome::going_on) return QCoreApplication::quit();
+      if (!outcome || *outcome != Outcome::going_on) return end(std::move(outcome));
     }
     arm();
   }
@@ -82,7 +91,8 @@ class RealTime {
   Rig& rig_;
   Store& store_;
   QTimer timer_;
-  Result<Outcome> result_ = Outcome::going_on;
+  bool ended_ = false;
+  Result<Outcome> result_ = Outcome::going_on;  ///< once ended
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,8 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
   }
+  if (program.outcome && std::ferror(stdout) != 0)
+    program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());
   return static_cast<int>(exit_for(program.outcome.error()));

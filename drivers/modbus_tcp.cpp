@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -17,6 +15,7 @@
 
 #include "drivers/backoff.hpp"
 #include "drivers/deadline.hpp"
+#include "drivers/half_open.hpp"
 #include "drivers/modbus_frame.hpp"
 
 namespace gyrotherm {
@@ -28,7 +27,6 @@ using std::chrono::milliseconds;
 constexpr Duration kWholeExchange = milliseconds(1000);
 constexpr int kMostTries = 3;
 constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
-constexpr unsigned kGiveUpUnacknowledgedMs = 5000;
 constexpr std::size_t kLongestFrame = 260;
 constexpr int kSelectableDescriptors = 1000;  ///< libmodbus waits with select(), which ends at 1024
 constexpr std::uint8_t kStillAtWork = 5, kBusy = 6;
@@ -39,20 +37,6 @@ struct FreeContext {
     modbus_free(context);
   }
 };
-
-void set_option(int socket, int level, int option, unsigned value) {
-  setsockopt(socket, level, option, &value, sizeof value);
-}
-
-/// A peer that vanished is noticed although nothing is sent, or although what is sent stays unanswered.
-void guard_against_half_open(int socket) {
-  set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
-  set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, 5);
-  set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 1);
-  set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, 5);
-  set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kGiveUpUnacknowledgedMs);
-  set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
-}
 
 class ModbusTcp final : public Registers {
  public:

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -14,6 +13,7 @@
 
 #include "drivers/backoff.hpp"
 #include "drivers/deadline.hpp"
+#include "drivers/half_open.hpp"
 
 namespace gyrotherm {
 
@@ -42,12 +42,16 @@ class Socket {
   int descriptor_ = -1;
 };
 
-/// True once `socket` is ready for `events` (or broken); false if the time is over.
-bool ready(const Socket& socket, short events, Duration within) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(within);
-  const timespec limit{seconds.count(), (within - seconds).count()};
+/// True once `socket` is ready for `events` (or broken); false if the time is over. A signal does not end the wait.
+bool ready(const Socket& socket, short events, const Deadline& deadline) {
   pollfd line{socket.descriptor(), events, 0};
-  return ppoll(&line, 1, &limit, nullptr) > 0;
+  while (true) {
+    const auto left = deadline.left();
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+    const timespec limit{seconds.count(), (left - seconds).count()};
+    const int found = ppoll(&line, 1, &limit, nullptr);
+    if (found >= 0 || errno != EINTR) return found > 0;
+  }
 }
 
 bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
@@ -92,13 +96,10 @@ Result<void> TcpStream::open_socket() {
 
   socket_ = Socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket_.is_open()) return broken(std::strerror(errno));
-  const int on = 1;
-  setsockopt(socket_.descriptor(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  setsockopt(socket_.descriptor(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-
+  guard_against_half_open(socket_.descriptor());
   if (::connect(socket_.descriptor(), reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) return {};
   if (errno != EINPROGRESS) return broken(std::strerror(errno));
-  if (!ready(socket_, POLLOUT, connect_within_)) return broken("no connection in time");
+  if (!ready(socket_, POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
   int error = 0;
   socklen_t size = sizeof error;
   getsockopt(socket_.descriptor(), SOL_SOCKET, SO_ERROR, &error, &size);
@@ -125,8 +126,7 @@ Result<std::size_t> TcpStream::read(std::span<std::byte> buffer, Duration within
     }
     if (size == 0) return broken("the other end closed the line");
     if (!would_block()) return broken(std::strerror(errno));
-    const auto left = deadline.left();
-    if (left == Duration::zero() || !ready(socket_, POLLIN, left))
+    if (deadline.over() || !ready(socket_, POLLIN, deadline))
       return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
   }
 }
@@ -141,8 +141,7 @@ Result<void> TcpStream::write(std::span<const std::byte> bytes, Duration within)
       continue;
     }
     if (!would_block()) return broken(std::strerror(errno));
-    const auto left = deadline.left();
-    if (left > Duration::zero() && ready(socket_, POLLOUT, left)) continue;
+    if (!deadline.over() && ready(socket_, POLLOUT, deadline)) continue;
     close_line();  // a part may have been sent
     return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
   }

@@ -9,6 +9,7 @@ namespace {
 
 constexpr Duration kTick = std::chrono::seconds(1);
 constexpr int kSafeTries = 3;
+constexpr std::size_t kChamber = 0;  ///< its place among the columns
 
 /// The fault of each column, or null: chamber, thermometers, gyro.
 std::vector<const Fault*> faults_of(const Sample& sample) {
@@ -27,7 +28,8 @@ std::string describe(const Profile& profile, const Progress& progress) {
 
 }  // namespace
 
-Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot, Watcher watcher)
+Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot,
+                       Watcher watcher)
     : profile_(profile),
       rig_(rig),
       store_(store),
@@ -36,7 +38,9 @@ Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State sta
       next_slot_(first_slot),
       acknowledged_(command(profile, state_)) {}
 
-void Experiment::note(EventKind kind, std::string text) { events_.push_back({rig_.clock().now(), kind, std::move(text)}); }
+void Experiment::note(EventKind kind, std::string text) {
+  events_.push_back({rig_.clock().now(), kind, std::move(text)});
+}
 
 Result<void> Experiment::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
@@ -58,6 +62,7 @@ void Experiment::note_changes(const Sample& sample) {
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (faults[i] && !faulty_[i]) note(EventKind::fault, text(*faults[i]));
     if (!faults[i] && faulty_[i]) note(EventKind::recovered, fmt::format("column {} answers again", i));
+    if (i == kChamber && !faults[i] && faulty_[i]) acknowledged_.reset();  // it may have been off: it is told again
     faulty_[i] = faults[i] != nullptr;
   }
   if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
@@ -78,7 +83,8 @@ void Experiment::make_safe(const std::string& cause) {
   for (int i = 0; i < kSafeTries; ++i)
     if (sent = rig_.sampler().command(safe); sent) break;
   end_cause_ = sent ? fmt::format("{}; the chamber was sent to {:g} °C", cause, safe.value)
-                    : fmt::format("{}; the chamber could NOT be sent to {:g} °C ({})", cause, safe.value, text(sent.error()));
+                    : fmt::format("{}; the chamber could NOT be sent to {:g} °C ({})", cause, safe.value,
+                                  text(sent.error()));
   note(EventKind::interlock, end_cause_);
 }
 

@@ -54,7 +54,7 @@ class Experiment {
   InterlockMemory memory_;
   Reaction reaction_ = Reaction::go_on;
   std::optional<Celsius> air_;           ///< last known
-  std::optional<Celsius> acknowledged_;  ///< what the chamber last took
+  std::optional<Celsius> acknowledged_;  ///< what the chamber last took; nothing: unknown
   int last_segment_ = -1;
   std::vector<bool> faulty_;             ///< per column: chamber, thermometers, gyro
   std::vector<Event> events_;            ///< of the tick under way

@@ -16,7 +16,10 @@ namespace {
 
 constexpr Duration kSecond = std::chrono::seconds(1);
 constexpr Duration kConnectWithin = std::chrono::seconds(2);
-constexpr Duration kGyroWithin = std::chrono::milliseconds(1500);
+/// Less than the sampler's patience: a frame that comes later stays on the line and is there when the next second is
+/// read. A read that outlasts the sampler takes its frame away, and of a frame a second every one would be lost.
+constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
+constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 constexpr std::uint16_t kSerialServerPort = 4001;  // a serial device server's first line
 
 /// Where each instrument of a rig is, the virtual ones included.
@@ -49,11 +52,12 @@ Lines lines_of(const RigFile& file) {
 /// Instruments on their lines, and the sampler that reads them.
 class AssembledRig : public Rig {
  public:
-  AssembledRig(RigFile file, const Lines& lines) : file_(std::move(file)) {
+  AssembledRig(RigFile file, const Lines& lines) : file_(std::move(file)), gyro_line_(lines.gyro) {
     const auto& map = file_.chamber_map;
     chamber_ = make_modbus_chamber(map, make_modbus_tcp(lines.chamber, map.unit, map.timeout));
-    for (std::size_t i = 0; i < lines.thermometers.size(); ++i) thermometers_.push_back(thermometer(i, lines.thermometers[i]));
-    gyro_ = make_framed_gyro(file_.gyro_frame, make_tcp_stream(lines.gyro, kConnectWithin), kGyroWithin);
+    for (std::size_t i = 0; i < lines.thermometers.size(); ++i)
+      thermometers_.push_back(thermometer(i, lines.thermometers[i]));
+    gyro_ = gyro(kGyroWithin);
   }
 
   std::vector<Result<std::string>> ask() override {
@@ -63,18 +67,22 @@ class AssembledRig : public Rig {
     return lines;
   }
 
-  Result<Prepared> prepare(Celsius first) override {
-    Prepared prepared;
-    if (auto asked = ask_names(prepared.names); !asked) return failure(asked.error());
+  Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) override {
+    auto names = ask_names();
+    if (!names) return names;
     const auto state = chamber_->read();
     if (!state) return failure(state.error());
-    prepared.chamber = *state;
-    for (auto step : {chamber_->head_for(first), chamber_->start(), gyro_->open()})
-      if (!step) return failure(step.error());
+    if (permit)
+      if (auto permitted = permit(*state); !permitted) return failure(permitted.error());
+    // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
+    const auto moved = gyro_->open()
+                           .and_then([&] { return chamber_->head_for(first); })
+                           .and_then([&] { return chamber_->start(); });
+    if (!moved) return failure(moved.error());
     let_pass(1);
-    if (const auto origin = gyro_->read(kSecond); !origin) return failure(origin.error());
+    if (const auto origin = take_origin(); !origin) return failure(origin.error());
     sampler_ = make_sampler();
-    return prepared;
+    return names;
   }
 
   Sampler& sampler() override { return *sampler_; }
@@ -87,6 +95,7 @@ class AssembledRig : public Rig {
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
     return all;
   }
+  void end_sampling() { sampler_.reset(); }
 
  private:
   /// The sampler that suits the rig's time; its clock starts.
@@ -113,23 +122,36 @@ class AssembledRig : public Rig {
   }
 
   Result<std::string> ask_gyro() {
-    if (auto opened = gyro_->open(); !opened) return failure(opened.error());
+    const auto asked = gyro(kGyroAskedWithin);
+    if (auto opened = asked->open(); !opened) return failure(opened.error());
     let_pass(1);
-    if (const auto origin = gyro_->read(kSecond); !origin) return failure(origin.error());
+    if (const auto origin = asked->read(kSecond); !origin) return failure(origin.error());
     let_pass(1);
-    const auto count = gyro_->read(kSecond);
+    const auto count = asked->read(kSecond);
     if (!count) return failure(count.error());
-    return fmt::format("gyro: {} frames, {} pulses in {:.6f} s", file_.gyro_frame.name, count->pulses, to_seconds(count->interval));
+    return fmt::format("gyro: {} frames, {} pulses in {:.6f} s", file_.gyro_frame.name, count->pulses,
+                       to_seconds(count->interval));
   }
 
-  Result<void> ask_names(std::vector<std::string>& names) {
+  Result<std::vector<std::string>> ask_names() {
     std::vector<Result<std::string>> answers{chamber_->identify()};
     for (const auto& thermometer : thermometers_) answers.push_back(thermometer->identify());
+    std::vector<std::string> names;
     for (auto& answer : answers) {
       if (!answer) return failure(answer.error());
       names.push_back(std::move(*answer));
     }
-    return {};
+    return names;
+  }
+
+  /// The first frame may be its whole period away, which is longer than one read waits.
+  Result<PulseCount> take_origin() {
+    auto origin = gyro_->read(kSecond);
+    return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->read(kSecond);
+  }
+
+  std::unique_ptr<Gyro> gyro(Duration within) const {
+    return make_framed_gyro(file_.gyro_frame, make_tcp_stream(gyro_line_, kConnectWithin), within);
   }
 
   std::unique_ptr<Thermometer> thermometer(std::size_t index, const LineAddress& line) const {
@@ -140,6 +162,7 @@ class AssembledRig : public Rig {
   }
 
   RigFile file_;
+  LineAddress gyro_line_;
   std::unique_ptr<Chamber> chamber_;
   std::vector<std::unique_ptr<Thermometer>> thermometers_;
   std::unique_ptr<Gyro> gyro_;
@@ -149,6 +172,7 @@ class AssembledRig : public Rig {
 class RealRig final : public AssembledRig {
  public:
   RealRig(RigFile file, Duration already) : AssembledRig(file, lines_of(file)), already_(already), clock_(already) {}
+  ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
   const Clock& clock() const override { return clock_; }
 
@@ -164,7 +188,9 @@ class RealRig final : public AssembledRig {
 class VirtualRig final : public AssembledRig {
  public:
   VirtualRig(RigFile file, Duration already, std::unique_ptr<VirtualInstruments> world)
-      : AssembledRig(file, lines_of(*world, file.thermometers.size())), world_(std::move(world)), clock_(already - kSecond) {}
+      : AssembledRig(file, lines_of(*world, file.thermometers.size())),
+        world_(std::move(world)),
+        clock_(already - kSecond) {}
 
   void let_pass(std::int64_t seconds) override {
     world_->advance(static_cast<int>(seconds));
@@ -180,11 +206,14 @@ class VirtualRig final : public AssembledRig {
 
 }  // namespace
 
-Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed, std::uint16_t first_port) {
-  if (!file.simulated) return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
+Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed,
+                                                          std::uint16_t first_port) {
+  if (!file.simulated)
+    return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
   const auto parameters = parse_world(file.text, file.file);
   if (!parameters) return failure(parameters.error());
-  VirtualInstrumentsOptions options{.chamber = file.chamber_map, .thermometers = {}, .gyro = file.gyro_frame, .first_port = first_port};
+  VirtualInstrumentsOptions options{
+      .chamber = file.chamber_map, .thermometers = {}, .gyro = file.gyro_frame, .first_port = first_port};
   for (const auto& entry : file.thermometers) options.thermometers.push_back({entry.channels});
   return VirtualInstruments::start(World(*parameters, seed), std::move(options));
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "acquisition/sampler.hpp"
@@ -25,11 +27,8 @@ struct RigStart {
   std::vector<Celsius> replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };
 
-/// What the instruments said of themselves before the first second.
-struct Prepared {
-  std::vector<std::string> names;
-  ChamberState chamber;
-};
+/// Whether the chamber may be moved from where it stands; a fault is the reason why not.
+using Permit = std::function<Result<void>(const ChamberState&)>;
 
 class Rig {
  public:
@@ -41,9 +40,12 @@ class Rig {
   /// A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
 
-  /// Asks each instrument who it is, sends the chamber to `first`, starts it, and takes the gyro's origin, which takes a second of
-  /// the rig's time. Once, before the first sample; a run's clock starts at its end. Fails with the first fault.
-  [[nodiscard]] virtual Result<Prepared> prepare(Celsius first) = 0;
+  /// Asks each instrument who it is, and `permit` whether the chamber, as it stands, may be moved; then sends the chamber
+  /// to `first`, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once, before the first
+  /// sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been moved if chamber or
+  /// thermometers are silent, the gyro's line is dead, or `permit` refuses. Returns what the instruments say they are.
+  [[nodiscard]] virtual Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) = 0;
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first) { return prepare(first, {}); }
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
 

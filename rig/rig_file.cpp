@@ -10,6 +10,7 @@
 
 #include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/description.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
@@ -105,16 +106,28 @@ void read_analysis(const TomlTable& table, const std::set<std::string>& channels
     table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
 }
 
+/// A silence of no time at all would be there in every sample.
+Duration read_silence(const TomlTable& table, std::string_view key, Duration fallback) {
+  const auto silence = table.duration(key, fallback);
+  if (silence <= Duration{}) table.mistake(key, "expected a time longer than zero");
+  return silence;
+}
+
 void read_limits(const TomlTable& table, InterlockLimits& limits) {
   limits.air_lowest = table.celsius("air_lowest", limits.air_lowest);
   limits.air_highest = table.celsius("air_highest", limits.air_highest);
   limits.thermometers_lowest = table.celsius("thermometers_lowest", limits.thermometers_lowest);
   limits.thermometers_highest = table.celsius("thermometers_highest", limits.thermometers_highest);
-  limits.confirming_samples = static_cast<int>(table.integer("confirming_samples", limits.confirming_samples));
-  limits.suspend_after = table.duration("suspend_after", limits.suspend_after);
-  limits.chamber_lost = table.duration("chamber_lost", limits.chamber_lost);
-  limits.thermometers_lost = table.duration("thermometers_lost", limits.thermometers_lost);
-  limits.gyro_lost = table.duration("gyro_lost", limits.gyro_lost);
+  if (limits.air_lowest >= limits.air_highest)
+    table.mistake("air_lowest", "the lowest temperature is not below the highest");
+  if (limits.thermometers_lowest >= limits.thermometers_highest)
+    table.mistake("thermometers_lowest", "the lowest temperature is not below the highest");
+  const auto confirming = table.integer("confirming_samples", limits.confirming_samples);
+  limits.confirming_samples = bounded<int>(table, "confirming_samples", confirming, 1, 3600);
+  limits.suspend_after = read_silence(table, "suspend_after", limits.suspend_after);
+  limits.chamber_lost = read_silence(table, "chamber_lost", limits.chamber_lost);
+  limits.thermometers_lost = read_silence(table, "thermometers_lost", limits.thermometers_lost);
+  limits.gyro_lost = read_silence(table, "gyro_lost", limits.gyro_lost);
 }
 
 /// All lines virtual, or none.

@@ -1,7 +1,5 @@
 #include "simulator/reply_server.hpp"
 
-#include <pthread.h>
-#include <sched.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -16,13 +14,6 @@ namespace {
 
 constexpr std::size_t kMostBytesAtOnce = 4096;
 constexpr int kMostEvents = 64;
-
-void keep_to(std::thread& thread, int cpu) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(static_cast<std::size_t>(cpu), &set);
-  ::pthread_setaffinity_np(thread.native_handle(), sizeof set, &set);
-}
 
 }  // namespace
 
@@ -45,9 +36,8 @@ void ReplyServer::add(Socket listener, MakeSession make_session) {
   listeners_.emplace(descriptor, Listener{std::move(listener), std::move(make_session)});
 }
 
-void ReplyServer::start(int cpu) {
+void ReplyServer::start() {
   thread_ = std::thread([this] { run(); });
-  if (cpu >= 0) keep_to(thread_, cpu);
 }
 
 void ReplyServer::watch(int descriptor) {

@@ -27,8 +27,7 @@ class ReplyServer {
 
   /// To be called before start().
   void add(Socket listener, MakeSession make_session);
-  /// `cpu`: the core the thread keeps to, or −1.
-  void start(int cpu);
+  void start();
 
  private:
   struct Listener {

@@ -85,7 +85,7 @@ Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Lak
     replies_.add(std::move(listeners[i + 1]),
                  [this, own = inputs[i]] { return std::make_unique<Lakeshore218Session>(world_, own); });
   }
-  replies_.start(options.cpu);
+  replies_.start();
 }
 
 void Servers::advance(int seconds) {

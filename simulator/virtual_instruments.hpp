@@ -25,8 +25,6 @@ struct VirtualInstrumentsOptions {
   std::vector<VirtualThermometer> thermometers;
   FrameFormat gyro;
   std::uint16_t first_port = 0;  ///< 0: any free ports; else chamber, thermometers, gyro on consecutive ones
-  /// The core that the serving thread keeps to, −1: any. An exchange is quickest when both of its ends share a core.
-  int cpu = -1;
 };
 
 /// Serves on 127.0.0.1 from a thread of its own until destroyed. All clients see one world; several clients may connect

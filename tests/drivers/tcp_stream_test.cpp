@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 #include <string>
 
 #include "tests/drivers/fakes.hpp"
@@ -38,6 +39,20 @@ TEST(TcpStream, ASilentPeerIsATimeoutAndNotAnEnd) {
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().kind, FaultKind::timeout);
   EXPECT_EQ(exchange(*stream, "hello", kPatient).value(), "hello");
   EXPECT_EQ(server.connections(), 1);
+}
+
+TEST(TcpStream, ASignalDoesNotEndAWait) {
+  struct sigaction notice {}, before {};
+  notice.sa_handler = [](int) {};
+  sigaction(SIGUSR1, &notice, &before);
+  const auto reader = pthread_self();
+  const LoopbackServer server([reader](auto request) {
+    for (int i = 0; i < 5; ++i) pthread_kill(reader, SIGUSR1);
+    return echo(request);
+  });
+  const auto stream = make_tcp_stream(server.address(), kPatient);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(exchange(*stream, "CRDG? 0\r\n", kPatient).value_or("cut off"), "CRDG? 0\r\n");
+  sigaction(SIGUSR1, &before, nullptr);
 }
 
 TEST(TcpStream, ConnectsAgainAfterAReset) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "tests/rig/laboratory.hpp"
 #include "sequencer/timeline.hpp"
@@ -58,6 +59,23 @@ TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
   const auto interlock = std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.kind == EventKind::interlock; });
   ASSERT_NE(interlock, events.end());
   EXPECT_NE(std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.text.find("was sent to 20 °C") != std::string::npos; }), events.end());
+}
+
+TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
+  Laboratory laboratory(kShort);
+  auto rig = Rig::assemble(laboratory.file(), {.seed = 0, .already = {}, .replay = {}});
+  ASSERT_TRUE(rig) << text(rig.error());
+  std::optional<ChamberState> before;
+  const auto refuse = [&](const ChamberState& now) -> Result<void> {
+    before = now;
+    return failure(FaultKind::interrupted, "chamber", "not now");
+  };
+  EXPECT_EQ((*rig)->prepare(Celsius{60}, refuse).error().what, "not now");
+  ASSERT_TRUE(before);
+  EXPECT_NE(before->set_point, Celsius{60});
+  const auto asked = (*rig)->ask();
+  ASSERT_TRUE(asked.front()) << text(asked.front().error());
+  EXPECT_NE(asked.front()->find("set point 20.00 °C"), std::string::npos) << *asked.front();
 }
 
 }  // namespace

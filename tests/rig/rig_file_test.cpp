@@ -68,6 +68,11 @@ TEST(RigFile, AMissingRegisterMapIsNamed) {
   EXPECT_NE(rig.error().what.find("none.toml"), std::string::npos);
 }
 
+TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
+  for (const auto* line : {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"", "air_lowest = 200"})
+    EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
+}
+
 TEST(RigFile, TheRecordsCopyOfTheMapIsEnough) {
   const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
   EXPECT_TRUE(parse_rig(virtual_rig(), "elsewhere/rig.toml", map));

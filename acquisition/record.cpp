@@ -90,24 +90,10 @@ Result<Record> read_all(const std::string& path) {
   return record;
 }
 
-Result<LastRow> read_last(const std::string& path) {
-  auto database = open_record(path);
-  if (!database) return failure(database.error());
-  const auto info = read_run_info(*database);
-  if (!info) return failure(info.error());
-  const auto row = last_row(*database, *info);
-  if (!row) return failure(row.error());
-  return *row ? LastRow{(*row)->slot, (*row)->progress} : LastRow{};
-}
-
 }  // namespace
 
 Result<Record> read_record(const std::string& path) {
   return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });
-}
-
-Result<LastRow> read_last_row(const std::string& path) {
-  return read_last(path).map_error([&](const Fault& fault) { return explained(fault, path); });
 }
 
 }  // namespace gyrotherm

@@ -27,28 +27,21 @@ struct RecordedEvent {
 struct Record {
   RunInfo info;
   bool finished{};
-  std::vector<std::int64_t> slot;            ///< imported: the row number
-  std::vector<double> time_s;                ///< since the run started (imported: since the first row)
-  std::vector<double> set_point_c;           ///< what the profile asked for
+  std::vector<std::int64_t> slot;   ///< imported: the row number
+  std::vector<double> time_s;       ///< since the run started (imported: since the first row)
+  std::vector<double> set_point_c;  ///< what the profile asked for
   std::vector<double> chamber_air_c;
-  std::vector<double> chamber_set_point_c;   ///< as read back
+  std::vector<double> chamber_set_point_c;          ///< as read back
   std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
-  std::vector<double> gyro;                  ///< pulses, or the foreign number
+  std::vector<double> gyro;                         ///< pulses, or the foreign number
   std::vector<double> gyro_interval_s;
   std::vector<Progress> progress;
   std::vector<Gap> gaps;
   std::vector<RecordedEvent> events;
 };
 
-/// Reads everything. Safe while a run is being written? No: it refuses with storage ("being written by …"); see status.hpp.
-/// Fails with bad_file (not a record, another schema version, damaged).
+/// Reads everything. Safe while a run is being written? No: it refuses with storage ("being written by …"); see
+/// status.hpp. Fails with bad_file (not a record, another schema version, damaged).
 [[nodiscard]] Result<Record> read_record(const std::string& path);
-
-/// The last acknowledged sample's row alone, for resume.
-struct LastRow {
-  std::int64_t slot{-1};
-  Progress progress;
-};
-[[nodiscard]] Result<LastRow> read_last_row(const std::string& path);
 
 }  // namespace gyrotherm

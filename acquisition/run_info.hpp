@@ -20,12 +20,13 @@ enum class GyroKind { pulse_count, rate };
 
 struct GyroInfo {
   GyroKind kind{};
-  double scale{};                         ///< pulse_count: arcsec per pulse; rate: °/h per unit of the stored number
-  std::optional<DegreesPerHour> earth_rate;  ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
+  double scale{};  ///< pulse_count: arcsec per pulse; rate: °/h per unit of the stored number
+  std::optional<DegreesPerHour>
+      earth_rate;  ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
 };
 
 struct RunInfo {
-  std::string id;               ///< 32 hexadecimal digits; for a dry run derived from profile, rig and seed
+  std::string id;  ///< 32 hexadecimal digits; for a dry run derived from profile, rig and seed
   std::string program_version;
   std::string profile_name;
   std::string profile_text;
@@ -34,7 +35,7 @@ struct RunInfo {
   std::string chamber_map_text;  ///< the register map that the rig file names
   bool simulated{};
   std::uint64_t seed{};
-  bool imported{};              ///< rows are a foreign record's, at its own times
+  bool imported{};  ///< rows are a foreign record's, at its own times
   Duration started_utc{};
   std::vector<Channel> thermometers;
   GyroInfo gyro;
@@ -48,7 +49,7 @@ struct RunInfo {
     CelsiusPerMinute rate{};
     int cycle{-1};
   };
-  std::vector<SegmentInfo> segments;     ///< the expanded profile
+  std::vector<SegmentInfo> segments;  ///< the expanded profile
 };
 
 }  // namespace gyrotherm

@@ -19,7 +19,8 @@ class Store {
  public:
   /// Makes a new file. Fails with storage if it exists (a record is never overwritten) or cannot be made durable.
   [[nodiscard]] static Result<std::unique_ptr<Store>> create(const std::string& path, const RunInfo& info);
-  /// Takes up an unfinished run. Fails with bad_file (no record, other version, finished) or storage (damaged, locked by another).
+  /// Takes up an unfinished run. Fails with bad_file (no record, other version, finished) or storage (damaged, locked
+  /// by another).
   [[nodiscard]] static Result<std::unique_ptr<Store>> reopen(const std::string& path);
   virtual ~Store() = default;
 
@@ -28,7 +29,8 @@ class Store {
   /// Slots first…last have no sample, and why.
   [[nodiscard]] virtual Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) = 0;
   [[nodiscard]] virtual Result<void> append_event(const Event& event) = 0;
-  /// Makes everything appended durable; returns the last slot acknowledged (−1: none yet). Also refreshes the status file.
+  /// Makes everything appended durable; returns the last slot acknowledged (−1: none yet). Also refreshes the status
+  /// file.
   [[nodiscard]] virtual Result<std::int64_t> sync() = 0;
   /// Marks the run as finished, folds the log into the file and closes. An unfinished run never carries the mark.
   [[nodiscard]] virtual Result<void> finish() = 0;

@@ -1,4 +1,5 @@
-/// The inputs of a model: temperatures, gradients (differences of two thermometers), temperature rates, and their scaling.
+/// The inputs of a model: temperatures, gradients (differences of two thermometers), temperature rates, and their
+/// scaling.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +23,8 @@ struct Term {
   auto operator<=>(const Term&) const = default;
 };
 
-/// "A", "A-B", "rate:A", "A^2". Fails with usage, naming the nearest thermometer. A name that holds a '-' is matched whole first.
+/// "A", "A-B", "rate:A", "A^2". Fails with usage, naming the nearest thermometer. A name that holds a '-' is matched
+/// whole first.
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
 [[nodiscard]] std::string text(const Term& term);
 

@@ -46,22 +46,22 @@ struct TrainingRecord {
 
 struct Model {
   std::string program_version;
-  std::string inputs;              ///< "multi-point", "multi-point-t", "three-point" or the terms as given
-  std::string method;              ///< "svr" or "linear"
-  double cluster_length_s = 100;   ///< of the means it was trained on
+  std::string inputs;             ///< "multi-point", "multi-point-t", "three-point" or the terms as given
+  std::string method;             ///< "svr" or "linear"
+  double cluster_length_s = 100;  ///< of the means it was trained on
   std::vector<Term> terms;
   Scaling scaling;
   double target_mean_deg_per_h{};
   double target_std_deg_per_h{};
   std::variant<SvrModel, LinearModel> function;
   std::vector<TrainingRecord> trained_on;
-  Selection selection;             ///< multi-point only
-  TuningSummary tuning;            ///< svr only
-  TuningOptions tuning_options;    ///< as used
-  bool quick{};                    ///< tuned with a small swarm, for a try
-  std::string folds;               ///< "leave one cycle out (4)", "4 consecutive blocks"
-  Figures in_sample;               ///< residual on the training clusters: not a verification
-  Figures leave_cycle_out;         ///< each fold predicted by a model refitted without it, selection and scaling included
+  Selection selection;           ///< multi-point only
+  TuningSummary tuning;          ///< svr only
+  TuningOptions tuning_options;  ///< as used
+  bool quick{};                  ///< tuned with a small swarm, for a try
+  std::string folds;             ///< "leave one cycle out (4)", "4 consecutive blocks"
+  Figures in_sample;             ///< residual on the training clusters: not a verification
+  Figures leave_cycle_out;       ///< each fold predicted by a model refitted without it, selection and scaling included
   Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
   Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
@@ -73,15 +73,15 @@ struct Model {
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs);
 
 [[nodiscard]] std::string to_json(const Model& model);
-/// Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not fit; the place is file:line:column
-/// for syntax and the JSON path for content.
+/// Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not fit; the place is
+/// file:line:column for syntax and the JSON path for content.
 [[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
 
 /// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean.
 /// Fails with usage for a model that is not an SVR.
 [[nodiscard]] Result<std::string> to_libsvm(const Model& model);
-/// The data file of svm-predict: one row "target index:value …" per cluster, inputs and target scaled as the model scales them.
-/// Fails like predict.
+/// The data file of svm-predict: one row "target index:value …" per cluster, inputs and target scaled as the model
+/// scales them. Fails like predict.
 [[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters);
 
 }  // namespace gyrotherm

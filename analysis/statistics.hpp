@@ -19,14 +19,14 @@ struct Figures {
 struct Improvement {
   double three_point_from_original{};  ///< 1 − s_three/s_raw
   double multi_point_from_original{};  ///< 1 − s_multi/s_raw
-  double paper_ratio{};                ///< (multi − three)/three of the two above: the paper's "improvement from traditional method"
-  double residual_reduction{};         ///< 1 − s_multi/s_three
+  double paper_ratio{};  ///< (multi − three)/three of the two above: the paper's "improvement from traditional method"
+  double residual_reduction{};  ///< 1 − s_multi/s_three
 };
 [[nodiscard]] Improvement improvement(double std_raw, double std_three_point, double std_multi_point);
 
-/// σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of each hold (physics of the noise floor);
-/// NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end of the last one. A
-/// record without segments is one hold. It does not see bias instability slower than some minutes.
+/// σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of each hold (physics of the noise
+/// floor); NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end of
+/// the last one. A record without segments is one hold. It does not see bias instability slower than some minutes.
 struct NoiseFloor {
   double deg_per_h{};
   int differences{};

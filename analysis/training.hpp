@@ -13,16 +13,17 @@
 namespace gyrotherm {
 
 struct TrainingOptions {
-  std::string inputs = "multi-point";  ///< multi-point | multi-point-t | three-point | seven-point | terms, comma separated
-  std::string method = "svr";          ///< svr | linear
-  double threshold = 0.90;             ///< of |r|, multi-point only
-  bool quick = false;                  ///< a swarm of 8 particles and 6 iterations
+  std::string inputs =
+      "multi-point";           ///< multi-point | multi-point-t | three-point | seven-point | terms, comma separated
+  std::string method = "svr";  ///< svr | linear
+  double threshold = 0.90;     ///< of |r|, multi-point only
+  bool quick = false;          ///< a swarm of 8 particles and 6 iterations
   TuningOptions tuning;
   std::string program_version;
 };
 
-/// Trains on the clusters of all datasets together (they must have the same thermometers). Folds are the cycles; a record
-/// without at least two is cut into four consecutive blocks. Selection and scaling are fitted inside each fold.
+/// Trains on the clusters of all datasets together (they must have the same thermometers). Folds are the cycles; a
+/// record without at least two is cut into four consecutive blocks. Selection and scaling are fitted inside each fold.
 [[nodiscard]] Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
                                   const TrainingOptions& options, const ProgressSink& progress = {});
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/command.hpp"
 #include "app/conduct.hpp"
 #include "core/text_file.hpp"
@@ -18,11 +20,12 @@ struct Options {
 
 std::string rig_lines(const RigFile& rig) {
   const auto& limits = rig.chamber_limits;
-  return fmt::format("{}: {}{}\n  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n"
-                     "  {} thermometers, gyro {:g} arcsec per pulse\n",
-                     rig.file, rig.simulated ? "SIMULATED, " : "", rig.title, rig.chamber_map.name, limits.lowest.value,
-                     limits.highest.value, limits.fastest_heating.value, limits.fastest_cooling.value,
-                     rig.safe_set_point.value, channels_of(rig).size(), rig.gyro.scale);
+  return fmt::format(
+      "{}: {}{}\n  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n"
+      "  {} thermometers, gyro {:g} arcsec per pulse\n",
+      rig.file, rig.simulated ? "SIMULATED, " : "", rig.title, rig.chamber_map.name, limits.lowest.value,
+      limits.highest.value, limits.fastest_heating.value, limits.fastest_cooling.value, rig.safe_set_point.value,
+      channels_of(rig).size(), rig.gyro.scale);
 }
 
 /// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
@@ -42,15 +45,16 @@ Result<void> ask_instruments(Console& console, const RigFile& file, std::uint64_
 }
 
 std::string timeline_json(const Profile& profile, const Timeline& timeline) {
-  std::string text = fmt::format("{{\"profile\": \"{}\", \"segments\": {}, \"seconds\": {:.0f}, \"clusters\": {}, \"cycles\": [",
-                                 profile.name, profile.segments.size(), to_seconds(timeline.all.ramps + timeline.all.holds),
-                                 timeline.all.clusters);
-  for (std::size_t i = 0; i < timeline.cycles.size(); ++i) {
-    const auto& cycle = timeline.cycles[i];
-    text += fmt::format("{}{{\"name\": \"{}\", \"seconds\": {:.0f}, \"clusters\": {}}}", i ? ", " : "", cycle.name,
-                        to_seconds(cycle.ramps + cycle.holds), cycle.clusters);
-  }
-  return text + "]}\n";
+  const auto total = [](const CycleTotal& cycle) {
+    return nlohmann::ordered_json{{"name", cycle.name},
+                                  {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
+                                  {"clusters", cycle.clusters}};
+  };
+  nlohmann::ordered_json json{
+      {"profile", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
+  json["cycles"] = nlohmann::ordered_json::array();
+  for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
+  return json.dump() + "\n";
 }
 
 Result<Exit> check(Console& console, const Options& options) {
@@ -79,8 +83,9 @@ Result<Exit> check(Console& console, const Options& options) {
 
 void add_check(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
-                              "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
+  auto* command =
+      add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
+                  "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
   command->add_option("profile", options->profile, "the profile");
   command->add_option("--rig", options->rig, "the rig");
   command->add_flag("--connect", options->connect, "ask each instrument who it is, and read it once");

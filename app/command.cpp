@@ -20,7 +20,8 @@ Exit exit_for(const Fault& fault) {
   return Exit::usage;
 }
 
-CLI::App* add_command(Program& program, const std::string& name, const std::string& description, const std::string& example) {
+CLI::App* add_command(Program& program, const std::string& name, const std::string& description,
+                      const std::string& example) {
   auto* command = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
   command->add_flag("--json", program.console.json, "print facts as JSON");
   command->add_flag("-v,--verbose", program.console.verbose, "say more");

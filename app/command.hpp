@@ -30,7 +30,8 @@ struct Program {
 };
 
 /// Adds a subcommand whose help opens with an example.
-CLI::App* add_command(Program& program, const std::string& name, const std::string& description, const std::string& example);
+CLI::App* add_command(Program& program, const std::string& name, const std::string& description,
+                      const std::string& example);
 /// What it does once its options have been read.
 void set_action(CLI::App* command, Program& program, std::function<Result<Exit>()> action);
 

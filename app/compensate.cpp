@@ -21,7 +21,8 @@ std::vector<std::string_view> fields_of(std::string_view line) {
     const auto comma = line.find(',');
     auto field = line.substr(0, comma);
     while (!field.empty() && (field.front() == ' ' || field.front() == '\t')) field.remove_prefix(1);
-    while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r')) field.remove_suffix(1);
+    while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r'))
+      field.remove_suffix(1);
     fields.push_back(field);
     if (comma == std::string_view::npos) return fields;
     line.remove_prefix(comma + 1);
@@ -42,7 +43,8 @@ Result<std::vector<double>> numbers_of(std::string_view text, std::size_t count,
     if (field.empty()) continue;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), numbers[i]);
     if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(numbers[i]))
-      return bad_line(line, static_cast<std::size_t>(field.data() - text.data()) + 1, fmt::format("\"{}\" is not a number", field));
+      return bad_line(line, static_cast<std::size_t>(field.data() - text.data()) + 1,
+                      fmt::format("\"{}\" is not a number", field));
   }
   return numbers;
 }
@@ -66,7 +68,8 @@ Result<Exit> compensate(Console& console, const std::string& path) {
   if (!columns) return failure(columns.error());
   auto stream = CompensationStream::open(*model, *columns);
   if (!stream) return failure(stream.error());
-  console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s, model->cluster_length_s / 2));
+  console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
+                          model->cluster_length_s / 2));
   console.data("compensated_bias_deg_per_h\n");
   for (std::size_t number = 2; !interrupted() && !std::ferror(stdout) && std::getline(std::cin, line); ++number) {
     if (line.empty()) continue;
@@ -85,7 +88,8 @@ Result<Exit> compensate(Console& console, const std::string& path) {
 void add_compensate(Program& program) {
   auto path = std::make_shared<std::string>();
   auto* command = add_command(program, "compensate",
-                              "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like \"A,B,C,bias\", writes the compensated bias.",
+                              "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
+                              "\"A,B,C,bias\", writes the compensated bias.",
                               "gyrotherm compensate model.json < rows.csv");
   command->add_option("model", *path, "the model")->required();
   set_action(command, program, [&program, path] { return compensate(program.console, *path); });

@@ -25,7 +25,8 @@ constexpr Duration kShortestGap = std::chrono::seconds(1);  ///< preparing a rig
 constexpr Kelvins kResumeBand{2};
 
 /// Ends a run as its outcome says.
-Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path, Outcome outcome) {
+Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path,
+                      Outcome outcome) {
   if (outcome == Outcome::made_safe) return failure(FaultKind::interlock, path, experiment.end_cause());
   if (auto finished = store.finish(); !finished) return finished;
   console.say(fmt::format("{}: {} s recorded", path, experiment.next_slot()));
@@ -41,18 +42,20 @@ Result<void> drive(Console& console, const Profile& profile, Experiment& experim
       return failure(FaultKind::interrupted, path,
                      fmt::format("stopped after {} s, the chamber holds its set point; \"gyrotherm resume {}\" goes on",
                                  experiment.next_slot(), path));
-    return failure(outcome.error());
+    experiment.make_safe(text(outcome.error()));
+    return failure(outcome.error().kind, path, experiment.end_cause());
   }
   return conclude(console, experiment, store, path, *outcome);
 }
 
-/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile asked). A
-/// gap was spent at the set point of the second that ended it.
+/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
+/// asked). A gap was spent at the set point of the second that ended it.
 std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
   std::vector<Celsius> points;
   for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
     const auto read_back = record.chamber_set_point_c[i];
-    points.resize(static_cast<std::size_t>(record.slot[i] + 1), {std::isnan(read_back) ? record.set_point_c[i] : read_back});
+    points.resize(static_cast<std::size_t>(record.slot[i] + 1),
+                  {std::isnan(read_back) ? record.set_point_c[i] : read_back});
   }
   return points;
 }
@@ -67,20 +70,23 @@ Duration time_since_last(const Record& record) {
 struct Continuation {
   RigFile rig;
   Profile profile;
-  State state;                    ///< of the first second after the gap
-  std::int64_t last_slot{};       ///< that has a sample; −1: none
-  std::int64_t recorded{};        ///< the last that has a sample or lies in a gap; −1: none
+  State state;               ///< of the first second after the gap
+  std::int64_t last_slot{};  ///< that has a sample; −1: none
+  std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
   Celsius last_air{NAN};
+  bool made_safe{};  ///< an interlock ended it
   Duration gap{};
   RigStart start;
 };
 
-/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones, the gap.
+/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
+/// the gap.
 std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
   if (on.last_slot < 0) return {};
   auto points = set_points_of(record, on.last_slot);
   points.insert(points.begin(), record.set_point_c.empty() ? Celsius{} : Celsius{record.set_point_c.front()});
-  points.resize(points.size() + static_cast<std::size_t>(on.gap / std::chrono::seconds(1)) - 1, command(on.profile, on.state));
+  points.resize(points.size() + static_cast<std::size_t>(on.gap / std::chrono::seconds(1)) - 1,
+                command(on.profile, on.state));
   return points;
 }
 
@@ -97,6 +103,7 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
   Continuation on{.rig = std::move(*rig), .profile = std::move(*profile), .state = {}, .start = {}};
   on.last_slot = record->slot.empty() ? -1 : record->slot.back();
   on.recorded = record->gaps.empty() ? on.last_slot : std::max(on.last_slot, record->gaps.back().last);
+  on.made_safe = !record->events.empty() && record->events.back().event.kind == EventKind::interlock;
   on.state = begin(on.profile);
   if (on.last_slot >= 0) {
     const auto last = state_of(on.profile, record->progress.back());
@@ -120,8 +127,10 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
 Result<void> allow(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
   if (accepted || on.last_slot < 0) return {};
   const auto refuse = [&](std::string why) {
-    return failure(FaultKind::interrupted, path, std::move(why) + "; look at the chamber, then \"gyrotherm resume --accept\"");
+    return failure(FaultKind::interrupted, path,
+                   std::move(why) + "; look at the chamber, then \"gyrotherm resume --accept\"");
   };
+  if (on.made_safe) return refuse("an interlock ended this run");
   if (on.gap > kLongestUnattendedGap)
     return refuse(fmt::format("down for {}, longer than {}", spoken(on.gap), spoken(kLongestUnattendedGap)));
   if (!std::isnan(on.last_air.value) && abs(now.air - on.last_air) > kResumeBand)
@@ -148,7 +157,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
                        const std::string& path) {
   std::optional<OneCore> one_core;
   if (file.simulated) one_core.emplace();
-  if (std::error_code error; std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
+  if (std::error_code error;
+      std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
   auto rig = Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());

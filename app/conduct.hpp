@@ -14,18 +14,19 @@ namespace gyrotherm {
 /// Reads a profile and checks it against what the rig's chamber can do.
 [[nodiscard]] Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits);
 
-/// Records a new run into `path`. Fails with interrupted (the record is kept; resume goes on), interlock, an instrument's fault
-/// at the start, or storage.
+/// Records a new run into `path`. Fails with interrupted (the record is kept; resume goes on), interlock, an
+/// instrument's fault at the start, or storage.
 [[nodiscard]] Result<void> start_run(Console& console, const Profile& profile, const RigFile& rig, std::uint64_t seed,
                                      const std::string& path);
 
 struct ResumeOptions {
-  bool accept = false;                            ///< the operator allows what the resume rule leaves to people
-  Duration gap = std::chrono::seconds(30);        ///< virtual rig: how long it was down
+  bool accept = false;                      ///< the operator allows what the resume rule leaves to people
+  Duration gap = std::chrono::seconds(30);  ///< virtual rig: how long it was down
 };
 
 /// Goes on with an unfinished run: the same segment, no soak shortened, the gap in the record.
-/// Down for at most 120 s and the air within 2 K of where it was: goes on by itself; otherwise fails with interrupted unless accepted.
+/// Down for at most 120 s, the air within 2 K of where it was, and not ended by an interlock: goes on by itself;
+/// otherwise fails with interrupted unless accepted.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
 }  // namespace gyrotherm

@@ -27,7 +27,8 @@ class Console {
   /// A fault, on stderr, whole even with --quiet.
   void complain(const Fault& fault);
 
-  /// Shows a stage, its percentage and the time left: on a terminal one moving line, elsewhere a plain line now and then.
+  /// Shows a stage, its percentage and the time left: on a terminal one moving line, elsewhere a plain line now and
+  /// then.
   void progress(std::string_view stage, double fraction);
   /// The same as a sink that also asks for a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();

@@ -32,7 +32,8 @@ Result<void> sync(Console& console, Store& store) {
 }
 
 Result<Outcome> stopped(Console& console, Store& store, const Instant& now) {
-  if (auto noted = store.append_event({now, EventKind::interrupted, "stopped by a signal"}); !noted) return failure(noted.error());
+  if (auto noted = store.append_event({now, EventKind::interrupted, "stopped by a signal"}); !noted)
+    return failure(noted.error());
   if (auto synced = sync(console, store); !synced) return failure(synced.error());
   return failure(FaultKind::interrupted, "", "stopped");
 }
@@ -97,7 +98,8 @@ class RealTime {
 
 }  // namespace
 
-Result<Outcome> drive_virtual(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store) {
+Result<Outcome> drive_virtual(Console& console, const Profile& profile, Experiment& experiment, Rig& rig,
+                              Store& store) {
   auto last_sync = steady_clock::now();
   for (;;) {
     rig.let_pass(1);

@@ -11,9 +11,12 @@
 namespace gyrotherm {
 
 /// Ticks as fast as the machine allows; syncs at least once a second of wall time. Fails with interrupted or storage.
-[[nodiscard]] Result<Outcome> drive_virtual(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store);
+[[nodiscard]] Result<Outcome> drive_virtual(Console& console, const Profile& profile, Experiment& experiment, Rig& rig,
+                                            Store& store);
 
-/// Ticks on the whole seconds of the rig's clock, and syncs each. A late tick is a recorded gap; the grid does not drift.
-[[nodiscard]] Result<Outcome> drive_real(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store);
+/// Ticks on the whole seconds of the rig's clock, and syncs each. A late tick is a recorded gap; the grid does not
+/// drift.
+[[nodiscard]] Result<Outcome> drive_real(Console& console, const Profile& profile, Experiment& experiment, Rig& rig,
+                                         Store& store);
 
 }  // namespace gyrotherm

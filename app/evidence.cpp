@@ -27,7 +27,8 @@ Result<Evidence> load_evidence(const std::string& path, const std::optional<Clus
   if (!clusters) return failure(clusters.error());
   if (range) {
     if (range->end > clusters->start_s.size())
-      return failure(FaultKind::usage, path, fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), range->end));
+      return failure(FaultKind::usage, path,
+                     fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), range->end));
     std::vector<Eigen::Index> rows(static_cast<std::size_t>(range->end - range->first));
     std::iota(rows.begin(), rows.end(), range->first);
     *clusters = pick(*clusters, rows);

@@ -25,7 +25,8 @@ struct ClusterRange {
 /// "0:14" → the clusters 0 … 13. Fails with usage.
 [[nodiscard]] Result<ClusterRange> parse_cluster_range(const std::string& text);
 
-/// With a range, only those clusters. Fails like load_dataset and make_clusters, or with usage if the record has not that many.
+/// With a range, only those clusters. Fails like load_dataset and make_clusters, or with usage if the record has not
+/// that many.
 [[nodiscard]] Result<Evidence> load_evidence(const std::string& path, const std::optional<ClusterRange>& range = {});
 
 /// Fails with bad_file.

@@ -16,9 +16,11 @@ Result<Exit> import(Console& console, const Options& options) {
   const auto summary = import_record(options.table, options.map, options.out, GYROTHERM_VERSION);
   if (!summary) return failure(summary.error());
   if (console.json)
-    console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows, to_seconds(summary->span), summary->silences));
+    console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows,
+                             to_seconds(summary->span), summary->silences));
   else
-    console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span), summary->silences));
+    console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
+                            summary->silences));
   return Exit::done;
 }
 

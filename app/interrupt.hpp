@@ -1,9 +1,9 @@
-/// Ctrl-C and SIGTERM ask for a clean stop; nothing is done in the signal handler itself.
+/// Ctrl-C, SIGTERM and a lost terminal (SIGHUP) ask for a clean stop; nothing is done in the signal handler itself.
 #pragma once
 
 namespace gyrotherm {
 
-/// Takes SIGINT and SIGTERM over, and ignores SIGPIPE. Once, at the start of the program.
+/// Takes SIGINT, SIGTERM and SIGHUP over, and ignores SIGPIPE. Once, at the start of the program.
 void watch_for_interrupts();
 
 /// True from the first such signal on.

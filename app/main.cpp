@@ -53,7 +53,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
     fmt::print(stderr, "gyrotherm: {}\n", error.what());
-    if (const auto word = suggestion(program.cli, argc, argv); !word.empty()) fmt::print(stderr, "Did you mean \"{}\"?\n", word);
+    if (const auto word = suggestion(program.cli, argc, argv); !word.empty())
+      fmt::print(stderr, "Did you mean \"{}\"?\n", word);
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
   }

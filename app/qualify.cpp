@@ -31,8 +31,9 @@ using Run = QualificationRun;
 
 /// True if the record at `path` is (part of) this very experiment.
 bool belongs(const RunInfo& info, const Profile& profile, const RigFile& rig, std::uint64_t seed) {
-  return info.profile_text == profile.text && info.rig_text == rig.text && info.chamber_map_text == rig.chamber_map.text &&
-         info.program_version == GYROTHERM_VERSION && (!rig.simulated || info.seed == seed);
+  return info.profile_text == profile.text && info.rig_text == rig.text &&
+         info.chamber_map_text == rig.chamber_map.text && info.program_version == GYROTHERM_VERSION &&
+         (!rig.simulated || info.seed == seed);
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
@@ -41,7 +42,8 @@ Result<void> record(Console& console, const Run& run, const RigFile& rig, std::u
   const auto before = read_record(run.path);
   if (!before) return failure(before.error());
   if (!belongs(before->info, run.profile, rig, seed))
-    return failure(FaultKind::usage, run.path, "is of another experiment (profile, rig, seed or program differ); choose another --out");
+    return failure(FaultKind::usage, run.path,
+                   "is of another experiment (profile, rig, seed or program differ); choose another --out");
   if (!before->finished) return resume_run(console, run.path, {});
   console.say(fmt::format("{}: already recorded", run.path));
   return {};
@@ -57,9 +59,10 @@ Result<void> load(Run& run) {
   return {};
 }
 
-Result<TrainedModel> train_model(Console& console, const Options& options, const std::string& inputs, const std::string& method,
-                                 const Run& rate, const Run& random) {
-  TrainingOptions training{.inputs = inputs, .method = method, .quick = options.quick, .tuning = {}, .program_version = GYROTHERM_VERSION};
+Result<TrainedModel> train_model(Console& console, const Options& options, const std::string& inputs,
+                                 const std::string& method, const Run& rate, const Run& random) {
+  TrainingOptions training{
+      .inputs = inputs, .method = method, .quick = options.quick, .tuning = {}, .program_version = GYROTHERM_VERSION};
   training.tuning.swarm.seed = options.seed;
   training.tuning.swarm.threads = options.threads;
   const auto sink = [&console, &inputs](std::string_view, double fraction) {
@@ -74,12 +77,14 @@ Result<TrainedModel> train_model(Console& console, const Options& options, const
   return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random)};
 }
 
-Result<std::vector<TrainedModel>> train_models(Console& console, const Options& options, const Run& rate, const Run& random) {
+Result<std::vector<TrainedModel>> train_models(Console& console, const Options& options, const Run& rate,
+                                               const Run& random) {
   std::vector<TrainedModel> models;
   for (const auto* inputs : {"three-point", "multi-point", "multi-point-t"}) {
     auto model = train_model(console, options, inputs, "svr", rate, random);
     if (!model) return failure(model.error());
-    if (auto written = replace_text_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model)); !written)
+    if (auto written = replace_text_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model));
+        !written)
       return failure(written.error());
     models.push_back(std::move(*model));
   }
@@ -87,7 +92,8 @@ Result<std::vector<TrainedModel>> train_models(Console& console, const Options& 
 }
 
 /// The same inputs by linear regression: what the support vectors are worth.
-Result<std::vector<TrainedModel>> train_compared(Console& console, const Options& options, const Run& rate, const Run& random) {
+Result<std::vector<TrainedModel>> train_compared(Console& console, const Options& options, const Run& rate,
+                                                 const Run& random) {
   std::vector<TrainedModel> compared;
   for (const auto* inputs : {"three-point", "multi-point", "multi-point-t", "seven-point"}) {
     auto model = train_model(console, options, inputs, "linear", rate, random);
@@ -100,15 +106,23 @@ Result<std::vector<TrainedModel>> train_compared(Console& console, const Options
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
   auto read = read_profile(profile, rig.chamber_limits);
   if (!read) return failure(read.error());
-  return Run{.stage = stage, .path = fmt::format("{}/{}.db", out, stage), .profile = std::move(*read), .evidence = {}, .sha256 = {}};
+  return Run{.stage = stage,
+             .path = fmt::format("{}/{}.db", out, stage),
+             .profile = std::move(*read),
+             .evidence = {},
+             .sha256 = {}};
 }
 
 Result<Exit> qualify(Console& console, const Options& options) {
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
-  auto rate = plan_run("rate", options.rate_profile.empty() ? shipped("profiles/qualification.toml") : options.rate_profile, *rig, options.out);
+  auto rate =
+      plan_run("rate", options.rate_profile.empty() ? shipped("profiles/qualification.toml") : options.rate_profile,
+               *rig, options.out);
   if (!rate) return failure(rate.error());
-  auto random = plan_run("random", options.random_profile.empty() ? shipped("profiles/random.toml") : options.random_profile, *rig, options.out);
+  auto random =
+      plan_run("random", options.random_profile.empty() ? shipped("profiles/random.toml") : options.random_profile,
+               *rig, options.out);
   if (!random) return failure(random.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -130,13 +144,15 @@ Result<Exit> qualify(Console& console, const Options& options) {
   auto compared = train_compared(console, options, *rate, *random);
   if (!compared) return failure(compared.error());
   timings.begin("report");
-  const Qualification all{.rig = *rig, .seed = options.seed, .rate = *rate, .random = *random, .models = *models, .compared = *compared};
+  const Qualification all{
+      .rig = *rig, .seed = options.seed, .rate = *rate, .random = *random, .models = *models, .compared = *compared};
   const auto report = assemble_report(all);
   if (!report) return failure(report.error());
   const auto folder = options.out + "/report";
   if (auto written = write_report(report->json, folder); !written) return failure(written.error());
   timings.end();
-  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written) return failure(written.error());
+  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
+    return failure(written.error());
   console.data(console.json ? report->json : result_table(all));
   console.say(timings.words() + folder + "/report.html");
   for (const auto& missed : report->missed) console.say("FAIL: " + missed);
@@ -147,11 +163,14 @@ Result<Exit> qualify(Console& console, const Options& options) {
 
 void add_qualify(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "qualify", "The whole experiment: the rate program, the random program, three models, the report. Run again, it goes on where it was.",
+  auto* command = add_command(program, "qualify",
+                              "The whole experiment: the rate program, the random program, three models, the report. "
+                              "Run again, it goes on where it was.",
                               "gyrotherm qualify --out out");
   command->add_option("--out", options->out, "the folder for everything that is made")->required();
   command->add_option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
-  command->add_option("--seed", options->seed, "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file");
+  command->add_option("--seed", options->seed,
+                      "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file");
   command->add_option("--threads", options->threads, "of the training; 0: all; the result is the same");
   command->add_flag("--quick", options->quick, "a small swarm, for a try; the report says so");
   command->add_option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");

@@ -13,7 +13,8 @@
 namespace gyrotherm {
 namespace {
 
-ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel>& models, Verification TrainedModel::*on) {
+ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel>& models,
+                     Verification TrainedModel::*on) {
   return {.dataset = run.evidence.dataset,
           .clusters = run.evidence.clusters,
           .three_point = models[0].*on,
@@ -54,7 +55,8 @@ Result<std::vector<AcceptedLimit>> judge_limits(const std::string& report_text, 
     for (const auto& [key, at_most] : run->profile.accept) {
       const auto* found = figure(report, key);
       if (!found)
-        return failure(FaultKind::bad_file, run->profile.name, fmt::format("[accept] names \"{}\", which is no figure of the report", key));
+        return failure(FaultKind::bad_file, run->profile.name,
+                       fmt::format("[accept] names \"{}\", which is no figure of the report", key));
       const double value = found->get<double>();
       verdicts.push_back({.figure = key, .limit = at_most, .value = value, .passed = value <= at_most});
     }
@@ -85,12 +87,14 @@ Result<AssembledReport> assemble_report(const Qualification& all) {
   input.accept = std::move(*verdicts);
   AssembledReport report{.json = report_json(input), .missed = {}};
   for (const auto& verdict : input.accept)
-    if (!verdict.passed) report.missed.push_back(fmt::format("{} is {:.5g}, limit {:.5g}", verdict.figure, verdict.value, verdict.limit));
+    if (!verdict.passed)
+      report.missed.push_back(fmt::format("{} is {:.5g}, limit {:.5g}", verdict.figure, verdict.value, verdict.limit));
   return report;
 }
 
 std::string result_table(const Qualification& all) {
-  const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle, const std::string& random) {
+  const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
+                      const std::string& random) {
     return fmt::format("{:<16} {:>14} {:>14} {:>16}\n", what, rate, cycle, random);
   };
   const auto number = [](double std) { return fmt::format("{:.5f}", std); };
@@ -101,7 +105,8 @@ std::string result_table(const Qualification& all) {
   text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)");
   text += row("raw", number(all.models[0].rate.raw.std), "", number(all.models[0].random.raw.std));
   for (const auto& [model, rate, random] : all.models)
-    text += row(model.inputs, number(rate.compensated.std), number(model.leave_cycle_out.std), number(random.compensated.std));
+    text += row(model.inputs, number(rate.compensated.std), number(model.leave_cycle_out.std),
+                number(random.compensated.std));
   return text + row("noise floor", floor(all.rate), "", floor(all.random));
 }
 

@@ -5,7 +5,8 @@ namespace gyrotherm {
 
 void add_report(Program& program) {
   auto folder = std::make_shared<std::string>();
-  auto* command = add_command(program, "report", "Rebuilds the report from what qualify left in a folder.", "gyrotherm report out");
+  auto* command =
+      add_command(program, "report", "Rebuilds the report from what qualify left in a folder.", "gyrotherm report out");
   command->add_option("dir", *folder, "the folder that qualify wrote")->required();
   set_action(command, program, [&program, folder]() -> Result<Exit> {
     const auto report = *folder + "/report";

@@ -16,7 +16,8 @@ struct Options {
 Result<Exit> resume(Console& console, const Options& options) {
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
-  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran) return failure(ran.error());
+  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
+    return failure(ran.error());
   return Exit::done;
 }
 
@@ -24,7 +25,8 @@ Result<Exit> resume(Console& console, const Options& options) {
 
 void add_resume(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.", "gyrotherm resume random.db");
+  auto* command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+                              "gyrotherm resume random.db");
   command->add_option("run", options->run, "the record")->required();
   command->add_flag("--accept", options->accept, "the operator has looked at the chamber and allows the run to go on");
   command->add_option("--gap", options->gap, "on a virtual rig: how long it was down (default: 30 s)");

@@ -38,7 +38,8 @@ void print_addresses(Console& console, const RigFile& rig, const VirtualInstrume
     text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"tcp://127.0.0.1:{}\"}}\n", what, port)
                          : fmt::format("{:<14} tcp://127.0.0.1:{}  {}\n", what, port, how);
   };
-  line("chamber", instruments.chamber_port(), fmt::format("Modbus TCP, unit {}, {}", rig.chamber_map.unit, rig.chamber_map.name));
+  line("chamber", instruments.chamber_port(),
+       fmt::format("Modbus TCP, unit {}, {}", rig.chamber_map.unit, rig.chamber_map.name));
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     line(fmt::format("thermometer {}", i + 1), instruments.thermometer_port(i),
          fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " ")));
@@ -72,7 +73,9 @@ void let_time_pass(VirtualInstruments& instruments, double pace) {
 
 Result<Exit> simulate(Console& console, const Options& options) {
   const auto pace = pace_of(options.pace);
-  if (!pace) return failure(FaultKind::usage, "--pace", fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
+  if (!pace)
+    return failure(FaultKind::usage, "--pace",
+                   fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
   auto instruments = serve_virtual(*rig, options.seed, options.port);
@@ -87,8 +90,9 @@ Result<Exit> simulate(Console& console, const Options& options) {
 
 void add_simulate(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
-                              "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10");
+  auto* command =
+      add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
+                  "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10");
   command->add_option("--rig", options->rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
   command->add_option("--pace", options->pace, "real, max, or x10 for ten times real time");
   command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file");

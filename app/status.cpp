@@ -7,16 +7,23 @@
 namespace gyrotherm {
 namespace {
 
-std::string degrees(const std::optional<Celsius>& value) { return value ? fmt::format("{:.2f} °C", value->value) : "unknown"; }
+std::string degrees(const std::optional<Celsius>& value) {
+  return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
+}
 
 std::string words(const RunStatus& status) {
-  const char* standing = status.finished ? "finished" : status.being_written ? "running" : "not finished; resume goes on";
+  const char* standing = status.finished        ? "finished"
+                         : status.being_written ? "running"
+                                                : "not finished; resume goes on";
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing);
-  text += fmt::format("  {} s recorded, {} acknowledged, {} faulty readings\n", status.slot + 1, status.acknowledged + 1, status.faults);
+  text += fmt::format("  {} s recorded, {} acknowledged, {} faulty readings\n", status.slot + 1,
+                      status.acknowledged + 1, status.faults);
   if (status.segment_count > 0)
-    text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment, name(status.phase));
+    text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
+                        name(status.phase));
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
-  for (const auto& thermometer : status.thermometers) text += fmt::format(" {} {}", thermometer.channel, degrees(thermometer.reading));
+  for (const auto& thermometer : status.thermometers)
+    text += fmt::format(" {} {}", thermometer.channel, degrees(thermometer.reading));
   return text + "\n";
 }
 
@@ -31,7 +38,8 @@ Result<Exit> show(Console& console, const std::string& path) {
 
 void add_status(Program& program) {
   auto path = std::make_shared<std::string>();
-  auto* command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.", "gyrotherm status random.db");
+  auto* command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
+                              "gyrotherm status random.db");
   command->add_option("run", *path, "the record")->required();
   set_action(command, program, [&program, path] { return show(program.console, *path); });
 }

@@ -24,7 +24,8 @@ void Timings::begin(std::string stage) {
 }
 
 void Timings::end() {
-  if (running_) stages_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  if (running_)
+    stages_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
   running_ = false;
 }
 

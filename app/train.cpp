@@ -1,7 +1,6 @@
-#include "analysis/training.hpp"
-
 #include <fmt/format.h>
 
+#include "analysis/training.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "core/text_file.hpp"
@@ -16,19 +15,22 @@ struct Options {
 };
 
 std::string figures(const Figures& f) {
-  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse, f.max_abs, f.count);
+  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse,
+                     f.max_abs, f.count);
 }
 
 std::string words(const Model& model) {
   std::string text;
-  for (const auto& run : model.trained_on) text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
+  for (const auto& run : model.trained_on)
+    text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (const auto* linear = std::get_if<LinearModel>(&model.function))
     text += fmt::format("  residual std (n − p): {:.3f} °/h\n", linear->residual_std_deg_per_h);
   if (const auto* svr = std::get_if<SvrModel>(&model.function))
-    text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n", svr->parameters.C,
-                        svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(), svr->relative_gap);
+    text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
+                        svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
+                        svr->relative_gap);
   text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";

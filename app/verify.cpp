@@ -1,9 +1,8 @@
-#include "analysis/verification.hpp"
-
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/verification.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 
@@ -17,21 +16,27 @@ struct Options {
 
 std::string row(std::string_view what, const Figures& f) {
   return f.count == 0 ? std::string()
-                      : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7}\n", what, f.std, f.mean, f.rmse, f.max_abs, f.count);
+                      : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7}\n", what, f.std, f.mean, f.rmse,
+                                    f.max_abs, f.count);
 }
 
 std::string words(const std::string& run, const Verification& v) {
-  std::string text = fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>7}\n", v.simulated ? "SIMULATED " : "", run, "°/h", "std", "mean",
-                                 "rmse", "max", "n");
-  text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) + row("  holds", v.holds) +
-          row("  10 min after corners", v.corners);
-  text += fmt::format("  noise floor of the record: {:.5f} °/h ({} differences)\n", v.floor.deg_per_h, v.floor.differences);
+  std::string text = fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>7}\n", v.simulated ? "SIMULATED " : "", run,
+                                 "°/h", "std", "mean", "rmse", "max", "n");
+  text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
+          row("  holds", v.holds) + row("  10 min after corners", v.corners);
+  text +=
+      fmt::format("  noise floor of the record: {:.5f} °/h ({} differences)\n", v.floor.deg_per_h, v.floor.differences);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
 
 nlohmann::ordered_json json_of(const Figures& f) {
-  return {{"std_deg_per_h", f.std}, {"mean_deg_per_h", f.mean}, {"rmse_deg_per_h", f.rmse}, {"max_abs_deg_per_h", f.max_abs}, {"count", f.count}};
+  return {{"std_deg_per_h", f.std},
+          {"mean_deg_per_h", f.mean},
+          {"rmse_deg_per_h", f.rmse},
+          {"max_abs_deg_per_h", f.max_abs},
+          {"count", f.count}};
 }
 
 std::string json(const std::string& run, const Verification& v) {

@@ -20,8 +20,6 @@ const char* name(FaultKind kind) {
   return "unknown";
 }
 
-std::string text(const Fault& fault) {
-  return fault.where.empty() ? fault.what : fault.where + ": " + fault.what;
-}
+std::string text(const Fault& fault) { return fault.where.empty() ? fault.what : fault.where + ": " + fault.what; }
 
 }  // namespace gyrotherm

@@ -18,7 +18,6 @@ const char* name(EventKind kind) {
     case EventKind::started: return "started";
     case EventKind::resumed: return "resumed";
     case EventKind::segment: return "segment";
-    case EventKind::command: return "command";
     case EventKind::fault: return "fault";
     case EventKind::recovered: return "recovered";
     case EventKind::interlock: return "interlock";

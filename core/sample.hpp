@@ -34,12 +34,12 @@ struct ChamberState {
 /// Where the profile stands; enough, with the profile, to go on from here.
 enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
 struct Progress {
-  int segment{};            ///< index into the expanded profile
-  int cycle{-1};            ///< index of the cycle the segment belongs to, or -1
-  Phase phase{};            ///< what the segment is doing
-  Duration in_segment{};    ///< time spent in the segment so far
-  Duration soaked{};        ///< of it, inside the soak band
-  Celsius set_point;        ///< what the profile asks of the chamber now
+  int segment{};          ///< index into the expanded profile
+  int cycle{-1};          ///< index of the cycle the segment belongs to, or -1
+  Phase phase{};          ///< what the segment is doing
+  Duration in_segment{};  ///< time spent in the segment so far
+  Duration soaked{};      ///< of it, inside the soak band
+  Celsius set_point;      ///< what the profile asks of the chamber now
   auto operator<=>(const Progress&) const = default;
 };
 
@@ -53,7 +53,7 @@ struct Sample {
   Progress progress;
 };
 
-enum class EventKind { started, resumed, segment, command, fault, recovered, interlock, note, interrupted, finished };
+enum class EventKind { started, resumed, segment, fault, recovered, interlock, note, interrupted, finished };
 struct Event {
   Instant at;
   EventKind kind{};

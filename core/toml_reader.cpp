@@ -1,6 +1,7 @@
 #include "core/toml_reader.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@
 #include <optional>
 #include <set>
 #include <span>
-#include <toml++/toml.h>
 
 #include "core/nearest.hpp"
 
@@ -81,7 +81,8 @@ Result<Duration> parse_duration(std::string_view whole) {
   bool any = false;
   while (!rest.empty()) {
     const auto q = take_quantity(rest);
-    const auto* unit = q ? std::find_if(kUnits.begin(), kUnits.end(), [&](auto& u) { return u.first == q->unit; }) : kUnits.end();
+    const auto* unit =
+        q ? std::find_if(kUnits.begin(), kUnits.end(), [&](auto& u) { return u.first == q->unit; }) : kUnits.end();
     if (unit == kUnits.end() || q->value < 0) {
       any = false;
       break;
@@ -90,7 +91,8 @@ Result<Duration> parse_duration(std::string_view whole) {
     any = true;
   }
   if (!any || seconds > 1e8)
-    return failure(FaultKind::bad_file, "", fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
+    return failure(FaultKind::bad_file, "",
+                   fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
   return from_seconds(seconds);
 }
 
@@ -250,7 +252,8 @@ std::string TomlTable::text(std::string_view key, std::string fallback) const {
   return read(*this, ask(key).table, key, &fallback, kExpectText, as_text);
 }
 
-std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed, std::string fallback) const {
+std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed,
+                              std::string fallback) const {
   const auto value = fallback.empty() ? text(key) : text(key, std::move(fallback));
   if (value.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   const auto near = nearest(value, allowed);
@@ -280,7 +283,8 @@ Kelvins TomlTable::kelvins(std::string_view key, Kelvins fallback) const {
   return read(*this, ask(key).table, key, &fallback, kExpectKelvins, as_quantity<Kelvins>(kKelvins));
 }
 CelsiusPerMinute TomlTable::rate(std::string_view key) const {
-  return read<CelsiusPerMinute>(*this, ask(key).table, key, nullptr, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read<CelsiusPerMinute>(*this, ask(key).table, key, nullptr, kExpectRate,
+                                as_quantity<CelsiusPerMinute>(kRates));
 }
 CelsiusPerMinute TomlTable::rate(std::string_view key, CelsiusPerMinute fallback) const {
   return read(*this, ask(key).table, key, &fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
@@ -362,8 +366,9 @@ Result<void> TomlTable::verdict() const {
     for (const auto& [key, value] : *node->table) {
       if (node->asked.contains(key.str())) continue;
       const auto near = nearest(key.str(), std::vector<std::string>(node->asked.begin(), node->asked.end()));
-      mistakes.push_back({key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(),
-                                                          near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near))});
+      mistakes.push_back(
+          {key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(),
+                                           near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near))});
     }
   }
   if (mistakes.empty()) return {};

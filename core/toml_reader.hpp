@@ -13,9 +13,9 @@
 
 namespace gyrotherm {
 
-/// One table of a TOML file. A getter that finds a missing key, a wrong type or a wrong unit notes the mistake and returns a
-/// neutral value, so that a parser reads straight on and asks `verdict()` once at its end. Keys never asked for are mistakes
-/// too ("unknown key, did you mean …"). Copies share one list of mistakes.
+/// One table of a TOML file. A getter that finds a missing key, a wrong type or a wrong unit notes the mistake and
+/// returns a neutral value, so that a parser reads straight on and asks `verdict()` once at its end. Keys never asked
+/// for are mistakes too ("unknown key, did you mean …"). Copies share one list of mistakes.
 class TomlTable {
  public:
   /// Parses a whole file's text. `file` is what places are reported under. Fails with bad_file on a syntax error.
@@ -32,7 +32,8 @@ class TomlTable {
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key, std::string fallback) const;
   /// A text that must be one of `allowed`; the nearest one is suggested.
-  [[nodiscard]] std::string choice(std::string_view key, const std::vector<std::string>& allowed, std::string fallback = "") const;
+  [[nodiscard]] std::string choice(std::string_view key, const std::vector<std::string>& allowed,
+                                   std::string fallback = "") const;
 
   /// A text that must be exactly this one: a file's schema.
   void expect(std::string_view key, std::string_view value) const;
@@ -57,16 +58,16 @@ class TomlTable {
 
   [[nodiscard]] TomlTable table(std::string_view key) const;                ///< empty if absent
   [[nodiscard]] std::vector<TomlTable> tables(std::string_view key) const;  ///< [[key]], empty if absent
-  [[nodiscard]] std::vector<std::string> keys() const;                      ///< every key of this table, in order of the file
-  void ignore(std::string_view key) const;                                  ///< someone else reads it
+  [[nodiscard]] std::vector<std::string> keys() const;  ///< every key of this table, in order of the file
+  void ignore(std::string_view key) const;              ///< someone else reads it
 
   /// "file:line:column" of a key, or of this table if the key is absent (or empty).
   [[nodiscard]] std::string place(std::string_view key = {}) const;
   /// Notes a mistake of the parser's own finding at a key; the same one again is not noted twice.
   void mistake(std::string_view key, std::string what) const;
 
-  /// Fails with bad_file if any table of the file has a mistake: the first in `where`, all of them in `what`, one a line
-  /// (each further line is a whole "file:line:column: what, what was expected").
+  /// Fails with bad_file if any table of the file has a mistake: the first in `where`, all of them in `what`, one a
+  /// line (each further line is a whole "file:line:column: what, what was expected").
   [[nodiscard]] Result<void> verdict() const;
 
  private:

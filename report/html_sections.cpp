@@ -45,7 +45,8 @@ std::string key_figures(const RunView& run) {
          key_figure("multi-point", residual.multi_point.all.std) +
          key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
          key_figure("noise floor of the record", run.noise_floor_deg_per_h) + "</div>\n" +
-         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", escaped(run.profile), standing(run));
+         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", escaped(run.profile),
+                     standing(run));
 }
 
 std::string summary_words(const ReportView& view) {

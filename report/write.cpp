@@ -27,7 +27,8 @@ Result<void> write_views(const std::string& report_json_text, const fs::path& fo
   const auto figures = all_figures(*view);
   if (auto made = make_folder(folder / "figures"); !made) return made;
   for (const ReportFigure& figure : figures) {
-    if (auto written = replace_text_file((folder / "figures" / (figure.id + ".svg")).string(), figure.svg); !written) return written;
+    if (auto written = replace_text_file((folder / "figures" / (figure.id + ".svg")).string(), figure.svg); !written)
+      return written;
   }
   return replace_text_file((folder / "report.html").string(), html_of(*view, figures));
 }

@@ -28,12 +28,10 @@ std::string describe(const Profile& profile, const Progress& progress) {
 
 }  // namespace
 
-Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot,
-                       Watcher watcher)
+Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot)
     : profile_(profile),
       rig_(rig),
       store_(store),
-      watcher_(std::move(watcher)),
       state_(std::move(state)),
       next_slot_(first_slot),
       acknowledged_(command(profile, state_)) {}
@@ -82,13 +80,14 @@ void Experiment::make_safe(const std::string& cause) {
   Result<void> sent;
   for (int i = 0; i < kSafeTries; ++i)
     if (sent = rig_.sampler().command(safe); sent) break;
-  end_cause_ = sent ? fmt::format("{}; the chamber was sent to {:g} °C", cause, safe.value)
-                    : fmt::format("{}; the chamber could NOT be sent to {:g} °C ({})", cause, safe.value,
-                                  text(sent.error()));
+  end_cause_ =
+      sent ? fmt::format("{}; the chamber was sent to {:g} °C", cause, safe.value)
+           : fmt::format("{}; the chamber could NOT be sent to {:g} °C ({})", cause, safe.value, text(sent.error()));
   note(EventKind::interlock, end_cause_);
 }
 
 Result<Outcome> Experiment::tick(std::int64_t slot) {
+  const auto elapsed = kTick * (slot + 1 - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
   catch_up(slot);
   auto sample = rig_.sampler().read(slot, rig_.clock());
@@ -96,7 +95,7 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   if (sample.chamber.value) air_ = sample.chamber.value->air;
   note_changes(sample);
 
-  const auto judgement = judge(rig_.file().limits, memory_, sample, kTick);
+  const auto judgement = judge(rig_.file().limits, memory_, sample, elapsed);
   memory_ = judgement.memory;
   if (judgement.verdict.reaction != std::exchange(reaction_, judgement.verdict.reaction))
     note(reaction_ == Reaction::go_on ? EventKind::recovered : EventKind::interlock,
@@ -112,7 +111,6 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
   events_.clear();
   next_slot_ = slot + 1;
-  if (watcher_) watcher_(sample);
   if (reaction_ == Reaction::abort) return Outcome::made_safe;
   return complete ? Outcome::complete : Outcome::going_on;
 }

@@ -1,7 +1,6 @@
-/// One run of a profile on a rig: the tick, once a second (house: read, step the profile, judge, command, store, publish).
+/// One run of a profile on a rig: the tick, once a second: read, step the profile, judge, command, store.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,17 +17,18 @@ namespace gyrotherm {
 
 enum class Outcome { going_on, complete, made_safe };
 
-/// Told of every second; must return at once.
-using Watcher = std::function<void(const Sample&)>;
-
 class Experiment {
  public:
-  /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot `first_slot`.
-  Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot, Watcher watcher = {});
+  /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot
+  /// `first_slot`.
+  Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot);
 
   /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap.
   /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them.
   [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
+
+  /// Sends the chamber to the rig's safe set point, and says in end_cause() whether it took it.
+  void make_safe(const std::string& cause);
 
   /// Puts an event into the record with the next tick.
   void note(EventKind kind, std::string text);
@@ -42,13 +42,11 @@ class Experiment {
   void catch_up(std::int64_t slot);
   void note_changes(const Sample& sample);
   void send_set_point();
-  void make_safe(const std::string& cause);
   Result<void> record_gap(std::int64_t slot);
 
   const Profile& profile_;
   Rig& rig_;
   Store& store_;
-  Watcher watcher_;
   State state_;
   std::int64_t next_slot_;
   InterlockMemory memory_;
@@ -56,8 +54,8 @@ class Experiment {
   std::optional<Celsius> air_;           ///< last known
   std::optional<Celsius> acknowledged_;  ///< what the chamber last took; nothing: unknown
   int last_segment_ = -1;
-  std::vector<bool> faulty_;             ///< per column: chamber, thermometers, gyro
-  std::vector<Event> events_;            ///< of the tick under way
+  std::vector<bool> faulty_;   ///< per column: chamber, thermometers, gyro
+  std::vector<Event> events_;  ///< of the tick under way
   std::string end_cause_;
 };
 

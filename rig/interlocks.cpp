@@ -39,14 +39,16 @@ Judgement judge(const InterlockLimits& limits, const InterlockMemory& memory, co
   const auto outside = beyond(limits, sample);
   const InterlockMemory now{
       .chamber_silent = silence(memory.chamber_silent, sample.chamber.value.has_value(), elapsed),
-      .thermometers_silent = silence(memory.thermometers_silent, any_thermometer || sample.thermometers.empty(), elapsed),
+      .thermometers_silent =
+          silence(memory.thermometers_silent, any_thermometer || sample.thermometers.empty(), elapsed),
       .gyro_silent = silence(memory.gyro_silent, sample.gyro.value.has_value(), elapsed),
       .beyond_limit = outside.empty() ? 0 : memory.beyond_limit + 1,
   };
   Verdict worst;
-  for (auto& verdict : {about("chamber", now.chamber_silent, limits.suspend_after, limits.chamber_lost),
-                        about("every thermometer", now.thermometers_silent, limits.suspend_after, limits.thermometers_lost),
-                        about("gyro", now.gyro_silent, limits.suspend_after, limits.gyro_lost)})
+  for (auto& verdict :
+       {about("chamber", now.chamber_silent, limits.suspend_after, limits.chamber_lost),
+        about("every thermometer", now.thermometers_silent, limits.suspend_after, limits.thermometers_lost),
+        about("gyro", now.gyro_silent, limits.suspend_after, limits.gyro_lost)})
     if (verdict.reaction > worst.reaction) worst = verdict;
   if (now.beyond_limit >= limits.confirming_samples) worst = {Reaction::abort, outside};
   if (sample.progress.phase == Phase::overdue)

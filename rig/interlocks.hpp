@@ -1,4 +1,5 @@
-/// The conditions under which a run may go on. Pure: limits and what was seen in, a verdict out; it outranks the profile.
+/// The conditions under which a run may go on. Pure: limits and what was seen in, a verdict out; it outranks the
+/// profile.
 #pragma once
 
 #include <string>
@@ -7,16 +8,16 @@
 
 namespace gyrotherm {
 
-/// From the rig file's [limits]. A silent instrument suspends the profile (the clock stops, recording goes on) and, when it
-/// has been silent for its limit, ends the run.
+/// From the rig file's [limits]. A silent instrument suspends the profile (the clock stops, recording goes on) and,
+/// when it has been silent for its limit, ends the run.
 struct InterlockLimits {
-  Celsius air_lowest{-60};            ///< of the chamber's own sensor
+  Celsius air_lowest{-60};  ///< of the chamber's own sensor
   Celsius air_highest{100};
-  Celsius thermometers_lowest{-60};        ///< of each thermometer on the article
+  Celsius thermometers_lowest{-60};  ///< of each thermometer on the article
   Celsius thermometers_highest{100};
-  int confirming_samples = 2;         ///< consecutive samples beyond a limit before it counts
-  Duration suspend_after = std::chrono::seconds(5);   ///< of silence
-  Duration chamber_lost = std::chrono::minutes(10);   ///< silence that ends the run
+  int confirming_samples = 2;                        ///< consecutive samples beyond a limit before it counts
+  Duration suspend_after = std::chrono::seconds(5);  ///< of silence
+  Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
 };

@@ -75,9 +75,8 @@ class AssembledRig : public Rig {
     if (permit)
       if (auto permitted = permit(*state); !permitted) return failure(permitted.error());
     // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
-    const auto moved = gyro_->open()
-                           .and_then([&] { return chamber_->head_for(first); })
-                           .and_then([&] { return chamber_->start(); });
+    const auto moved =
+        gyro_->open().and_then([&] { return chamber_->head_for(first); }).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     let_pass(1);
     if (const auto origin = take_origin(); !origin) return failure(origin.error());
@@ -106,7 +105,8 @@ class AssembledRig : public Rig {
     if (!name) return failure(name.error());
     const auto state = chamber_->read();
     if (!state) return failure(state.error());
-    return fmt::format("chamber: {}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
+    return fmt::format("chamber: {}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value,
+                       state->set_point.value);
   }
 
   Result<std::string> ask_thermometer(std::size_t index) {

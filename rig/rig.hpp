@@ -1,4 +1,5 @@
-/// A rig assembled from its file: instruments on their lines, a sampler, a clock. Virtual and real rigs differ here and nowhere else.
+/// A rig assembled from its file: instruments on their lines, a sampler, a clock. Virtual and real rigs differ here and
+/// nowhere else.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +16,17 @@
 
 namespace gyrotherm {
 
-/// The virtual instruments of a rig file, serving on loopback. Fails like parse_world and VirtualInstruments::start, and with
-/// usage if the rig is not virtual.
+/// The virtual instruments of a rig file, serving on loopback. Fails like parse_world and VirtualInstruments::start,
+/// and with usage if the rig is not virtual.
 [[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed,
                                                                         std::uint16_t first_port = 0);
 
 /// How a rig comes to its first second.
 struct RigStart {
   std::uint64_t seed{};
-  Duration already{};           ///< how long the run has lasted when its next second begins (resume)
-  std::vector<Celsius> replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
+  Duration already{};  ///< how long the run has lasted when its next second begins (resume)
+  std::vector<Celsius>
+      replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };
 
 /// Whether the chamber may be moved from where it stands; a fault is the reason why not.
@@ -36,14 +38,15 @@ class Rig {
   [[nodiscard]] static Result<std::unique_ptr<Rig>> assemble(const RigFile& file, const RigStart& start);
   virtual ~Rig() = default;
 
-  /// Asks each instrument who it is and reads it once, moving nothing: one line each, like "chamber: Virtual chamber, 20.01 °C".
-  /// A fault takes the place of an instrument that has one.
+  /// Asks each instrument who it is and reads it once, moving nothing: one line each, like "chamber: Virtual
+  /// chamber, 20.01 °C". A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
 
-  /// Asks each instrument who it is, and `permit` whether the chamber, as it stands, may be moved; then sends the chamber
-  /// to `first`, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once, before the first
-  /// sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been moved if chamber or
-  /// thermometers are silent, the gyro's line is dead, or `permit` refuses. Returns what the instruments say they are.
+  /// Asks each instrument who it is, and `permit` whether the chamber, as it stands, may be moved; then sends the
+  /// chamber to `first`, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once, before
+  /// the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been moved
+  /// if chamber or thermometers are silent, the gyro's line is dead, or `permit` refuses. Returns what the instruments
+  /// say they are.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) = 0;
   [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first) { return prepare(first, {}); }
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.

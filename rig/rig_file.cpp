@@ -100,7 +100,8 @@ void read_analysis(const TomlTable& table, const std::set<std::string>& channels
   rig.three_point = table.texts("three_point");
   for (const auto* key : {"gradients", "three_point"})
     for (const auto& name : key == std::string_view("gradients") ? rig.gradients : rig.three_point)
-      if (!channels.contains(name)) table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+      if (!channels.contains(name))
+        table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
   if (rig.gradients.size() < 2) table.mistake("gradients", "expected at least two thermometers");
   if (!rig.three_point.empty() && rig.three_point.size() != 3)
     table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
@@ -139,12 +140,14 @@ void settle_simulated(const TomlTable& root, RigFile& rig) {
   if (count != 0 && !rig.simulated)
     root.mistake("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
   if (rig.simulated != root.has("virtual"))
-    root.mistake("virtual", rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
+    root.mistake("virtual",
+                 rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
 }
 
 }  // namespace
 
-Result<RigFile> parse_rig(std::string_view text, const std::string& file, const std::optional<std::string>& chamber_map_text) {
+Result<RigFile> parse_rig(std::string_view text, const std::string& file,
+                          const std::optional<std::string>& chamber_map_text) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   RigFile rig;

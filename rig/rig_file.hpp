@@ -29,8 +29,8 @@ struct ThermometerEntry {
 struct RigFile {
   std::string name;
   std::string title;
-  std::string text;             ///< the file, as read
-  std::string file;             ///< its path, as given
+  std::string text;  ///< the file, as read
+  std::string file;  ///< its path, as given
   RegisterMap chamber_map;
   std::string chamber_line;
   ChamberLimits chamber_limits;
@@ -42,11 +42,11 @@ struct RigFile {
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
   InterlockLimits limits;
-  bool simulated{};             ///< every line is "virtual"; mixed rigs are refused
+  bool simulated{};  ///< every line is "virtual"; mixed rigs are refused
 };
 
-/// Fails with bad_file, every mistake with its place. `chamber_map_text`: the register map's text where it is already known
-/// (resume: the record's copy); otherwise the file named by [chamber] map is read, relative to `file`.
+/// Fails with bad_file, every mistake with its place. `chamber_map_text`: the register map's text where it is already
+/// known (resume: the record's copy); otherwise the file named by [chamber] map is read, relative to `file`.
 [[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file,
                                         const std::optional<std::string>& chamber_map_text = {});
 [[nodiscard]] Result<RigFile> read_rig(const std::string& file);

@@ -2,8 +2,9 @@
 ///
 ///            set point reaches the target             time is up (inside the band, if the soak is guaranteed)
 ///   Ramping ───────────────────────────▶ next ◀────────────────────────────────── Holding
-///      ▲                                  │ next segment, or                          ▲  │ air leaves the band, or is not known
-///      └──────────────────────────────────┤ Complete after the last                   │  ▼ (guaranteed soak only)
+///      ▲                                  │ next segment, or                          ▲  │ air leaves the band, or is
+///      not known └──────────────────────────────────┤ Complete after the last                   │  ▼ (guaranteed soak
+///      only)
 ///                                         └──────────────────────────────────────▶ WaitingForSoak
 ///
 /// A segment that passes its deadline is Overdue: the rig's interlocks end the run.

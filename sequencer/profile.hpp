@@ -1,4 +1,5 @@
-/// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything moves.
+/// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything
+/// moves.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +15,25 @@ namespace gyrotherm {
 
 enum class SegmentKind { hold, ramp };
 
-/// One step of the expanded profile. A ramp moves the set point from the previous segment's target to its own in a straight
-/// line over `duration`; a hold keeps it there for `duration`.
+/// One step of the expanded profile. A ramp moves the set point from the previous segment's target to its own in a
+/// straight line over `duration`; a hold keeps it there for `duration`.
 struct Segment {
   SegmentKind kind{};
   std::string name;
   Celsius target;
-  CelsiusPerMinute rate{};       ///< magnitude; 0 for a hold
-  Duration duration{};           ///< whole seconds, by set point
-  bool guaranteed_soak{};        ///< the hold's time counts only while the air is inside the band
-  Kelvins soak_band{};           ///< |air − set point| that counts as soaked
-  Duration soak_time{};          ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
-  Duration deadline{};           ///< longest time the segment may take, waiting included
-  int cycle{-1};                 ///< index into Profile::cycles, or -1
-  std::string place{};           ///< "file:line:column" it was written at
+  CelsiusPerMinute rate{};  ///< magnitude; 0 for a hold
+  Duration duration{};      ///< whole seconds, by set point
+  bool guaranteed_soak{};   ///< the hold's time counts only while the air is inside the band
+  Kelvins soak_band{};      ///< |air − set point| that counts as soaked
+  Duration
+      soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
+  Duration deadline{};  ///< longest time the segment may take, waiting included
+  int cycle{-1};        ///< index into Profile::cycles, or -1
+  std::string place{};  ///< "file:line:column" it was written at
 };
 
-/// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the hold's duration.
+/// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the
+/// hold's duration.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
 /// Limits of the profile's `[accept]` table; a result beyond one is exit code 1. Absent keys accept anything.
@@ -52,8 +55,8 @@ struct Profile {
 /// The set point that a segment starts from: the target of the one before it, or its own if it is the first.
 [[nodiscard]] Celsius set_point_before(const Profile& profile, std::size_t segment);
 
-/// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown keys,
-/// a hold or ramp without what it needs, more than 100,000 segments …).
+/// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown
+/// keys, a hold or ramp without what it needs, more than 100,000 segments …).
 [[nodiscard]] Result<Profile> parse_profile(std::string_view text, const std::string& file);
 
 /// What a chamber can do; from the rig file.

@@ -31,7 +31,8 @@ struct Timeline {
 
 [[nodiscard]] Timeline plan(const Profile& profile);
 
-/// The table that `gyrotherm check` prints: each segment with start, duration, from, to, rate; then per cycle and in all.
+/// The table that `gyrotherm check` prints: each segment with start, duration, from, to, rate; then per cycle and in
+/// all.
 [[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
 }  // namespace gyrotherm

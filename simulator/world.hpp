@@ -1,6 +1,6 @@
-/// The virtual laboratory, one second at a time: a chamber's air, the gyro's thermal network, its bias and its read-out.
-/// Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its seed and the
-/// set points of its steps alone.
+/// The virtual laboratory, one second at a time: a chamber's air, the gyro's thermal network, its bias and its
+/// read-out. Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its
+/// seed and the set points of its steps alone.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,14 @@ namespace gyrotherm {
 
 struct WorldParameters;  // simulator/world_parameters.hpp
 
-/// Reads the [virtual] table of a rig file (the rest of the file is someone else's). Fails with bad_file, every mistake with its place.
+/// Reads the [virtual] table of a rig file (the rest of the file is someone else's). Fails with bad_file, every mistake
+/// with its place.
 [[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file);
 
 class World {
  public:
-  /// Seed 0 is the gyro of the file exactly; any other seed draws another gyro of the same type. The seed also draws the noise.
+  /// Seed 0 is the gyro of the file exactly; any other seed draws another gyro of the same type. The seed also draws
+  /// the noise.
   World(const WorldParameters& parameters, std::uint64_t seed);
   ~World();
   World(World&&) noexcept;
@@ -38,8 +40,8 @@ class World {
 
   [[nodiscard]] Celsius set_point() const;
   [[nodiscard]] bool is_on() const;
-  [[nodiscard]] Celsius air_as_measured() const;                       ///< by the chamber's own sensor: noise, resolution
-  [[nodiscard]] double output_percent() const;                         ///< −100 (full cooling) … 100 (full heating)
+  [[nodiscard]] Celsius air_as_measured() const;  ///< by the chamber's own sensor: noise, resolution
+  [[nodiscard]] double output_percent() const;    ///< −100 (full cooling) … 100 (full heating)
   [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;  ///< in the order of thermometer_names()
   [[nodiscard]] const std::vector<std::string>& thermometer_names() const;
   [[nodiscard]] std::int64_t pulses() const;          ///< accumulated

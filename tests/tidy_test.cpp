@@ -88,14 +88,15 @@ TEST(House, IncludesPointOneWay) {
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include) || !is_room(match[1])) continue;
-      EXPECT_TRUE(may_include(source, match[1])) << source.at(i) << ": " << source.room << " may not include " << match[1];
+      EXPECT_TRUE(may_include(source, match[1]))
+          << source.at(i) << ": " << source.room << " may not include " << match[1];
     }
 }
 
 TEST(House, ThirdPartiesStayInTheirRooms) {
   const std::regex include(R"(^#include <([^>]+)>)");
-  const std::vector<std::string> known{"toml++/", "modbus/", "sqlite3.h", "nlohmann/", "Eigen/", "tbb/", "oneapi/", "Q", "CLI/",
-                                       "spdlog/"};
+  const std::vector<std::string> known{"toml++/", "modbus/", "sqlite3.h", "nlohmann/", "Eigen/",
+                                       "tbb/",    "oneapi/", "Q",         "CLI/",      "spdlog/"};
   const auto starts = [](const std::string& header, const std::vector<std::string>& with) {
     return std::any_of(with.begin(), with.end(), [&](const auto& prefix) { return header.starts_with(prefix); });
   };
@@ -121,8 +122,8 @@ TEST(House, FilesHaveOneSubject) {
   for (const auto& source : sources()) EXPECT_LE(source.lines.size(), 400u) << source.at(0) << ": split this file";
 }
 
-/// In this layout a function starts on an unindented (or twice-indented member) line that ends with "{" and ends at a line
-/// that is "}" with the same indent.
+/// In this layout a function starts on an unindented (or twice-indented member) line that ends with "{" and ends at a
+/// line that is "}" with the same indent.
 TEST(House, FunctionsAreShort) {
   const std::regex opening(R"(^( {0,2})[A-Za-z_~\[].*\(.*\{$|^( {0,4})[^ #/].*\).*\{$)");
   for (const auto& source : sources())
@@ -161,13 +162,15 @@ TEST(House, BannedWordsAreNotUsed) {
       for (const auto& ban : bans) {
         if (ban.allowed_rooms.contains(source.room)) continue;
         EXPECT_FALSE(std::regex_search(source.lines[i], ban.word))
-            << source.at(i) << ": not used here; instead: " << ban.instead << "\n" << source.lines[i];
+            << source.at(i) << ": not used here; instead: " << ban.instead << "\n"
+            << source.lines[i];
       }
 }
 
 TEST(House, TopLevelHoldsTheRoomsAndNothingElse) {
-  std::set<std::string> allowed{"CMakeLists.txt", "CMakePresets.json", "README.md", "CHANGELOG.md", "LICENSE", "cmake", "debian",
-                                "docs",           "profiles",          "tests",     "bench",        "monitor"};
+  std::set<std::string> allowed{
+      "CMakeLists.txt", "CMakePresets.json", "README.md", "CHANGELOG.md", "LICENSE", "cmake", "debian",
+      "docs",           "profiles",          "tests",     "bench",        "monitor"};
   allowed.insert(kRooms.begin(), kRooms.end());
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const auto name = entry.path().filename().string();

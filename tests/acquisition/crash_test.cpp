@@ -87,7 +87,7 @@ TEST(Crash, LosesNothingThatWasAcknowledged) {
     ASSERT_TRUE((*store)->append(sample_at(record->slot.back() + 1), {}));
     ASSERT_TRUE((*store)->finish());
     store->reset();
-    EXPECT_EQ(read_last_row(path)->slot, record->slot.back() + 1);
+    EXPECT_EQ(read_record(path)->slot.back(), record->slot.back() + 1);
   }
 }
 

@@ -90,7 +90,7 @@ TEST(Record, GivesBackEventsInTheirOrder) {
   const Folder folder;
   auto store = Store::create(folder / "run.db", two_thermometers()).value();
   ASSERT_TRUE(store->append_event({{}, EventKind::started, "by hand"}));
-  const std::vector<Event> events{{sample_at(0).at, EventKind::command, "22 °C"},
+  const std::vector<Event> events{{sample_at(0).at, EventKind::segment, "22 °C"},
                                   {sample_at(0).at, EventKind::note, "x"}};
   ASSERT_TRUE(store->append(sample_at(0), events));
   ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::finished, ""}));
@@ -99,7 +99,7 @@ TEST(Record, GivesBackEventsInTheirOrder) {
   const auto recorded = read_record(folder / "run.db").value().events;
   ASSERT_EQ(recorded.size(), 4u);
   EXPECT_EQ(recorded[0].slot, -1);
-  EXPECT_EQ(recorded[1].event.kind, EventKind::command);
+  EXPECT_EQ(recorded[1].event.kind, EventKind::segment);
   EXPECT_EQ(recorded[1].event.text, "22 °C");
   EXPECT_EQ(recorded[1].event.at.utc, kVirtualEpoch);
   EXPECT_EQ(recorded[3].slot, 0);

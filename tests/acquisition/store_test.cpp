@@ -46,7 +46,7 @@ TEST(Store, AcknowledgesNothingBeforeASync) {
   auto store = store_with(folder / "run.db", 2);
   ASSERT_TRUE(store->append(sample_at(2), {}));
   store.reset();
-  EXPECT_EQ(read_last_row(folder / "run.db").value().slot, 1);
+  EXPECT_EQ(read_record(folder / "run.db").value().slot.back(), 1);
 }
 
 TEST(Store, SyncWithoutASampleAcknowledgesMinusOne) {

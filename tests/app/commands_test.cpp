@@ -23,8 +23,8 @@ TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
 }
 
 TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
-  for (const auto* command : {"qualify", "run", "resume", "status", "simulate", "check", "import", "export", "train", "verify",
-                              "compensate", "export-model", "report"}) {
+  for (const auto* command : {"qualify", "run", "resume", "status", "simulate", "check", "import", "export", "train",
+                              "verify", "compensate", "export-model", "report"}) {
     const auto ran = gyrotherm_with(std::string(command) + " --help");
     EXPECT_EQ(ran.exit_code, 0) << command;
     EXPECT_TRUE(ran.out.starts_with("Example: gyrotherm " + std::string(command))) << ran.out;
@@ -34,12 +34,14 @@ TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
 TEST(Check, PrintsTheArithmeticOfTheRateProgram) {
   const auto ran = gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  for (const auto* figure : {"672", "552", "512", "480", "2216"}) EXPECT_NE(ran.out.find(figure), std::string::npos) << figure;
+  for (const auto* figure : {"672", "552", "512", "480", "2216"})
+    EXPECT_NE(ran.out.find(figure), std::string::npos) << figure;
 }
 
 TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
   const Folder folder;
-  std::ofstream(folder / "hot.toml") << "schema = \"gyrotherm-profile/1\"\nname = \"hot\"\n\n[[segment]]\nkind = \"hold\"\nat = \"150 °C\"\ntime = \"1 h\"\n";
+  std::ofstream(folder / "hot.toml") << "schema = \"gyrotherm-profile/1\"\nname = \"hot\"\n\n[[segment]]\nkind = "
+                                        "\"hold\"\nat = \"150 °C\"\ntime = \"1 h\"\n";
   const auto ran = gyrotherm_with("check " + (folder / "hot.toml") + " --rig profiles/rigs/virtual.toml");
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
@@ -47,7 +49,8 @@ TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
 
 TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
   const Folder folder;
-  std::ofstream(folder / "bad.toml") << "schema = \"gyrotherm-profile/1\"\nnaem = \"x\"\n\n[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 fortnight\"\n";
+  std::ofstream(folder / "bad.toml") << "schema = \"gyrotherm-profile/1\"\nnaem = \"x\"\n\n[[segment]]\nkind = "
+                                        "\"hold\"\nat = 20\ntime = \"1 fortnight\"\n";
   const auto ran = gyrotherm_with("check " + (folder / "bad.toml"));
   EXPECT_EQ(ran.exit_code, 4);
   EXPECT_NE(ran.err.find("bad.toml:2:1"), std::string::npos) << ran.err;
@@ -57,15 +60,20 @@ TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
 TEST(Check, ConnectAsksEveryInstrumentOfTheVirtualRig) {
   const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual.toml --connect");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  for (const auto* word : {"chamber:", "LSCI,MODEL218", "gyro:"}) EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+  for (const auto* word : {"chamber:", "LSCI,MODEL218", "gyro:"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
 }
 
 TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
   const Folder folder;
-  auto rig = shell("sed -e 's#\"virtual\"$#\"tcp://127.0.0.1:9\"#; s#= \"virtual\" .*#= \"tcp://127.0.0.1:9\"#; s#\\.\\./chambers#" GYROTHERM_SOURCE_DIR
-                   "/profiles/chambers#; /^\\[virtual/,$d' profiles/rigs/virtual.toml").out;
+  auto rig =
+      shell(
+          "sed -e 's#\"virtual\"$#\"tcp://127.0.0.1:9\"#; s#= \"virtual\" .*#= \"tcp://127.0.0.1:9\"#; "
+          "s#\\.\\./chambers#" GYROTHERM_SOURCE_DIR "/profiles/chambers#; /^\\[virtual/,$d' profiles/rigs/virtual.toml")
+          .out;
   std::ofstream(folder / "rig.toml") << rig;
-  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig " + (folder / "rig.toml") + " --out " + (folder / "run.db"));
+  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig " + (folder / "rig.toml") + " --out " +
+                                  (folder / "run.db"));
   EXPECT_EQ(ran.exit_code, 3) << ran.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
 }
@@ -73,7 +81,8 @@ TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
 TEST(Run, ARecordIsNeverOverwritten) {
   const Folder folder;
   std::ofstream(folder / "run.db") << "precious";
-  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "run.db"));
+  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
+                                  (folder / "run.db"));
   EXPECT_EQ(ran.exit_code, 4) << ran.err;
   EXPECT_EQ(shell("cat " + (folder / "run.db")).out, "precious");
 }

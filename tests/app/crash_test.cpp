@@ -65,7 +65,8 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
 TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
   const Folder folder;
   const auto path = folder / "run.db";
-  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
   ASSERT_TRUE(run.wait_for("acknowledged", 60));
   run.signal(SIGINT);
   EXPECT_EQ(run.wait(), 5) << run.output();

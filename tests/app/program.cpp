@@ -26,7 +26,8 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTER
 
 Folder::Folder() {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  path_ = std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(test->test_suite_name()) + "-" + test->name() + "-" + std::to_string(::getpid()));
+  path_ = std::filesystem::temp_directory_path() /
+          ("gyrotherm-" + std::string(test->test_suite_name()) + "-" + test->name() + "-" + std::to_string(::getpid()));
   std::filesystem::create_directories(path_);
 }
 
@@ -37,16 +38,20 @@ Ran shell(const std::string& command, const std::string& input) {
   const std::string base = ::mkdtemp(name);
   std::ofstream(base + "/in", std::ios::binary) << input;
   const auto function = "gyrotherm() { " GYROTHERM_PROGRAM " \"$@\"; }; cd " GYROTHERM_SOURCE_DIR " || exit 99; ";
-  const auto whole = std::string(function) + "{ " + command + "\n} < " + base + "/in > " + base + "/out 2> " + base + "/err";
+  const auto whole =
+      std::string(function) + "{ " + command + "\n} < " + base + "/in > " + base + "/out 2> " + base + "/err";
   const int status = std::system(whole.c_str());
   Ran ran{code_of(status), content(base + "/out"), content(base + "/err")};
   std::filesystem::remove_all(base);
   return ran;
 }
 
-Ran gyrotherm_with(const std::string& arguments, const std::string& input) { return shell("gyrotherm " + arguments, input); }
+Ran gyrotherm_with(const std::string& arguments, const std::string& input) {
+  return shell("gyrotherm " + arguments, input);
+}
 
-Background::Background(const std::vector<std::string>& arguments, const std::string& output_file) : output_file_(output_file) {
+Background::Background(const std::vector<std::string>& arguments, const std::string& output_file)
+    : output_file_(output_file) {
   std::vector<char*> argv{const_cast<char*>(GYROTHERM_PROGRAM)};
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -85,7 +90,9 @@ bool Background::wait_for(const std::string& text, int seconds) const {
   return false;
 }
 
-bool installed(const std::string& program) { return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0; }
+bool installed(const std::string& program) {
+  return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
+}
 
 std::string shared_folder() {
   const char* folder = std::getenv("GYROTHERM_SHARED");

@@ -11,7 +11,8 @@
 namespace gyrotherm {
 namespace {
 
-constexpr const char* kSmall = " --quick --rate-profile tests/profiles/short-rate.toml --random-profile tests/profiles/short-random.toml";
+constexpr const char* kSmall =
+    " --quick --rate-profile tests/profiles/short-rate.toml --random-profile tests/profiles/short-random.toml";
 
 nlohmann::json report_in(const std::string& folder) {
   return nlohmann::json::parse(read_text_file(folder + "/report/report.json").value());
@@ -23,8 +24,8 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_TRUE(ran.out.starts_with("SIMULATED")) << ran.out;
-  for (const auto* name : {"rate.db", "random.db", "model-three-point.json", "model-multi-point.json", "model-multi-point-t.json",
-                           "report/report.json", "report/report.html", "timings.json"})
+  for (const auto* name : {"rate.db", "random.db", "model-three-point.json", "model-multi-point.json",
+                           "model-multi-point-t.json", "report/report.json", "report/report.html", "timings.json"})
     EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
   const auto report = report_in(out);
   EXPECT_EQ(report["schema"], "gyrotherm-report/1");
@@ -44,24 +45,36 @@ TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 1 --out " + (folder / "a") + kSmall).exit_code, 0);
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 2 --out " + (folder / "b") + kSmall).exit_code, 0);
-  EXPECT_EQ(read_text_file(folder / "a/report/report.json").value(), read_text_file(folder / "b/report/report.json").value());
+  EXPECT_EQ(read_text_file(folder / "a/report/report.json").value(),
+            read_text_file(folder / "b/report/report.json").value());
   ASSERT_EQ(gyrotherm_with("qualify --seed 4 --out " + (folder / "c") + kSmall).exit_code, 0);
-  EXPECT_NE(read_text_file(folder / "a/report/report.json").value(), read_text_file(folder / "c/report/report.json").value());
+  EXPECT_NE(read_text_file(folder / "a/report/report.json").value(),
+            read_text_file(folder / "c/report/report.json").value());
 }
 
 TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
   if (!installed("svm-predict")) GTEST_SKIP() << "svm-predict (package libsvm-tools) is not installed";
   const Folder folder;
-  const auto run = "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
+  const auto run =
+      "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
   ASSERT_EQ(shell(run).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --quick --inputs multi-point-t --out " + (folder / "m.json")).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --out " + (folder / "m.svm")).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --data " + (folder / "r.db") + " --out " + (folder / "x.svm")).exit_code, 0);
-  const auto predicted = shell("svm-predict " + (folder / "x.svm") + " " + (folder / "m.svm") + " " + (folder / "y.txt"));
+  ASSERT_EQ(
+      gyrotherm_with("train " + (folder / "r.db") + " --quick --inputs multi-point-t --out " + (folder / "m.json"))
+          .exit_code,
+      0);
+  ASSERT_EQ(
+      gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --out " + (folder / "m.svm")).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("export-model " + (folder / "m.json") + " --as libsvm --data " + (folder / "r.db") +
+                           " --out " + (folder / "x.svm"))
+                .exit_code,
+            0);
+  const auto predicted =
+      shell("svm-predict " + (folder / "x.svm") + " " + (folder / "m.svm") + " " + (folder / "y.txt"));
   ASSERT_EQ(predicted.exit_code, 0) << predicted.err;
 
   // What verify calls the residual is target − f(z), in units of the training STD.
-  std::istringstream targets(read_text_file(folder / "x.svm").value()), values(read_text_file(folder / "y.txt").value());
+  std::istringstream targets(read_text_file(folder / "x.svm").value()),
+      values(read_text_file(folder / "y.txt").value());
   const auto model = nlohmann::json::parse(read_text_file(folder / "m.json").value());
   double sum = 0, sum_of_squares = 0;
   int count = 0;
@@ -76,14 +89,19 @@ TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
   const double std = std::sqrt((sum_of_squares - sum * sum / count) / (count - 1));
   const auto verified = gyrotherm_with("verify --json " + (folder / "m.json") + " " + (folder / "r.db"));
   const auto figures = nlohmann::json::parse(verified.out);
-  EXPECT_NEAR(figures["compensated"]["std_deg_per_h"].get<double>() / figures["raw"]["std_deg_per_h"].get<double>(), std, 1e-5);
+  EXPECT_NEAR(figures["compensated"]["std_deg_per_h"].get<double>() / figures["raw"]["std_deg_per_h"].get<double>(),
+              std, 1e-5);
 }
 
 TEST(Compensate, StreamsRowsAndStatesItsLag) {
   const Folder folder;
-  const auto run = "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
+  const auto run =
+      "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");
   ASSERT_EQ(shell(run).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --method linear --inputs three-point --out " + (folder / "m.json")).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --method linear --inputs three-point --out " +
+                           (folder / "m.json"))
+                .exit_code,
+            0);
   std::string rows = "A,D,shell,bias\n";
   for (int i = 0; i < 150; ++i) rows += "23.1,21.8,20.9,0.021\n";
   const auto ran = gyrotherm_with("compensate " + (folder / "m.json"), rows);

@@ -1,4 +1,5 @@
-/// Real recordings through the program. They are not part of the project: GYROTHERM_SHARED names the folder that has them.
+/// Real recordings through the program. They are not part of the project: GYROTHERM_SHARED names the folder that has
+/// them.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -35,7 +36,8 @@ TEST(FreeImu, TheLinearFiguresOfTheRecordingComeOut) {
        {Reference{"Gx", 22.671, 13.329, 16.476}, {"Gy", 11.352, 10.300, 10.414}, {"Gz", 9.794, 10.046, 10.060}}) {
     const Folder folder;
     write_map(folder / "map.toml", column);
-    const auto imported = gyrotherm_with("import " + shared_folder() + "/data/freeimu_Tempdata01-02-14.csv --map " + (folder / "map.toml") + " --out " + (folder / "r.db"));
+    const auto imported = gyrotherm_with("import " + shared_folder() + "/data/freeimu_Tempdata01-02-14.csv --map " +
+                                         (folder / "map.toml") + " --out " + (folder / "r.db"));
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
     EXPECT_DOUBLE_EQ(linear_residual(folder / "r.db", "die", folder / "m.json"), die) << column;
     EXPECT_DOUBLE_EQ(linear_residual(folder / "r.db", "die,die^2", folder / "m.json"), die_squared) << column;
@@ -46,9 +48,17 @@ TEST(FreeImu, TheLinearFiguresOfTheRecordingComeOut) {
 TEST(FreeImu, AnHonestSplitSaysWhatItIs) {
   if (shared_folder().empty()) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
   const Folder folder;
-  ASSERT_EQ(gyrotherm_with("import " + shared_folder() + "/data/freeimu_Tempdata01-02-14.csv --map profiles/imports/freeimu.toml --out " + (folder / "r.db")).exit_code, 0);
-  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") + " --method linear --inputs die,die-barometer --clusters 0:14 --out " + (folder / "m.json")).exit_code, 0);
-  const auto verified = gyrotherm_with("verify --json " + (folder / "m.json") + " " + (folder / "r.db") + " --clusters 14:21");
+  ASSERT_EQ(gyrotherm_with("import " + shared_folder() +
+                           "/data/freeimu_Tempdata01-02-14.csv --map profiles/imports/freeimu.toml --out " +
+                           (folder / "r.db"))
+                .exit_code,
+            0);
+  ASSERT_EQ(gyrotherm_with("train " + (folder / "r.db") +
+                           " --method linear --inputs die,die-barometer --clusters 0:14 --out " + (folder / "m.json"))
+                .exit_code,
+            0);
+  const auto verified =
+      gyrotherm_with("verify --json " + (folder / "m.json") + " " + (folder / "r.db") + " --clusters 14:21");
   ASSERT_EQ(verified.exit_code, 0) << verified.err;
   const auto figures = nlohmann::json::parse(verified.out);
   EXPECT_EQ(figures["compensated"]["count"], 7);

@@ -11,7 +11,8 @@ namespace {
 
 std::string port_of(const std::string& instrument, const std::string& output) {
   std::smatch match;
-  return std::regex_search(output, match, std::regex(instrument + R"( +tcp://127\.0\.0\.1:(\d+))")) ? match[1].str() : "";
+  return std::regex_search(output, match, std::regex(instrument + R"( +tcp://127\.0\.0\.1:(\d+))")) ? match[1].str()
+                                                                                                    : "";
 }
 
 TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
@@ -21,10 +22,13 @@ TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
   ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
   const auto port = port_of("chamber", simulate.output());
   const auto mbpoll = "mbpoll -m tcp -a 1 -0 -1 -q -B -t 4:float -p " + port;
-  const auto air = shell(mbpoll + " -r $(sed -n '/name = \"air_temperature\"/,/^$/s/^address = //p' profiles/chambers/virtual.toml) -c 1 127.0.0.1");
+  const auto air = shell(mbpoll +
+                         " -r $(sed -n '/name = \"air_temperature\"/,/^$/s/^address = //p' "
+                         "profiles/chambers/virtual.toml) -c 1 127.0.0.1");
   EXPECT_EQ(air.exit_code, 0) << air.out << air.err;
   EXPECT_TRUE(std::regex_search(air.out, std::regex(R"(\]:\s+(19|20)\.)"))) << air.out;
-  const std::string set_point = "$(sed -n '/name = \"set_point\"/,/^$/s/^address = //p' profiles/chambers/virtual.toml)";
+  const std::string set_point =
+      "$(sed -n '/name = \"set_point\"/,/^$/s/^address = //p' profiles/chambers/virtual.toml)";
   EXPECT_EQ(shell(mbpoll + " -r " + set_point + " 127.0.0.1 -- -12.5").exit_code, 0);
   const auto back = shell(mbpoll + " -r " + set_point + " -c 1 127.0.0.1");
   EXPECT_NE(back.out.find("-12.5"), std::string::npos) << back.out;
@@ -33,11 +37,13 @@ TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
 }
 
 TEST(Simulate, APymodbusClientReadsTheChamberAndSetsItsSetPoint) {
-  if (shell("/usr/bin/python3 -c 'import pymodbus.client'").exit_code != 0) GTEST_SKIP() << "python3-pymodbus is not installed";
+  if (shell("/usr/bin/python3 -c 'import pymodbus.client'").exit_code != 0)
+    GTEST_SKIP() << "python3-pymodbus is not installed";
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml", "--pace", "x20"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
-  const auto ran = shell("/usr/bin/python3 tests/app/pymodbus_client.py " + port_of("chamber", simulate.output()) + " profiles/chambers/virtual.toml");
+  const auto ran = shell("/usr/bin/python3 tests/app/pymodbus_client.py " + port_of("chamber", simulate.output()) +
+                         " profiles/chambers/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
 }
 
@@ -46,10 +52,13 @@ TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
   ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
   const auto output = simulate.output();
-  const auto rig = shell("/usr/bin/python3 tests/app/real_rig.py profiles/rigs/virtual.toml " + port_of("chamber", output) + " " +
-                         port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " + port_of("gyro", output) + " > " + (folder / "rig.toml"));
+  const auto rig =
+      shell("/usr/bin/python3 tests/app/real_rig.py profiles/rigs/virtual.toml " + port_of("chamber", output) + " " +
+            port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " + port_of("gyro", output) +
+            " > " + (folder / "rig.toml"));
   ASSERT_EQ(rig.exit_code, 0) << rig.err;
-  const auto ran = gyrotherm_with("run tests/profiles/ten-seconds.toml --json --rig " + (folder / "rig.toml") + " --out " + (folder / "run.db"));
+  const auto ran = gyrotherm_with("run tests/profiles/ten-seconds.toml --json --rig " + (folder / "rig.toml") +
+                                  " --out " + (folder / "run.db"));
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("{\"acknowledged\": 9}"), std::string::npos) << ran.out;
   const auto status = gyrotherm_with("status --json " + (folder / "run.db"));

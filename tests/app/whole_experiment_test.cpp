@@ -9,14 +9,19 @@
 namespace gyrotherm {
 namespace {
 
-nlohmann::json report_of(const std::string& folder) { return nlohmann::json::parse(read_text_file(folder + "/report/report.json").value()); }
+nlohmann::json report_of(const std::string& folder) {
+  return nlohmann::json::parse(read_text_file(folder + "/report/report.json").value());
+}
 
-double std_of(const nlohmann::json& report, const char* run, const char* model) { return report[run][model]["std_deg_per_h"].get<double>(); }
+double std_of(const nlohmann::json& report, const char* run, const char* model) {
+  return report[run][model]["std_deg_per_h"].get<double>();
+}
 
 TEST(WholeExperiment, OneSeedGivesOneReport) {
   const Folder folder;
   for (const auto* out : {"a", "b"}) ASSERT_EQ(gyrotherm_with("qualify --out " + (folder / out)).exit_code, 0);
-  EXPECT_EQ(read_text_file(folder / "a/report/report.json").value(), read_text_file(folder / "b/report/report.json").value());
+  EXPECT_EQ(read_text_file(folder / "a/report/report.json").value(),
+            read_text_file(folder / "b/report/report.json").value());
   const auto report = report_of(folder / "a");
   EXPECT_EQ(report["clusters"]["rate"], 2216);
   EXPECT_EQ(report["clusters"]["random"], 1440);
@@ -32,7 +37,8 @@ TEST(WholeExperiment, WithTheTemperatureTheRandomRunComesNearTheNoiseFloor) {
 
 TEST(WholeExperiment, OfAGyroThatKnowsGradientsAloneThePapersInputsAreEnough) {
   const Folder folder;
-  ASSERT_EQ(gyrotherm_with("qualify --rig profiles/rigs/virtual-gradients.toml --out " + (folder / "out")).exit_code, 0);
+  ASSERT_EQ(gyrotherm_with("qualify --rig profiles/rigs/virtual-gradients.toml --out " + (folder / "out")).exit_code,
+            0);
   const auto report = report_of(folder / "out");
   EXPECT_LT(std_of(report, "random", "multi_point"), 0.25 * std_of(report, "random", "raw"));
 }

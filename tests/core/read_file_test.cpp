@@ -1,8 +1,8 @@
-#include "core/text_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
+
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -42,7 +42,8 @@ TEST(TcpStream, ASilentPeerIsATimeoutAndNotAnEnd) {
 }
 
 TEST(TcpStream, ASignalDoesNotEndAWait) {
-  struct sigaction notice {}, before {};
+  struct sigaction notice {
+  }, before{};
   notice.sa_handler = [](int) {};
   sigaction(SIGUSR1, &notice, &before);
   const auto reader = pthread_self();

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "tests/rig/laboratory.hpp"
 #include "sequencer/timeline.hpp"
+#include "tests/rig/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -56,9 +56,12 @@ TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_FALSE(record->finished);
   const auto& events = record->events;
-  const auto interlock = std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.kind == EventKind::interlock; });
+  const auto interlock =
+      std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.kind == EventKind::interlock; });
   ASSERT_NE(interlock, events.end());
-  EXPECT_NE(std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.text.find("was sent to 20 °C") != std::string::npos; }), events.end());
+  EXPECT_NE(std::find_if(events.begin(), events.end(),
+                         [](const auto& e) { return e.event.text.find("was sent to 20 °C") != std::string::npos; }),
+            events.end());
 }
 
 TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {

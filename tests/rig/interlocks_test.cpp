@@ -9,7 +9,11 @@ constexpr Duration kSecond = std::chrono::seconds(1);
 
 /// A second in which everything is well.
 Sample good_sample() {
-  Sample sample{.at = {}, .chamber = {ChamberState{{20}, {20}}, {}}, .thermometers = {}, .gyro = {PulseCount{106, kSecond}, {}}, .progress = {}};
+  Sample sample{.at = {},
+                .chamber = {ChamberState{{20}, {20}}, {}},
+                .thermometers = {},
+                .gyro = {PulseCount{106, kSecond}, {}},
+                .progress = {}};
   for (int i = 0; i < 9; ++i) sample.thermometers.push_back({Celsius{22}, {}});
   return sample;
 }

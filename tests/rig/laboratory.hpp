@@ -20,7 +20,8 @@ class Laboratory {
  public:
   explicit Laboratory(const std::string& profile_path, std::uint64_t seed = 0) : seed_(seed) {
     const auto name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(name) + "-" + std::to_string(::getpid()));
+    folder_ =
+        std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(name) + "-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
     auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
     EXPECT_TRUE(read) << text(read.error());
@@ -52,7 +53,8 @@ class Laboratory {
     info.thermometers = channels_of(file_);
     info.gyro = file_.gyro;
     for (const auto& segment : profile_.segments)
-      info.segments.push_back({segment.name, segment.kind == SegmentKind::hold, segment.target, segment.rate, segment.cycle});
+      info.segments.push_back(
+          {segment.name, segment.kind == SegmentKind::hold, segment.target, segment.rate, segment.cycle});
     return info;
   }
 

@@ -51,7 +51,9 @@ TEST(RigFile, AMisspeltKeyIsAMistakeWithItsPlaceAndAGuess) {
 }
 
 TEST(RigFile, ARigIsWhollyVirtualOrWhollyReal) {
-  EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"tcp://192.168.1.20:502\"")).find("wholly"), std::string::npos);
+  EXPECT_NE(
+      mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"tcp://192.168.1.20:502\"")).find("wholly"),
+      std::string::npos);
 }
 
 TEST(RigFile, ALineMustBeAnAddress) {
@@ -59,17 +61,20 @@ TEST(RigFile, ALineMustBeAnAddress) {
 }
 
 TEST(RigFile, ThreePointNamesMustBeChannels) {
-  EXPECT_NE(mistake_in(replaced(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"), std::string::npos);
+  EXPECT_NE(mistake_in(replaced(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
+            std::string::npos);
 }
 
 TEST(RigFile, AMissingRegisterMapIsNamed) {
-  const auto rig = parse_rig(replaced(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
+  const auto rig =
+      parse_rig(replaced(virtual_rig(), "chambers/virtual.toml", "chambers/none.toml"), kRigs + "virtual.toml");
   ASSERT_FALSE(rig);
   EXPECT_NE(rig.error().what.find("none.toml"), std::string::npos);
 }
 
 TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
-  for (const auto* line : {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"", "air_lowest = 200"})
+  for (const auto* line :
+       {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"", "air_lowest = 200"})
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 

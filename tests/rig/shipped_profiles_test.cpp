@@ -1,8 +1,8 @@
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 
-#include "tests/rig/laboratory.hpp"
 #include "rig/one_core.hpp"
+#include "tests/rig/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -16,7 +16,8 @@ TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
   EXPECT_EQ(laboratory.run(), Outcome::complete);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ShippedProfile, ::testing::Values("qualification.toml", "qualification-soaked.toml", "random.toml"));
+INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
+                         ::testing::Values("qualification.toml", "qualification-soaked.toml", "random.toml"));
 
 }  // namespace
 }  // namespace gyrotherm

@@ -35,6 +35,7 @@ class SqliteStore final : public Store {
   const RunInfo& info() const override { return file_.info(); }
 
  private:
+  void tell() const;
   Result<void> follow_on(std::int64_t slot) const;
   Result<void> open_batch();
   Result<void> insert(const Sample& sample, std::span<const Event> events);
@@ -58,6 +59,9 @@ Result<void> SqliteStore::keep(Result<void> result) {
   if (!result && !broken_) broken_ = result.error();
   return result;
 }
+
+/// The status file is a courtesy: a run does not end because it could not be written.
+void SqliteStore::tell() const { [[maybe_unused]] const auto told = write_status(status_); }
 
 Result<void> SqliteStore::follow_on(std::int64_t slot) const {
   if (slot == last_ + 1) return {};
@@ -147,7 +151,7 @@ Result<std::int64_t> SqliteStore::sync() {
   if (std::exchange(batch_open_, false))
     if (auto done = keep(file_.commit()); !done) return failure(done.error());
   status_.acknowledged = last_;
-  if (auto told = write_status(status_); !told) return failure(told.error());
+  tell();
   return last_;
 }
 
@@ -157,7 +161,8 @@ Result<void> SqliteStore::finish() {
   broken_ = Fault{FaultKind::storage, status_.path, "the run is finished"};
   status_.finished = true;
   status_.being_written = false;
-  return write_status(status_);
+  tell();
+  return {};
 }
 
 Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status) {

@@ -128,7 +128,7 @@ Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& opti
   const Result<Record> record = read_record(path);
   if (!record) return failure(record.error());
   if (!record->finished && !options.unfinished) {
-    return failure(FaultKind::usage, path, "the run has not finished; resume it, or ask for unfinished runs");
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   }
   return make_dataset(*record, path);
 }

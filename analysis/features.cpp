@@ -24,10 +24,10 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
 tl::unexpected<Fault> unknown(std::string_view term, std::string_view name,
                               const std::vector<std::string>& thermometers) {
   const std::string meant = nearest(name, thermometers);
-  return failure(
-      FaultKind::usage, fmt::format("input \"{}\"", term),
-      fmt::format("no thermometer \"{}\"{}; there are {}", name,
-                  meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant), fmt::join(thermometers, ", ")));
+  return failure(FaultKind::usage, fmt::format("input \"{}\"", term),
+                 fmt::format("no thermometer \"{}\"{}; there are {}", name,
+                             meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant),
+                             thermometers.empty() ? "none" : fmt::format("{}", fmt::join(thermometers, ", "))));
 }
 
 /// Splits at each '-' in turn, since a name may hold one; what is unknown is said of the first split.

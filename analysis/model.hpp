@@ -42,6 +42,7 @@ struct TrainingRecord {
   std::string profile_name;
   bool simulated{};
   int clusters{};
+  double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
 };
 
 struct Model {

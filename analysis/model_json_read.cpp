@@ -10,6 +10,8 @@
 namespace gyrotherm {
 namespace {
 
+constexpr double kLongestClusterS = 86400;
+
 using Json = nlohmann::json;
 
 /// One value of the file and its path. A reader that finds what it does not expect notes the first mistake and returns
@@ -43,9 +45,9 @@ class Node {
     note(path_, "expected a number");
     return 0;
   }
-  [[nodiscard]] double positive() const {
+  [[nodiscard]] double positive(double at_most = 1e300) const {
     const double value = number();
-    if (!(value > 0)) note(path_, "expected a number above 0");
+    if (!(value > 0 && value <= at_most)) note(path_, "expected a number above 0, of a sane size");
     return value;
   }
   [[nodiscard]] double not_negative() const {
@@ -161,8 +163,9 @@ LinearModel linear_of(const Node& node, Eigen::Index inputs) {
 }
 
 TrainingRecord record_of(const Node& node) {
-  return {node.at("run_id").text(), node.at("path").text(), node.at("profile_name").text(),
-          node.at("simulated").boolean(), node.at("clusters").integer()};
+  return {node.at("run_id").text(),       node.at("path").text(),        node.at("profile_name").text(),
+          node.at("simulated").boolean(), node.at("clusters").integer(), node.at("from_s").number(),
+          node.at("to_s").number()};
 }
 
 Selection selection_of(const Node& node) {
@@ -269,7 +272,7 @@ Model model_of(const Node& root) {
   model.program_version = root.at("program_version").text();
   model.inputs = root.at("inputs").text();
   model.method = root.at("method").text();
-  model.cluster_length_s = root.at("cluster_length_s").positive();
+  model.cluster_length_s = root.at("cluster_length_s").positive(kLongestClusterS);
   read_terms(root.at("terms"), model);
   model.target_mean_deg_per_h = root.at("target").at("mean_deg_per_h").number();
   model.target_std_deg_per_h = root.at("target").at("std_deg_per_h").positive();

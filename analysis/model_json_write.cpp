@@ -65,7 +65,9 @@ Json json_of(const std::vector<TrainingRecord>& records) {
                      {"path", record.path},
                      {"profile_name", record.profile_name},
                      {"simulated", record.simulated},
-                     {"clusters", record.clusters}});
+                     {"clusters", record.clusters},
+                     {"from_s", record.from_s},
+                     {"to_s", record.to_s}});
   }
   return array;
 }

@@ -155,7 +155,8 @@ void record_sources(Model& model, const std::vector<Dataset>& datasets, const st
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const Dataset& dataset = datasets[i];
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
-                                static_cast<int>(records[i].start_s.size())});
+                                static_cast<int>(records[i].start_s.size()), records[i].start_s(0),
+                                records[i].start_s(records[i].start_s.size() - 1) + records[i].length_s});
     if (dataset.three_point_stand_in && model.inputs == "three-point") {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
@@ -185,11 +186,21 @@ void collect_warnings(Model& model, const std::vector<Dataset>& datasets, const 
   }
 }
 
+/// A run given twice would be held out and learnt from at once.
+Result<void> check_distinct(const std::vector<Dataset>& datasets) {
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (datasets[i].run_id == datasets[j].run_id)
+        return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
+  return {};
+}
+
 }  // namespace
 
 Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
                     const TrainingOptions& options, const ProgressSink& progress) {
   if (const auto known = check_method(options.method); !known) return failure(known.error());
+  if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
   const auto shop = set_up(datasets, clusters, options);
   if (!shop) return failure(shop.error());
 

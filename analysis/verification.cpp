@@ -93,6 +93,14 @@ int count_outside(const Model& model, const SampleMatrix& inputs) {
   return outside;
 }
 
+/// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.
+bool trained_on(const Model& model, const Dataset& dataset, const Clusters& clusters) {
+  const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
+  return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
+    return record.run_id == dataset.run_id && from_s < record.to_s && record.from_s < to_s;
+  });
+}
+
 std::vector<std::string> warnings_of(const Verification& result, const Model& model, const Clusters& clusters) {
   std::vector<std::string> warnings;
   if (result.trained_on_this) {
@@ -128,7 +136,7 @@ Result<Verification> verify(const Model& model, const Dataset& dataset, const Cl
   Verification result;
   result.run_id = dataset.run_id;
   result.simulated = dataset.simulated;
-  result.trained_on_this = std::ranges::count(model.trained_on, dataset.run_id, &TrainingRecord::run_id) > 0;
+  result.trained_on_this = trained_on(model, dataset, clusters);
   result.raw = figures_of(clusters.bias_deg_per_h);
   result.compensated = figures_of(residual);
   result.ramps = figures_at(residual, rows_of(false));

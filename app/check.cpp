@@ -7,6 +7,8 @@
 #include "core/text_file.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/timeline.hpp"
+#include "simulator/world.hpp"
+#include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -66,6 +68,8 @@ Result<Exit> check(Console& console, const Options& options) {
   if (!options.rig.empty()) {
     const auto rig = read_rig(options.rig);
     if (!rig) return failure(rig.error());
+    if (rig->simulated)
+      if (const auto world = parse_world(rig->text, rig->file); !world) return failure(world.error());
     limits = rig->chamber_limits;
     if (!console.json) console.data(rig_lines(*rig));
     if (options.connect)
@@ -89,7 +93,7 @@ void add_check(Program& program) {
   command->add_option("profile", options->profile, "the profile");
   command->add_option("--rig", options->rig, "the rig");
   command->add_flag("--connect", options->connect, "ask each instrument who it is, and read it once");
-  command->add_option("--seed", options->seed, "of a virtual rig");
+  command->add_option("--seed", options->seed, "of a virtual rig")->check(CLI::NonNegativeNumber);
   set_action(command, program, [&program, options] { return check(program.console, *options); });
 }
 

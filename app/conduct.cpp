@@ -29,7 +29,7 @@ Result<void> conclude(Console& console, const Experiment& experiment, Store& sto
                       Outcome outcome) {
   if (outcome == Outcome::made_safe) return failure(FaultKind::interlock, path, experiment.end_cause());
   if (auto finished = store.finish(); !finished) return finished;
-  console.say(fmt::format("{}: {} s recorded", path, experiment.next_slot()));
+  console.say(fmt::format("{}: recorded, {} s from start to end", path, experiment.next_slot()));
   return {};
 }
 

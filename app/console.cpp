@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// What cannot be written is dropped: a closed log must not end a run, and fmt::print would throw.
+/// What cannot be written is dropped: a closed log must not end a run, as fmt::print would.
 void put(std::FILE* file, std::string_view text) {
   std::fwrite(text.data(), 1, text.size(), file);
   std::fflush(file);

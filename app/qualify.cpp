@@ -106,6 +106,7 @@ Result<std::vector<TrainedModel>> train_compared(Console& console, const Options
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
   auto read = read_profile(profile, rig.chamber_limits);
   if (!read) return failure(read.error());
+  if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
   return Run{.stage = stage,
              .path = fmt::format("{}/{}.db", out, stage),
              .profile = std::move(*read),
@@ -147,16 +148,15 @@ Result<Exit> qualify(Console& console, const Options& options) {
   const Qualification all{
       .rig = *rig, .seed = options.seed, .rate = *rate, .random = *random, .models = *models, .compared = *compared};
   const auto report = assemble_report(all);
-  if (!report) return failure(report.error());
   const auto folder = options.out + "/report";
-  if (auto written = write_report(report->json, folder); !written) return failure(written.error());
+  if (auto written = write_report(report.json, folder); !written) return failure(written.error());
   timings.end();
   if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
     return failure(written.error());
-  console.data(console.json ? report->json : result_table(all));
+  console.data(console.json ? report.json : result_table(all));
   console.say(timings.words() + folder + "/report.html");
-  for (const auto& missed : report->missed) console.say("FAIL: " + missed);
-  return report->missed.empty() ? Exit::done : Exit::outside_limits;
+  for (const auto& missed : report.missed) console.say("FAIL: " + missed);
+  return report.missed.empty() ? Exit::done : Exit::outside_limits;
 }
 
 }  // namespace
@@ -169,8 +169,10 @@ void add_qualify(Program& program) {
                               "gyrotherm qualify --out out");
   command->add_option("--out", options->out, "the folder for everything that is made")->required();
   command->add_option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
-  command->add_option("--seed", options->seed,
-                      "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file");
+  command
+      ->add_option("--seed", options->seed,
+                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--threads", options->threads, "of the training; 0: all; the result is the same");
   command->add_flag("--quick", options->quick, "a small swarm, for a try; the report says so");
   command->add_option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");

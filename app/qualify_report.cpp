@@ -8,6 +8,7 @@
 #include "analysis/correlation.hpp"
 #include "analysis/statistics.hpp"
 #include "app/sha256.hpp"
+#include "core/nearest.hpp"
 #include "report/report_json.hpp"
 
 namespace gyrotherm {
@@ -34,30 +35,30 @@ ComparedMethod compared(const TrainedModel& trained) {
           .random = trained.random.compensated};
 }
 
-/// The number at a path like "random.multi_point_t.std_deg_per_h", or null.
-const nlohmann::json* figure(const nlohmann::json& report, const std::string& path) {
-  const nlohmann::json* node = &report;
-  for (std::size_t begin = 0; begin <= path.size();) {
-    const auto end = std::min(path.find('.', begin), path.size());
-    const auto found = node->find(path.substr(begin, end - begin));
-    if (!node->is_object() || found == node->end()) return nullptr;
-    node = &*found;
-    begin = end + 1;
-  }
-  return node->is_number() ? node : nullptr;
+/// Every figure that a limit can be set on.
+std::vector<std::string> known_figures() {
+  std::vector<std::string> known{"noise_floor_deg_per_h", "rate.noise_floor_deg_per_h", "random.noise_floor_deg_per_h"};
+  for (const auto* run : {"rate", "random", "rate_leave_cycle_out"})
+    for (const auto* model : {"raw", "three_point", "multi_point", "multi_point_t"})
+      for (const auto* figure : {"std", "mean", "rmse", "max_abs"})
+        if (run != std::string_view("rate_leave_cycle_out") || model != std::string_view("raw"))
+          known.push_back(fmt::format("{}.{}.{}_deg_per_h", run, model, figure));
+  return known;
+}
+
+/// "random.raw.std_deg_per_h" → the number at /random/raw/std_deg_per_h.
+double figure(const nlohmann::json& report, std::string path) {
+  std::replace(path.begin(), path.end(), '.', '/');
+  return report.at(nlohmann::json::json_pointer("/" + path)).get<double>();
 }
 
 /// The figures that the profiles' [accept] tables name, held against their limits.
-Result<std::vector<AcceptedLimit>> judge_limits(const std::string& report_text, const Qualification& all) {
+std::vector<AcceptedLimit> judge_limits(const std::string& report_text, const Qualification& all) {
   const auto report = nlohmann::json::parse(report_text);
   std::vector<AcceptedLimit> verdicts;
   for (const auto* run : {&all.rate, &all.random})
     for (const auto& [key, at_most] : run->profile.accept) {
-      const auto* found = figure(report, key);
-      if (!found)
-        return failure(FaultKind::bad_file, run->profile.name,
-                       fmt::format("[accept] names \"{}\", which is no figure of the report", key));
-      const double value = found->get<double>();
+      const double value = figure(report, key);
       verdicts.push_back({.figure = key, .limit = at_most, .value = value, .passed = value <= at_most});
     }
   return verdicts;
@@ -65,7 +66,19 @@ Result<std::vector<AcceptedLimit>> judge_limits(const std::string& report_text, 
 
 }  // namespace
 
-Result<AssembledReport> assemble_report(const Qualification& all) {
+Result<void> check_accept(const Profile& profile, const std::string& file) {
+  const auto known = known_figures();
+  for (const auto& limit : profile.accept) {
+    if (std::find(known.begin(), known.end(), limit.key) != known.end()) continue;
+    const auto near = nearest(limit.key, known);
+    return failure(FaultKind::bad_file, file,
+                   fmt::format("[accept] names \"{}\", which is no figure of the report{}", limit.key,
+                               near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
+  }
+  return {};
+}
+
+AssembledReport assemble_report(const Qualification& all) {
   const auto correlation = correlate(all.rate.evidence.clusters, all.rate.evidence.dataset.gradients);
   ReportInput input{.rig = {.name = all.rig.name,
                             .title = all.rig.title,
@@ -82,9 +95,7 @@ Result<AssembledReport> assemble_report(const Qualification& all) {
                     .seed = all.seed,
                     .warnings = {}};
   std::transform(all.compared.begin(), all.compared.end(), std::back_inserter(input.compared), compared);
-  auto verdicts = judge_limits(report_json(input), all);
-  if (!verdicts) return failure(verdicts.error());
-  input.accept = std::move(*verdicts);
+  input.accept = judge_limits(report_json(input), all);
   AssembledReport report{.json = report_json(input), .missed = {}};
   for (const auto& verdict : input.accept)
     if (!verdict.passed)

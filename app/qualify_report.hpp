@@ -43,8 +43,11 @@ struct AssembledReport {
   std::vector<std::string> missed;  ///< limits of the profiles' [accept] tables that a result is beyond
 };
 
-/// Fails with bad_file if an [accept] table names no figure of the report.
-[[nodiscard]] Result<AssembledReport> assemble_report(const Qualification& all);
+/// Asked before anything moves: fails with bad_file if the profile's [accept] table names no figure of the report.
+[[nodiscard]] Result<void> check_accept(const Profile& profile, const std::string& file);
+
+/// The profiles' [accept] tables have been checked.
+[[nodiscard]] AssembledReport assemble_report(const Qualification& all);
 
 [[nodiscard]] std::string result_table(const Qualification& all);
 

@@ -30,7 +30,8 @@ void add_run(Program& program) {
   command->add_option("profile", options->profile, "the profile")->required();
   command->add_option("--rig", options->rig, "the rig")->required();
   command->add_option("--out", options->out, "the record (default: the profile's name with .db)");
-  command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file");
+  command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(CLI::NonNegativeNumber);
   set_action(command, program, [&program, options] { return run(program.console, *options); });
 }
 

@@ -95,7 +95,8 @@ void add_simulate(Program& program) {
                   "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10");
   command->add_option("--rig", options->rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
   command->add_option("--pace", options->pace, "real, max, or x10 for ten times real time");
-  command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file");
+  command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--port", options->port, "the chamber's port, the others follow (default: any free ones)");
   set_action(command, program, [&program, options] { return simulate(program.console, *options); });
 }

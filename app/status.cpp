@@ -16,8 +16,8 @@ std::string words(const RunStatus& status) {
                          : status.being_written ? "running"
                                                 : "not finished; resume goes on";
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing);
-  text += fmt::format("  {} s recorded, {} acknowledged, {} faulty readings\n", status.slot + 1,
-                      status.acknowledged + 1, status.faults);
+  text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
+                      status.acknowledged, status.faults);
   if (status.segment_count > 0)
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));

@@ -26,7 +26,7 @@ std::string words(const Model& model) {
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (const auto* linear = std::get_if<LinearModel>(&model.function))
-    text += fmt::format("  residual std (n − p): {:.3f} °/h\n", linear->residual_std_deg_per_h);
+    text += fmt::format("  residual std (n − p): {:.5g} °/h\n", linear->residual_std_deg_per_h);
   if (const auto* svr = std::get_if<SvrModel>(&model.function))
     text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
                         svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
@@ -72,10 +72,11 @@ void add_train(Program& program) {
   command->add_option("--inputs", options->training.inputs,
                       "multi-point, multi-point-t, three-point, seven-point, or terms like A-B,A,rate:A,A^2");
   command->add_option("--method", options->training.method, "svr or linear");
-  command->add_option("--threshold", options->training.threshold, "of |r|, for multi-point (default 0.90)");
+  command->add_option("--threshold", options->training.threshold, "of |r|, for multi-point (default 0.90)")
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
   command->add_flag("--quick", options->training.quick, "a small swarm, for a try; the model says so");
-  command->add_option("--seed", options->training.tuning.swarm.seed, "of the swarm");
+  command->add_option("--seed", options->training.tuning.swarm.seed, "of the swarm")->check(CLI::NonNegativeNumber);
   command->add_option("--threads", options->training.tuning.swarm.threads, "0: all; the result is the same");
   set_action(command, program, [&program, options] { return train_and_write(program.console, *options); });
 }

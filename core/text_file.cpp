@@ -23,6 +23,17 @@ bool write_all(int fd, std::string_view text) {
   return ::fsync(fd) == 0;
 }
 
+/// A new file with this text, on the disk; false with errno set.
+bool write_whole(const std::string& path, std::string_view text) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) return false;
+  const bool written = write_all(fd, text);
+  const int error = errno;
+  ::close(fd);
+  errno = error;
+  return written;
+}
+
 }  // namespace
 
 Result<std::string> read_text_file(const std::string& path) {
@@ -36,15 +47,16 @@ Result<std::string> read_text_file(const std::string& path) {
 }
 
 Result<void> replace_text_file(const std::string& path, std::string_view text) {
-  const auto temporary = path + ".part";
-  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  const bool written = fd >= 0 && write_all(fd, text);
-  const int write_error = errno;
-  if (fd >= 0) ::close(fd);
-  if (written && std::rename(temporary.c_str(), path.c_str()) == 0) return {};
-  const int error = written ? errno : write_error;
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return failure(FaultKind::storage, path, "is there and is no regular file; it is not replaced");
+  const auto target = std::filesystem::weakly_canonical(path, error).string();  // a link stays a link
+  const auto temporary = target + ".part";
+  if (write_whole(temporary, text) && std::rename(temporary.c_str(), target.c_str()) == 0) return {};
+  const std::string why = std::strerror(errno);
   ::unlink(temporary.c_str());
-  return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(error));
+  return failure(FaultKind::storage, path, "cannot be written: " + why);
 }
 
 }  // namespace gyrotherm

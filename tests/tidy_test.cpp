@@ -122,6 +122,17 @@ TEST(House, FilesHaveOneSubject) {
   for (const auto& source : sources()) EXPECT_LE(source.lines.size(), 400u) << source.at(0) << ": split this file";
 }
 
+TEST(House, LinesFitASheet) {
+  constexpr std::size_t kWidest = 120;
+  const auto width = [](const std::string& line) {
+    return static_cast<std::size_t>(
+        std::count_if(line.begin(), line.end(), [](unsigned char byte) { return (byte & 0xC0) != 0x80; }));
+  };
+  for (const auto& source : sources())
+    for (std::size_t i = 0; i < source.lines.size(); ++i)
+      EXPECT_LE(width(source.lines[i]), kWidest) << source.at(i) << ": too wide";
+}
+
 /// In this layout a function starts on an unindented (or twice-indented member) line that ends with "{" and ends at a
 /// line that is "}" with the same indent.
 TEST(House, FunctionsAreShort) {

@@ -36,13 +36,16 @@ constexpr std::array kAfterThermometers{
 
 constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
-CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, instrument TEXT NOT NULL, offset_k REAL NOT NULL);
+CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, instrument TEXT NOT NULL,
+                     offset_k REAL NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
                      rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL);
-CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL, PRIMARY KEY(name, position)) WITHOUT ROWID;
-CREATE TABLE fault(slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL, "where" TEXT NOT NULL, what TEXT NOT NULL);
-CREATE TABLE event(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, monotonic_ns INTEGER NOT NULL, utc_ns INTEGER NOT NULL,
-                   kind TEXT NOT NULL, text TEXT NOT NULL);
+CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
+                  PRIMARY KEY(name, position)) WITHOUT ROWID;
+CREATE TABLE fault(slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL, "where" TEXT NOT NULL,
+                   what TEXT NOT NULL);
+CREATE TABLE event(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, monotonic_ns INTEGER NOT NULL,
+                   utc_ns INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL);
 CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL);
 )";
 

@@ -32,7 +32,7 @@ std::string rig_lines(const RigFile& rig) {
 
 /// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
 Result<void> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed) {
-  auto rig = Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}});
+  auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   Result<void> all;
   for (const auto& answer : (*rig)->ask()) {

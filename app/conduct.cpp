@@ -116,7 +116,7 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
   // A virtual world starts with its first second; a real run's clock has gone on since it was made.
   const bool not_begun = on.rig.simulated && on.last_slot < 0;
   on.gap = not_begun ? Duration{} : std::chrono::floor<std::chrono::seconds>(down);
-  on.start.seed = record->info.seed;
+  on.start.seed = {.gyro = record->info.seed, .run = run_number(record->info.profile_text)};
   const auto since_last = on.last_slot + 1 + on.gap / std::chrono::seconds(1);
   on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
   if (on.rig.simulated) on.start.replay = replay_of(*record, on);
@@ -160,7 +160,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
-  auto rig = Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}});
+  auto rig =
+      Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   const auto first = begin(profile);
   const auto names = (*rig)->prepare(command(profile, first));

@@ -48,4 +48,9 @@ RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed,
   return info;
 }
 
+std::uint64_t run_number(const std::string& profile_text) {
+  constexpr int kHexadecimal = 16;
+  return std::stoull(sha256(profile_text).substr(0, 16), nullptr, kHexadecimal);
+}
+
 }  // namespace gyrotherm

@@ -78,7 +78,7 @@ Result<Exit> simulate(Console& console, const Options& options) {
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
-  auto instruments = serve_virtual(*rig, options.seed, options.port);
+  auto instruments = serve_virtual(*rig, {.gyro = options.seed, .run = 0}, options.port);
   if (!instruments) return failure(instruments.error());
   console.say(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
   print_addresses(console, *rig, **instruments);

@@ -206,7 +206,7 @@ class VirtualRig final : public AssembledRig {
 
 }  // namespace
 
-Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed,
+Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
                                                           std::uint16_t first_port) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");

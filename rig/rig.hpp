@@ -18,12 +18,12 @@ namespace gyrotherm {
 
 /// The virtual instruments of a rig file, serving on loopback. Fails like parse_world and VirtualInstruments::start,
 /// and with usage if the rig is not virtual.
-[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, std::uint64_t seed,
+[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
                                                                         std::uint16_t first_port = 0);
 
 /// How a rig comes to its first second.
 struct RigStart {
-  std::uint64_t seed{};
+  WorldSeed seed;      ///< virtual rig
   Duration already{};  ///< how long the run has lasted when its next second begins (resume)
   std::vector<Celsius>
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one

@@ -17,7 +17,7 @@ const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceName
 }  // namespace
 
 struct World::Parts {
-  Parts(const WorldParameters& drawn, std::uint64_t seed);
+  Parts(const WorldParameters& drawn, std::uint64_t noise_seed);
   void measure_air();
   [[nodiscard]] DegreesPerHour bias_now() const;
 
@@ -32,13 +32,13 @@ struct World::Parts {
   Celsius measured_air;
 };
 
-World::Parts::Parts(const WorldParameters& drawn, std::uint64_t seed)
+World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
     : parameters(drawn),
       plant(drawn.plant),
       thermal(std::make_unique<ThermalNetwork>(drawn.network)),
-      thermometers(drawn.thermometers, thermal->temperatures_c(), seed),
-      readout(drawn.gyro, seed),
-      air_noise(seed, RandomPurpose::air_noise),
+      thermometers(drawn.thermometers, thermal->temperatures_c(), noise_seed),
+      readout(drawn.gyro, noise_seed),
+      air_noise(noise_seed, RandomPurpose::air_noise),
       set_point{drawn.plant.start_c} {
   measure_air();
 }
@@ -52,8 +52,8 @@ DegreesPerHour World::Parts::bias_now() const {
   return thermal_bias(parameters.bias, thermal->temperatures_c().first<kBlockPlaces>());
 }
 
-World::World(const WorldParameters& parameters, std::uint64_t seed)
-    : parts_(std::make_unique<Parts>(draw_gyro(parameters, seed), seed)) {}
+World::World(const WorldParameters& parameters, WorldSeed seed)
+    : parts_(std::make_unique<Parts>(draw_gyro(parameters, seed.gyro), splitmix64(seed.gyro ^ splitmix64(seed.run)))) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;

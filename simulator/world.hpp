@@ -21,11 +21,15 @@ struct WorldParameters;  // simulator/world_parameters.hpp
 /// with its place.
 [[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file);
 
+/// Which gyro, and which of its runs: two runs of one gyro share its physics and none of its noise.
+struct WorldSeed {
+  std::uint64_t gyro{};  ///< 0 is the gyro of the file exactly; any other draws another gyro of the same type
+  std::uint64_t run{};   ///< draws the noise
+};
+
 class World {
  public:
-  /// Seed 0 is the gyro of the file exactly; any other seed draws another gyro of the same type. The seed also draws
-  /// the noise.
-  World(const WorldParameters& parameters, std::uint64_t seed);
+  World(const WorldParameters& parameters, WorldSeed seed);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;

@@ -66,7 +66,7 @@ TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
 
 TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
   Laboratory laboratory(kShort);
-  auto rig = Rig::assemble(laboratory.file(), {.seed = 0, .already = {}, .replay = {}});
+  auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
   const auto refuse = [&](const ChamberState& now) -> Result<void> {

@@ -60,7 +60,7 @@ class Laboratory {
 
   /// Runs until the profile's end, or `seconds`; the outcome of the last tick.
   Outcome run(std::int64_t seconds = 1'000'000) {
-    auto rig = Rig::assemble(file_, {.seed = seed_, .already = {}, .replay = {}});
+    auto rig = Rig::assemble(file_, {.seed = {.gyro = seed_, .run = 0}, .already = {}, .replay = {}});
     EXPECT_TRUE(rig) << text(rig.error());
     const auto state = begin(profile_);
     const auto prepared = (*rig)->prepare(command(profile_, state));

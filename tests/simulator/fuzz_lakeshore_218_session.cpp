@@ -6,7 +6,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static const World world(world_of_rig("virtual"), 0);
+  static const World world(world_of_rig("virtual"), {});
   Lakeshore218Session session(world, {0, 1, 2, 3});
   std::vector<std::byte> reply;
   if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();

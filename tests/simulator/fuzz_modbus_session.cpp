@@ -6,7 +6,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static World world(world_of_rig("virtual"), 0);
+  static World world(world_of_rig("virtual"), {});
   static ChamberRegisters registers(chamber_map("virtual"), world);
   ModbusSession session(registers);
   std::vector<std::byte> reply;

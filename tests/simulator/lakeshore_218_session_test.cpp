@@ -16,7 +16,7 @@ class Lakeshore218SessionTest : public testing::Test {
   }
   [[nodiscard]] double reading_c(std::size_t place) const { return world.thermometers_as_measured_c()[place]; }
 
-  World world{world_of_rig("virtual"), 0};
+  World world{world_of_rig("virtual"), {}};
   Lakeshore218Session session{world, {0, 1, 2, 3, 4, 5, 6, 8}};
 };
 
@@ -56,7 +56,7 @@ TEST_F(Lakeshore218SessionTest, TakesCommandsInAnyPieces) {
 }
 
 TEST(Lakeshore218Session, ReadsAnInputWithoutAThermometerAsZeroKelvin) {
-  const World world(world_of_rig("virtual"), 0);
+  const World world(world_of_rig("virtual"), {});
   Lakeshore218Session session(world, {8});
   std::vector<std::byte> reply;
   ASSERT_TRUE(session.feed(std::as_bytes(std::span(std::string_view("CRDG? 2\r\n"))), reply));

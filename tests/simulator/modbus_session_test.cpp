@@ -35,7 +35,7 @@ class ModbusSessionTest : public testing::Test {
   }
 
   RegisterMap map = chamber_map("virtual");
-  World world{world_of_rig("virtual"), 0};
+  World world{world_of_rig("virtual"), {}};
   ChamberRegisters registers{map, world};
   ModbusSession session{registers};
 };
@@ -138,7 +138,7 @@ TEST_F(ModbusSessionTest, TakesFramesInAnyPieces) {
 
 TEST(ChamberRegisters, ServesEveryItemOfEveryShippedMap) {
   for (const char* name : {"virtual", "watlow_f4t"}) {
-    World world(world_of_rig("virtual"), 0);
+    World world(world_of_rig("virtual"), {});
     const auto map = chamber_map(name);
     const ChamberRegisters registers(map, world);
     for (const auto& item : map.items) {
@@ -154,7 +154,7 @@ TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
   for (auto& item : map.items) {
     if (item.name == "set_point") item.address = 110;
   }
-  World world(world_of_rig("virtual"), 0);
+  World world(world_of_rig("virtual"), {});
   Words words;
   EXPECT_TRUE(ChamberRegisters(map, world).read(100, 12, words));
   EXPECT_EQ(words[9], 0);

@@ -67,7 +67,7 @@ class Client {
 class VirtualInstrumentsTest : public testing::Test {
  protected:
   static std::unique_ptr<VirtualInstruments> start(std::uint64_t seed = 0) {
-    auto started = VirtualInstruments::start(World(world_of_rig("virtual"), seed),
+    auto started = VirtualInstruments::start(World(world_of_rig("virtual"), {.gyro = seed, .run = 0}),
                                              {.chamber = chamber_map("virtual"),
                                               .thermometers = {{{"A", "B", "C", "D", "E", "F", "G", "H"}}, {{"shell"}}},
                                               .gyro = gyro_of_rig("virtual")});
@@ -102,7 +102,7 @@ class VirtualInstrumentsTest : public testing::Test {
 TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
   const Client chamber(instruments->chamber_port());
   const Client thermometer(instruments->thermometer_port(0));
-  World same(world_of_rig("virtual"), 0);
+  World same(world_of_rig("virtual"), {});
   write_chamber(chamber, "set_point", -30);
   write_chamber(chamber, "control_mode", 1);
   same.command({-30});
@@ -117,7 +117,7 @@ TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
 
 TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
   const Client shell(instruments->thermometer_port(1));
-  const World same(world_of_rig("virtual"), 0);
+  const World same(world_of_rig("virtual"), {});
   EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
 }
 
@@ -129,7 +129,7 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
   EXPECT_EQ(bytes, second.receive(160));
   FrameDecoder decoder(gyro_of_rig("virtual"));
   decoder.feed(bytes);
-  World same(world_of_rig("virtual"), 0);
+  World same(world_of_rig("virtual"), {});
   for (std::uint32_t i = 0; i < 10; ++i) {
     const auto frame = decoder.take();
     same.step();
@@ -217,7 +217,7 @@ TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
 
 TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
   const auto started =
-      VirtualInstruments::start(World(world_of_rig("virtual"), 0),
+      VirtualInstruments::start(World(world_of_rig("virtual"), {}),
                                 {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyro = gyro_of_rig("virtual")});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::usage);
@@ -226,7 +226,7 @@ TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
 
 TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
   const auto started = VirtualInstruments::start(
-      World(world_of_rig("virtual"), 0),
+      World(world_of_rig("virtual"), {}),
       {.chamber = map, .thermometers = {}, .gyro = gyro_of_rig("virtual"), .first_port = instruments->chamber_port()});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::disconnected);

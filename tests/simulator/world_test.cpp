@@ -27,7 +27,7 @@ std::vector<double> seen(World& world, Celsius set_point, int seconds) {
 }
 
 std::vector<double> seen_with_seed(std::uint64_t seed) {
-  World world(world_of_rig("virtual"), seed);
+  World world(world_of_rig("virtual"), {.gyro = seed, .run = 0});
   return seen(world, {-10}, 600);
 }
 
@@ -40,9 +40,20 @@ TEST(World, DiffersBySeed) {
   EXPECT_NE(seen_with_seed(1), seen_with_seed(2));
 }
 
+TEST(World, TwoRunsOfOneGyroShareNoNoise) {
+  World first(world_of_rig("virtual"), {.gyro = 1, .run = 1});
+  World second(world_of_rig("virtual"), {.gyro = 1, .run = 2});
+  for (int i = 0; i < 100; ++i) {
+    first.step();
+    second.step();
+  }
+  EXPECT_NE(first.pulses(), second.pulses());
+  EXPECT_NEAR(static_cast<double>(first.pulses()), static_cast<double>(second.pulses()), 10) << "the same physics";
+}
+
 TEST(World, DoesNotChangeByBeingRead) {
-  World read(world_of_rig("virtual"), 3);
-  World unread(world_of_rig("virtual"), 3);
+  World read(world_of_rig("virtual"), {.gyro = 3, .run = 0});
+  World unread(world_of_rig("virtual"), {.gyro = 3, .run = 0});
   (void)seen(read, {30}, 100);
   unread.command({30});
   unread.switch_on(true);
@@ -51,7 +62,7 @@ TEST(World, DoesNotChangeByBeingRead) {
 }
 
 TEST(World, StartsAtRestAndSwitchedOff) {
-  const World world(world_of_rig("virtual"), 0);
+  const World world(world_of_rig("virtual"), {.gyro = 0, .run = 0});
   EXPECT_FALSE(world.is_on());
   EXPECT_EQ(world.set_point().value, 20);
   EXPECT_EQ(world.pulses(), 0);
@@ -61,7 +72,7 @@ TEST(World, StartsAtRestAndSwitchedOff) {
 }
 
 TEST(World, RefusesSetPointsThatThePlantCannotHold) {
-  const World world(world_of_rig("virtual"), 0);
+  const World world(world_of_rig("virtual"), {.gyro = 0, .run = 0});
   EXPECT_TRUE(world.accepts({-45}));
   EXPECT_TRUE(world.accepts({90}));
   EXPECT_FALSE(world.accepts({-45.1}));
@@ -70,7 +81,7 @@ TEST(World, RefusesSetPointsThatThePlantCannotHold) {
 
 TEST(World, CountsEarthRateAndBias) {
   auto parameters = world_of_rig("virtual");
-  World world(parameters, 0);
+  World world(parameters, {});
   (void)seen(world, {20}, 3600);
   const double arcsec = static_cast<double>(world.pulses()) * parameters.gyro.arcsec_per_pulse;
   EXPECT_NEAR(arcsec / 3600, parameters.gyro.earth_rate_deg_per_h + world.true_bias().value, 0.002);

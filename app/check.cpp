@@ -30,33 +30,69 @@ std::string rig_lines(const RigFile& rig) {
       channels_of(rig).size(), rig.gyro.scale);
 }
 
-/// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
-Result<void> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed) {
-  auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
-  if (!rig) return failure(rig.error());
-  Result<void> all;
-  for (const auto& answer : (*rig)->ask()) {
-    if (answer)
-      console.data("  " + *answer + "\n");
-    else if (all)
-      all = failure(answer.error());
-    else
-      console.complain(answer.error());
-  }
-  return all;
+nlohmann::ordered_json rig_json(const RigFile& rig) {
+  const auto& limits = rig.chamber_limits;
+  return {{"file", rig.file},
+          {"simulated", rig.simulated},
+          {"chamber", rig.chamber_map.name},
+          {"lowest_c", limits.lowest.value},
+          {"highest_c", limits.highest.value},
+          {"fastest_heating_c_per_min", limits.fastest_heating.value},
+          {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
+          {"safe_set_point_c", rig.safe_set_point.value},
+          {"thermometers", channels_of(rig).size()},
+          {"arcsec_per_pulse", rig.gyro.scale}};
 }
 
-std::string timeline_json(const Profile& profile, const Timeline& timeline) {
+nlohmann::ordered_json timeline_json(const Profile& profile, const Timeline& timeline) {
   const auto total = [](const CycleTotal& cycle) {
     return nlohmann::ordered_json{{"name", cycle.name},
                                   {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
                                   {"clusters", cycle.clusters}};
   };
   nlohmann::ordered_json json{
-      {"profile", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
+      {"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
   json["cycles"] = nlohmann::ordered_json::array();
   for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
-  return json.dump() + "\n";
+  return json;
+}
+
+/// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
+Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed) {
+  auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+  if (!rig) return failure(rig.error());
+  Result<std::vector<std::string>> all;
+  for (const auto& answer : (*rig)->ask()) {
+    if (answer && all)
+      all->push_back(*answer);
+    else if (!answer && all)
+      all = failure(answer.error());
+    else if (!answer)
+      console.complain(answer.error());
+  }
+  return all;
+}
+
+/// What was found, for people and for programs.
+struct Findings {
+  std::string words;
+  nlohmann::ordered_json json;
+};
+
+/// Checks the rig and, if asked to, its instruments; the limits of its chamber.
+Result<ChamberLimits> check_rig(Console& console, const Options& options, Findings& found) {
+  const auto rig = read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  if (rig->simulated)
+    if (const auto world = parse_world(rig->text, rig->file); !world) return failure(world.error());
+  found.words += rig_lines(*rig);
+  found.json["rig"] = rig_json(*rig);
+  if (!options.connect) return rig->chamber_limits;
+  const auto answers = ask_instruments(console, *rig, options.seed);
+  if (!answers) return failure(answers.error());
+  for (const auto& answer : *answers) found.words += "  " + answer + "\n";
+  found.json["instruments"] = *answers;
+  return rig->chamber_limits;
 }
 
 Result<Exit> check(Console& console, const Options& options) {
@@ -64,22 +100,21 @@ Result<Exit> check(Console& console, const Options& options) {
     return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
   if (options.connect && options.rig.empty())
     return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
+  Findings found;
   ChamberLimits limits;
   if (!options.rig.empty()) {
-    const auto rig = read_rig(options.rig);
-    if (!rig) return failure(rig.error());
-    if (rig->simulated)
-      if (const auto world = parse_world(rig->text, rig->file); !world) return failure(world.error());
-    limits = rig->chamber_limits;
-    if (!console.json) console.data(rig_lines(*rig));
-    if (options.connect)
-      if (auto asked = ask_instruments(console, *rig, options.seed); !asked) return failure(asked.error());
+    const auto checked = check_rig(console, options, found);
+    if (!checked) return failure(checked.error());
+    limits = *checked;
   }
-  if (options.profile.empty()) return Exit::done;
-  const auto profile = read_profile(options.profile, limits);
-  if (!profile) return failure(profile.error());
-  const auto timeline = plan(*profile);
-  console.data(console.json ? timeline_json(*profile, timeline) : describe(*profile, timeline));
+  if (!options.profile.empty()) {
+    const auto profile = read_profile(options.profile, limits);
+    if (!profile) return failure(profile.error());
+    const auto timeline = plan(*profile);
+    found.words += describe(*profile, timeline);
+    found.json["profile"] = timeline_json(*profile, timeline);
+  }
+  console.data(console.json ? found.json.dump() + "\n" : found.words);
   return Exit::done;
 }
 

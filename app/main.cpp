@@ -1,6 +1,7 @@
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -28,17 +29,14 @@ void add_commands(Program& program) {
   add_report(program);
 }
 
-/// The likeliest command for a word that is none, or "".
-std::string suggestion(const CLI::App& cli, int argc, char** argv) {
+/// What to say of a first word that is no command, or "" if it is one or there is none.
+std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
   std::vector<std::string> known;
   for (const auto* command : cli.get_subcommands({})) known.push_back(command->get_name());
-  for (int i = 1; i < argc; ++i)
-    if (const std::string word = argv[i]; !word.starts_with('-')) {
-      for (const auto& name : known)
-        if (name == word) return {};
-      return nearest(word, known);
-    }
-  return {};
+  if (argc < 2 || argv[1][0] == '-' || std::find(known.begin(), known.end(), argv[1]) != known.end()) return {};
+  const auto near = nearest(argv[1], known);
+  return near.empty() ? fmt::format("\"{}\" is none of the commands {}", argv[1], fmt::join(known, ", "))
+                      : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", argv[1], near);
 }
 
 int run(int argc, char** argv) {
@@ -52,9 +50,8 @@ int run(int argc, char** argv) {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
-    fmt::print(stderr, "gyrotherm: {}\n", error.what());
-    if (const auto word = suggestion(program.cli, argc, argv); !word.empty())
-      fmt::print(stderr, "Did you mean \"{}\"?\n", word);
+    const auto unknown = unknown_command(program.cli, argc, argv);
+    fmt::print(stderr, "gyrotherm: {}\n", unknown.empty() ? error.what() : unknown);
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
   }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "tests/app/program.hpp"
 
@@ -62,6 +63,17 @@ TEST(Check, ConnectAsksEveryInstrumentOfTheVirtualRig) {
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   for (const auto* word : {"chamber:", "LSCI,MODEL218", "gyro:"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+TEST(Check, FindingsAreOneJsonDocument) {
+  const auto ran =
+      gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml --connect --json");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto found = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(found["rig"]["simulated"], true);
+  EXPECT_EQ(found["instruments"].size(), 4u);
+  EXPECT_EQ(found["profile"]["all"]["seconds"], 221600);
+  EXPECT_EQ(found["profile"]["all"]["clusters"], 2216);
 }
 
 TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {

@@ -9,7 +9,8 @@
 
 namespace gyrotherm {
 
-Result<ClusterRange> parse_cluster_range(const std::string& text) {
+Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text) {
+  if (text.empty()) return std::nullopt;
   ClusterRange range;
   const char* end = text.data() + text.size();
   const auto first = std::from_chars(text.data(), end, range.first);

@@ -22,8 +22,8 @@ struct Evidence {
 struct ClusterRange {
   Eigen::Index first{}, end{};
 };
-/// "0:14" → the clusters 0 … 13. Fails with usage.
-[[nodiscard]] Result<ClusterRange> parse_cluster_range(const std::string& text);
+/// "0:14" → the clusters 0 … 13; "" → all of them. Fails with usage.
+[[nodiscard]] Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text);
 
 /// With a range, only those clusters. Fails like load_dataset and make_clusters, or with usage if the record has not
 /// that many.

@@ -50,11 +50,12 @@ Result<void> record(Console& console, const Run& run, const RigFile& rig, std::u
 }
 
 Result<void> load(Run& run) {
-  auto evidence = load_evidence(run.path);
-  if (!evidence) return failure(evidence.error());
-  run.evidence = std::move(*evidence);
   const auto rows = read_record(run.path);
   if (!rows) return failure(rows.error());
+  auto dataset = make_dataset(*rows, run.path);
+  auto clusters = make_clusters(dataset);
+  if (!clusters) return failure(clusters.error());
+  run.evidence = {std::move(dataset), std::move(*clusters)};
   run.sha256 = sha256(to_csv(*rows));
   return {};
 }

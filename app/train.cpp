@@ -38,16 +38,12 @@ std::string words(const Model& model) {
 }
 
 Result<Exit> train_and_write(Console& console, const Options& options) {
-  std::optional<ClusterRange> range;
-  if (!options.clusters.empty()) {
-    const auto parsed = parse_cluster_range(options.clusters);
-    if (!parsed) return failure(parsed.error());
-    range = *parsed;
-  }
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
   std::vector<Dataset> datasets;
   std::vector<Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto evidence = load_evidence(run, range);
+    auto evidence = load_evidence(run, *range);
     if (!evidence) return failure(evidence.error());
     datasets.push_back(std::move(evidence->dataset));
     clusters.push_back(std::move(evidence->clusters));

@@ -57,14 +57,10 @@ std::string json(const std::string& run, const Verification& v) {
 Result<Exit> verify_all(Console& console, const Options& options) {
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  std::optional<ClusterRange> range;
-  if (!options.clusters.empty()) {
-    const auto parsed = parse_cluster_range(options.clusters);
-    if (!parsed) return failure(parsed.error());
-    range = *parsed;
-  }
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
   for (const auto& run : options.runs) {
-    const auto evidence = load_evidence(run, range);
+    const auto evidence = load_evidence(run, *range);
     if (!evidence) return failure(evidence.error());
     const auto verification = verify(*model, evidence->dataset, evidence->clusters);
     if (!verification) return failure(verification.error());

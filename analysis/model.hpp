@@ -2,39 +2,23 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "analysis/clusters.hpp"
 #include "analysis/correlation.hpp"
 #include "analysis/features.hpp"
+#include "analysis/function.hpp"
+#include "analysis/method.hpp"
 #include "analysis/statistics.hpp"
-#include "analysis/svr.hpp"
 #include "analysis/tuning.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
 
-inline constexpr const char* kModelSchema = "gyrotherm-model/1";
-
-/// f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b, z the scaled inputs; bias = f·target.std + target.mean.
-struct SvrModel {
-  SampleMatrix support_vectors;  ///< scaled
-  Eigen::VectorXd beta;
-  double b{};
-  SvrParameters parameters;
-  double relative_gap{};
-  double kkt_violation{};
-};
-
-/// f(z) = w·z + b by column-pivoted QR; the shortest w where inputs are dependent.
-struct LinearModel {
-  Eigen::VectorXd weights;
-  double b{};
-  double residual_std_deg_per_h{};  ///< √(RSS/(n − p)), p independent coefficients with the constant
-};
+inline constexpr const char* kModelSchema = "gyrotherm-model/2";
 
 struct TrainingRecord {
   std::string run_id;
@@ -48,23 +32,28 @@ struct TrainingRecord {
 struct Model {
   std::string program_version;
   std::string inputs;             ///< "multi-point", "multi-point-t", "three-point" or the terms as given
-  std::string method;             ///< "svr" or "linear"
+  std::string method;             ///< a name of the table of methods
   double cluster_length_s = 100;  ///< of the means it was trained on
   std::vector<Term> terms;
   Scaling scaling;
   double target_mean_deg_per_h{};
   double target_std_deg_per_h{};
-  std::variant<SvrModel, LinearModel> function;
+  Function function;
+  HyperParameters hyper_parameters;  ///< as chosen on the held-out folds
+  double effective_parameters{};     ///< of the function; see Fit
+  double residual_std_deg_per_h{};   ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
+  std::string particulars;           ///< see Fit
   std::vector<TrainingRecord> trained_on;
   Selection selection;           ///< multi-point only
-  TuningSummary tuning;          ///< svr only
+  TuningSummary tuning;          ///< support vector methods only; else "was not run"
   TuningOptions tuning_options;  ///< as used
   bool quick{};                  ///< tuned with a small swarm, for a try
   std::string folds;             ///< "leave one cycle out (4)", "4 consecutive blocks"
   Figures in_sample;             ///< residual on the training clusters: not a verification
   Figures leave_cycle_out;       ///< each fold predicted by a model refitted without it, selection and scaling included
-  Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
-  Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
+  std::optional<Figures> nested_leave_cycle_out;  ///< the same, hyper-parameters chosen without the fold too
+  Eigen::VectorXd leave_cycle_out_residual;       ///< per training cluster, °/h (kept in the file for the report)
+  Eigen::RowVectorXd input_min, input_max;        ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
 };
 

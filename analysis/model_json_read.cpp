@@ -157,9 +157,41 @@ SvrModel svr_of(const Node& node, Eigen::Index inputs) {
 }
 
 LinearModel linear_of(const Node& node, Eigen::Index inputs) {
-  LinearModel linear{vector_of(node.at("weights")), node.at("b").number(), node.at("residual_std_deg_per_h").number()};
+  LinearModel linear{vector_of(node.at("weights")), node.at("b").number()};
   node.at("weights").expect(linear.weights.size() == inputs, "expected one number per input");
   return linear;
+}
+
+Eigen::VectorXd positive_of(const Node& node) {
+  Eigen::VectorXd values = vector_of(node);
+  node.expect((values.array() > 0).all(), "expected numbers above 0");
+  return values;
+}
+
+ExpansionModel expansion_of(const Node& node, Eigen::Index inputs) {
+  ExpansionModel expansion{.centres = matrix_of(node.at("centres"), inputs),
+                           .lengths = positive_of(node.at("lengths")).transpose(),
+                           .widths = positive_of(node.at("widths")),
+                           .weights = vector_of(node.at("weights")),
+                           .b = node.at("b").number()};
+  node.at("lengths").expect(expansion.lengths.size() == inputs, "expected one number per input");
+  node.at("widths").expect(expansion.widths.size() == expansion.centres.rows(), "expected one number per centre");
+  node.at("weights").expect(expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
+  return expansion;
+}
+
+NetworkModel network_of(const Node& node, Eigen::Index inputs) {
+  NetworkModel network{.weights = matrix_of(node.at("weights"), inputs),
+                       .offsets = vector_of(node.at("offsets")),
+                       .out = vector_of(node.at("out")),
+                       .b = node.at("b").number()};
+  node.at("offsets").expect(network.offsets.size() == network.weights.rows(), "expected one number per hidden unit");
+  node.at("out").expect(network.out.size() == network.weights.rows(), "expected one number per hidden unit");
+  return network;
+}
+
+HyperParameters hyper_parameters_of(const Node& node) {
+  return list(node, [](const Node& n) { return HyperParameter{n.at("name").text(), n.at("value").number()}; });
 }
 
 TrainingRecord record_of(const Node& node) {
@@ -256,18 +288,27 @@ void read_terms(const Node& node, Model& model) {
 
 void read_function(const Node& root, Model& model) {
   const auto inputs = static_cast<Eigen::Index>(model.terms.size());
-  if (model.method == "linear") {
-    model.function = linear_of(root.at("function"), inputs);
-    return;
-  }
-  root.at("method").expect(model.method == "svr", "expected svr or linear");
-  model.function = svr_of(root.at("function"), inputs);
+  root.at("method").expect(find_method(model.method).has_value(), "expected a method that is known");
+  const Node function = root.at("function");
+  const std::string form = function.at("form").text();
+  if (form == "svr") model.function = svr_of(function, inputs);
+  if (form == "linear") model.function = linear_of(function, inputs);
+  if (form == "expansion") model.function = expansion_of(function, inputs);
+  if (form == "network") model.function = network_of(function, inputs);
+  const bool known = form == "svr" || form == "linear" || form == "expansion" || form == "network";
+  function.at("form").expect(known, "expected svr, linear, expansion or network");
+  model.hyper_parameters = hyper_parameters_of(root.at("hyper_parameters"));
+  model.effective_parameters = root.at("effective_parameters").not_negative();
+  model.particulars = root.at("particulars").text();
+  model.residual_std_deg_per_h =
+      root.has("residual_std_deg_per_h") ? root.at("residual_std_deg_per_h").not_negative() : std::nan("");
+  if (!root.has("tuning")) return;
   model.tuning = tuning_of(root.at("tuning"));
   model.tuning_options = tuning_options_of(root.at("tuning").at("options"));
 }
 
 Model model_of(const Node& root) {
-  root.at("schema").expect(root.at("schema").text() == kModelSchema, "expected gyrotherm-model/1");
+  root.at("schema").expect(root.at("schema").text() == kModelSchema, "expected gyrotherm-model/2");
   Model model;
   model.program_version = root.at("program_version").text();
   model.inputs = root.at("inputs").text();
@@ -283,6 +324,9 @@ Model model_of(const Node& root) {
   model.folds = root.at("folds").text();
   model.in_sample = figures_of_node(root.at("in_sample"));
   model.leave_cycle_out = figures_of_node(root.at("leave_cycle_out"));
+  if (root.has("nested_leave_cycle_out")) {
+    model.nested_leave_cycle_out = figures_of_node(root.at("nested_leave_cycle_out"));
+  }
   model.leave_cycle_out_residual = vector_of(root.at("leave_cycle_out_residual_deg_per_h"));
   model.warnings = texts(root.at("warnings"));
   return model;

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "analysis/model.hpp"
@@ -45,7 +46,8 @@ Json json_of(const SvrParameters& parameters) {
 }
 
 Json json_of(const SvrModel& svr) {
-  return {{"parameters", json_of(svr.parameters)},
+  return {{"form", "svr"},
+          {"parameters", json_of(svr.parameters)},
           {"b", svr.b},
           {"relative_gap", svr.relative_gap},
           {"kkt_violation", svr.kkt_violation},
@@ -54,8 +56,32 @@ Json json_of(const SvrModel& svr) {
 }
 
 Json json_of(const LinearModel& linear) {
-  return {
-      {"weights", numbers(linear.weights)}, {"b", linear.b}, {"residual_std_deg_per_h", linear.residual_std_deg_per_h}};
+  return {{"form", "linear"}, {"weights", numbers(linear.weights)}, {"b", linear.b}};
+}
+
+Json json_of(const ExpansionModel& expansion) {
+  return {{"form", "expansion"},
+          {"b", expansion.b},
+          {"lengths", numbers(expansion.lengths)},
+          {"widths", numbers(expansion.widths)},
+          {"weights", numbers(expansion.weights)},
+          {"centres", rows(expansion.centres)}};
+}
+
+Json json_of(const NetworkModel& network) {
+  return {{"form", "network"},
+          {"b", network.b},
+          {"out", numbers(network.out)},
+          {"offsets", numbers(network.offsets)},
+          {"weights", rows(network.weights)}};
+}
+
+Json json_of(const HyperParameters& parameters) {
+  Json array = Json::array();
+  for (const HyperParameter& parameter : parameters) {
+    array.push_back({{"name", parameter.name}, {"value", parameter.value}});
+  }
+  return array;
 }
 
 Json json_of(const std::vector<TrainingRecord>& records) {
@@ -156,9 +182,14 @@ std::string to_json(const Model& model) {
       {"leave_cycle_out", json_of(model.leave_cycle_out)},
       {"leave_cycle_out_residual_deg_per_h", numbers(model.leave_cycle_out_residual)},
       {"warnings", model.warnings},
+      {"hyper_parameters", json_of(model.hyper_parameters)},
+      {"effective_parameters", model.effective_parameters},
+      {"particulars", model.particulars},
       {"function", std::visit([](const auto& function) { return json_of(function); }, model.function)}};
   if (!model.selection.terms.empty()) json["selection"] = json_of(model.selection);
-  if (std::holds_alternative<SvrModel>(model.function)) json["tuning"] = json_of(model.tuning, model.tuning_options);
+  if (std::isfinite(model.residual_std_deg_per_h)) json["residual_std_deg_per_h"] = model.residual_std_deg_per_h;
+  if (model.nested_leave_cycle_out) json["nested_leave_cycle_out"] = json_of(*model.nested_leave_cycle_out);
+  if (model.tuning.swarm.end != SwarmEnd::was_not_run) json["tuning"] = json_of(model.tuning, model.tuning_options);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,19 +1,42 @@
-/// The figures by which a residual is judged: eq. 11 and what it hides; and the noise floor of the record itself.
+/// The figures by which a residual is judged: eq. 11, what it hides, and how well it is known.
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "analysis/clusters.hpp"
 
 namespace gyrotherm {
 
+/// How many independent values tell as much as these, which depend on their neighbours; 0 if that was not asked.
+struct EffectiveNumber {
+  double of_std{};   ///< n²/(n + 2 Σ n_k ρ_k²): for the STD
+  double of_mean{};  ///< n²/(n + 2 Σ n_k ρ_k), at most n: for the mean
+};
+
+/// Of values that stand at whole `places`, rising: n_k pairs lie k places apart, and their autocorrelation is ρ_k
+/// (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k, chance to 95 %. Both are
+/// n where fewer than four values are given or they do not vary.
+[[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
+                                               const Eigen::Ref<const Eigen::VectorXi>& places);
+
 /// Of cluster means, °/h. `std` is eq. 11 (N − 1), 0 of a single value; all are 0 of none.
 struct Figures {
   double std{}, mean{}, rmse{}, max_abs{};
   int count{};
+  EffectiveNumber effective{};
 };
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values);
+
+/// The same of values at these clusters of a record, one each, with their effective number. Nothing is correlated
+/// across two records.
+[[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
+                                 const std::vector<Eigen::Index>& rows);
+/// Of all clusters.
+[[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
+
+/// Standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff; NaN if the effective number is not known.
+[[nodiscard]] double std_error(const Figures& figures);
+[[nodiscard]] double mean_error(const Figures& figures);
 
 /// Both ways of saying "improvement" (errata 1.1).
 struct Improvement {
@@ -23,28 +46,5 @@ struct Improvement {
   double residual_reduction{};  ///< 1 − s_multi/s_three
 };
 [[nodiscard]] Improvement improvement(double std_raw, double std_three_point, double std_multi_point);
-
-/// σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of each hold (physics of the noise
-/// floor); NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end of
-/// the last one. A record without segments is one hold. It does not see bias instability slower than some minutes.
-struct NoiseFloor {
-  double deg_per_h{};
-  int differences{};
-};
-[[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments);
-
-/// Figures of one stretch of the profile.
-struct SegmentFigures {
-  int segment{};
-  std::string name;
-  bool hold{};
-  double start_s{}, duration_s{};
-  double mean_temperature_c{};  ///< of the first thermometer
-  double mean_bias_deg_per_h{};
-  Figures residual;
-};
-
-/// Overlapping Allan deviation of evenly spaced values at averaging `m` (NIST SP 1065).
-[[nodiscard]] double overlapping_allan_deviation(const Eigen::Ref<const Eigen::VectorXd>& values, int m);
 
 }  // namespace gyrotherm

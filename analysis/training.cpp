@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "analysis/fitting.hpp"
 #include "analysis/folds.hpp"
 #include "analysis/inputs.hpp"
-#include "core/nearest.hpp"
+#include "analysis/method.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -25,33 +25,31 @@ struct Split {
 /// Everything the fits share.
 struct Workshop {
   Clusters clusters;
+  Clusters lesson;  ///< the clusters as the method learns from them
   InputPlan inputs;
   FoldPlan folds;
   std::vector<Split> splits;
   Preparation all;
 };
 
-/// A fit of either method; the SVR's parameters are those of the tuning.
-struct Method {
-  bool svr{};
-  SvrParameters parameters;
-  SvrOptions options;
+/// A method with all that its fits need.
+struct Recipe {
+  const Method& method;
+  HyperParameters parameters;
+  MethodOptions options;
 };
 
 tl::unexpected<Fault> stopped() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
 
-Result<void> check_method(const std::string& method) {
-  static const std::array<std::string, 2> kMethods = {"svr", "linear"};
-  if (method == kMethods[0] || method == kMethods[1]) return {};
-  const std::string meant = nearest(method, kMethods);
-  return failure(FaultKind::usage, "method",
-                 fmt::format("\"{}\" is neither svr nor linear{}", method,
-                             meant.empty() ? "" : fmt::format(", did you mean {}?", meant)));
+/// What a method learns from: its filter has smoothed the bias, if it has one.
+Clusters lesson_of(const Method& method, Clusters training) {
+  if (method.filter != nullptr) training.bias_deg_per_h = method.filter(training);
+  return training;
 }
 
-Result<Split> split_at(const Workshop& shop, int fold) {
+Result<Split> split_at(const Workshop& shop, const Method& method, int fold) {
   Split split;
-  split.training = pick(shop.clusters, rows_outside(shop.folds, fold));
+  split.training = lesson_of(method, pick(shop.clusters, rows_outside(shop.folds, fold)));
   split.held_out_rows = rows_in(shop.folds, fold);
   split.held_out = pick(shop.clusters, split.held_out_rows);
   auto preparation = prepare(shop.inputs, split.training);
@@ -60,14 +58,18 @@ Result<Split> split_at(const Workshop& shop, int fold) {
   return split;
 }
 
+std::string inputs_of(const TrainingOptions& options, const Method& method) {
+  return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
+}
+
 Result<Workshop> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
-                        const TrainingOptions& options) {
+                        const TrainingOptions& options, const Method& method) {
   if (datasets.empty() || datasets.size() != records.size()) {
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
-  auto inputs = plan_inputs(options.inputs, datasets.front(), options.threshold);
+  auto inputs = plan_inputs(inputs_of(options, method), datasets.front(), options.threshold);
   if (!inputs) return failure(inputs.error());
   auto folds = plan_folds(records);
   if (!folds) return failure(folds.error());
@@ -76,11 +78,12 @@ Result<Workshop> set_up(const std::vector<Dataset>& datasets, const std::vector<
   shop.inputs = std::move(*inputs);
   shop.folds = std::move(*folds);
   for (int fold = 0; fold < shop.folds.count; ++fold) {
-    auto split = split_at(shop, fold);
+    auto split = split_at(shop, method, fold);
     if (!split) return failure(split.error());
     shop.splits.push_back(std::move(*split));
   }
-  auto all = prepare(shop.inputs, shop.clusters);
+  shop.lesson = lesson_of(method, shop.clusters);
+  auto all = prepare(shop.inputs, shop.lesson);
   if (!all) return failure(all.error());
   shop.all = std::move(*all);
   return shop;
@@ -95,45 +98,42 @@ Result<Fold> fold_of(const Split& split) {
               .train_y = scaled_target(split.preparation, split.training),
               .test_x = std::move(*test_x),
               .test_y = scaled_target(split.preparation, split.held_out),
-              .target_scale = split.preparation.target_std_deg_per_h};
+              .target_scale = split.preparation.target_std_deg_per_h,
+              .terms = split.preparation.terms};
 }
 
-Result<TuningSummary> tune(const Workshop& shop, const TuningOptions& options, const ProgressSink& progress) {
+Result<Choice> choose(const Workshop& shop, const Recipe& recipe, const ProgressSink& progress) {
   std::vector<Fold> folds;
   for (const Split& split : shop.splits) {
     auto fold = fold_of(split);
     if (!fold) return failure(fold.error());
     folds.push_back(std::move(*fold));
   }
-  return tune_svr(folds, options, progress);
+  return recipe.method.choose(folds, recipe.options, progress);
 }
 
-Result<Model> fit(const Preparation& preparation, const Clusters& training, const Method& method) {
+Result<Model> fit(const Preparation& preparation, const Clusters& training, const Recipe& recipe) {
   const auto x = scaled_inputs(preparation, training);
   if (!x) return failure(x.error());
   const Eigen::VectorXd y = scaled_target(preparation, training);
-  const auto assembled = [&](auto function) { return assemble(preparation, std::move(function)); };
-  if (!method.svr) return fit_linear(*x, y, preparation.target_std_deg_per_h).map(assembled);
-  return fit_svr(*x, y, method.parameters, method.options).map(assembled);
+  return recipe.method.fit({*x, y, preparation.terms}, recipe.parameters, recipe.options).map([&](Fit&& fitted) {
+    return assemble(preparation, std::move(fitted));
+  });
 }
 
 /// The model to keep asks for a tight certificate and settles for the common one.
-Result<Model> fit_to_keep(const Workshop& shop, Method method) {
+Result<Model> fit_to_keep(const Workshop& shop, Recipe recipe) {
   constexpr double kTightGap = 1e-6;
-  const SvrOptions common = method.options;
-  method.options.relative_gap = std::min(kTightGap, common.relative_gap);
-  auto model = fit(shop.all, shop.clusters, method);
-  if (model || model.error().kind != FaultKind::numeric) return model;
-  method.options = common;
-  return fit(shop.all, shop.clusters, method);
+  recipe.options.tight_gap = kTightGap;
+  return fit(shop.all, shop.lesson, recipe);
 }
 
-Result<Eigen::VectorXd> leave_out_residual(const Workshop& shop, const Method& method, const ProgressSink& progress) {
+Result<Eigen::VectorXd> leave_out_residual(const Workshop& shop, const Recipe& recipe, const ProgressSink& progress) {
   Eigen::VectorXd residual(shop.clusters.bias_deg_per_h.size());
   for (std::size_t i = 0; i < shop.splits.size(); ++i) {
     const Split& split = shop.splits[i];
     if (!keep_going(progress, "leaving each fold out", static_cast<double>(i) / shop.folds.count)) return stopped();
-    const auto model = fit(split.preparation, split.training, method);
+    const auto model = fit(split.preparation, split.training, recipe);
     if (!model) return failure(model.error());
     const auto predicted = predict(*model, split.held_out);
     if (!predicted) return failure(predicted.error());
@@ -170,13 +170,17 @@ Result<void> judge_in_sample(Model& model, const Workshop& shop) {
   if (!inputs) return failure(inputs.error());
   model.input_min = inputs->colwise().minCoeff();
   model.input_max = inputs->colwise().maxCoeff();
-  model.in_sample = figures_of(shop.clusters.bias_deg_per_h - predict(model, *inputs));
+  const Eigen::VectorXd residual = shop.clusters.bias_deg_per_h - predict(model, *inputs);
+  model.in_sample = figures_of(residual);
+  const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
+  model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");
   return {};
 }
 
-void collect_warnings(Model& model, const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+void collect_warnings(Model& model, const std::vector<std::string>& of_choice, const std::vector<Dataset>& datasets,
+                      const std::vector<Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
-  model.warnings.insert(model.warnings.end(), model.tuning.warnings.begin(), model.tuning.warnings.end());
+  model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
     if (!(model.in_sample.std < floor.deg_per_h)) continue;
@@ -199,31 +203,29 @@ Result<void> check_distinct(const std::vector<Dataset>& datasets) {
 
 Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
                     const TrainingOptions& options, const ProgressSink& progress) {
-  if (const auto known = check_method(options.method); !known) return failure(known.error());
+  const auto method = find_method(options.method);
+  if (!method) return failure(method.error());
   if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
-  const auto shop = set_up(datasets, clusters, options);
+  const auto shop = set_up(datasets, clusters, options, **method);
   if (!shop) return failure(shop.error());
 
-  Method method;
-  method.svr = options.method == "svr";
-  TuningSummary tuning;
   const TuningOptions tuning_options = tuning_options_of(options);
-  if (method.svr) {
-    auto tuned = tune(*shop, tuning_options, progress);
-    if (!tuned) return failure(tuned.error());
-    tuning = std::move(*tuned);
-    method = {.svr = true, .parameters = tuning.best, .options = tuning_options.svr};
-  }
-  auto residual = leave_out_residual(*shop, method, progress);
+  Recipe recipe{**method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed}};
+  auto choice = choose(*shop, recipe, progress);
+  if (!choice) return failure(choice.error());
+  recipe.parameters = choice->parameters;
+  auto residual = leave_out_residual(*shop, recipe, progress);
   if (!residual) return failure(residual.error());
   if (!keep_going(progress, "fitting", 0)) return stopped();
-  auto model = fit_to_keep(*shop, method);
+  auto model = fit_to_keep(*shop, recipe);
   if (!model) return model;
 
   model->program_version = options.program_version;
-  model->inputs = options.inputs;
+  model->method = (*method)->name;
+  model->inputs = inputs_of(options, **method);
+  model->hyper_parameters = choice->parameters;
   model->cluster_length_s = shop->clusters.length_s;
-  model->tuning = std::move(tuning);
+  if (choice->tuning) model->tuning = *choice->tuning;
   model->tuning_options = tuning_options;
   model->quick = options.quick;
   model->folds = shop->folds.statement;
@@ -231,7 +233,7 @@ Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clus
   model->leave_cycle_out_residual = std::move(*residual);
   record_sources(*model, datasets, clusters);
   if (const auto judged = judge_in_sample(*model, *shop); !judged) return failure(judged.error());
-  collect_warnings(*model, datasets, clusters);
+  collect_warnings(*model, choice->warnings, datasets, clusters);
   return model;
 }
 

@@ -13,9 +13,9 @@
 namespace gyrotherm {
 
 struct TrainingOptions {
-  std::string inputs =
-      "multi-point";           ///< multi-point | multi-point-t | three-point | seven-point | terms, comma separated
-  std::string method = "svr";  ///< svr | linear
+  std::string inputs;  ///< multi-point | multi-point-t | three-point | seven-point | terms, comma separated; empty:
+                       ///< what the method is published with
+  std::string method = "svr";  ///< a name of the table of methods (method.hpp)
   double threshold = 0.90;     ///< of |r|, multi-point only
   bool quick = false;          ///< a swarm of 8 particles and 6 iterations
   TuningOptions tuning;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/features.hpp"
 #include "analysis/svr.hpp"
 #include "analysis/swarm.hpp"
 #include "core/progress.hpp"
@@ -21,6 +22,7 @@ struct Fold {
   SampleMatrix test_x;
   Eigen::VectorXd test_y;
   double target_scale{};
+  std::vector<Term> terms;  ///< of the columns; the support vector methods do not ask
 };
 
 /// The box of errata 4, in log2.

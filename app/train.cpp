@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "analysis/training.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
@@ -25,8 +27,9 @@ std::string words(const Model& model) {
     text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
-  if (const auto* linear = std::get_if<LinearModel>(&model.function))
-    text += fmt::format("  residual std (n − p): {:.5g} °/h\n", linear->residual_std_deg_per_h);
+  if (std::isfinite(model.residual_std_deg_per_h))
+    text += fmt::format("  residual std (n − p): {:.5g} °/h, p = {:.4g}\n", model.residual_std_deg_per_h,
+                        model.effective_parameters);
   if (const auto* svr = std::get_if<SvrModel>(&model.function))
     text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
                         svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
@@ -35,6 +38,12 @@ std::string words(const Model& model) {
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
   return text;
+}
+
+std::string method_names() {
+  std::vector<std::string_view> names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  return fmt::format("{} (default: svr)", fmt::join(names, ", "));
 }
 
 Result<Exit> train_and_write(Console& console, const Options& options) {
@@ -66,8 +75,9 @@ void add_train(Program& program) {
   command->add_option("runs", options->runs, "the records")->required();
   command->add_option("--out", options->out, "the model")->required();
   command->add_option("--inputs", options->training.inputs,
-                      "multi-point, multi-point-t, three-point, seven-point, or terms like A-B,A,rate:A,A^2");
-  command->add_option("--method", options->training.method, "svr or linear");
+                      "multi-point, multi-point-t, three-point, seven-point, or terms like A-B,A,rate:A,A^2; default: "
+                      "what the method is published with");
+  command->add_option("--method", options->training.method, method_names());
   command->add_option("--threshold", options->training.threshold, "of |r|, for multi-point (default 0.90)")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");

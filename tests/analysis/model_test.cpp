@@ -18,8 +18,31 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 Model small_linear_model() {
   Model model = small_svr_model();
   model.method = "linear";
-  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25, 0.003};
+  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
   model.selection = {};
+  return model;
+}
+
+Model small_expansion_model() {
+  Model model = small_linear_model();
+  model.method = "rbfnn";
+  model.hyper_parameters = {{"centres", 2}, {"lambda", 1e-3}};
+  model.effective_parameters = 2.5;
+  model.function = ExpansionModel{.centres = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                  .lengths = Eigen::RowVector2d{1, 2},
+                                  .widths = Eigen::Vector2d{0.5, 3},
+                                  .weights = Eigen::Vector2d{1.5, -0.75},
+                                  .b = 0.125};
+  return model;
+}
+
+Model small_network_model() {
+  Model model = small_linear_model();
+  model.method = "bpnn";
+  model.function = NetworkModel{.weights = (SampleMatrix(1, 2) << 0.5, -1).finished(),
+                                .offsets = Eigen::VectorXd::Constant(1, 0.1),
+                                .out = Eigen::VectorXd::Constant(1, 2),
+                                .b = -0.5};
   return model;
 }
 
@@ -35,6 +58,14 @@ TEST(Model, PredictsByItsFormula) {
   EXPECT_NEAR((*predicted)(1), 0.7 * f + 0.01, 1e-14);
   const auto straight = predict(small_linear_model(), clusters);
   EXPECT_NEAR((*straight)(1), 0.7 * (2 * z0 - 0.5 * z1 + 0.25) + 0.01, 1e-14);
+  const auto bump = [&](double c0, double c1, double width) {
+    return std::exp(-0.5 * ((z0 - c0) * (z0 - c0) + (z1 - c1) * (z1 - c1) / 4) / (width * width));
+  };
+  const auto expanded = predict(small_expansion_model(), clusters);
+  const double sum = 1.5 * bump(0.5, -1, 0.5) - 0.75 * bump(1.0 / 7, 2, 3) + 0.125;
+  EXPECT_NEAR((*expanded)(1), 0.7 * sum + 0.01, 1e-14);
+  const auto network = predict(small_network_model(), clusters);
+  EXPECT_NEAR((*network)(1), 0.7 * (2 * std::tanh(0.5 * z0 - z1 + 0.1) - 0.5) + 0.01, 1e-14);
 }
 
 TEST(Model, PredictsNothingFromAMissingReading) {
@@ -53,7 +84,7 @@ TEST(Model, NeedsItsThermometers) {
 }
 
 TEST(ModelFile, ComesBackBitForBit) {
-  for (const Model& model : {small_svr_model(), small_linear_model()}) {
+  for (const Model& model : {small_svr_model(), small_linear_model(), small_expansion_model(), small_network_model()}) {
     const auto back = model_from_json(to_json(model), "model.json");
     ASSERT_TRUE(back) << text(back.error());
     EXPECT_EQ(to_json(*back), to_json(model));
@@ -75,8 +106,9 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
   const std::string good = to_json(small_svr_model());
   const struct {
     std::string json, where;
-  } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "/schema"},
+  } laws[] = {{replaced(good, "gyrotherm-model/2", "gyrotherm-model/9"), "/schema"},
               {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
+              {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "/function/form"},
               {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/kind"},
               {replaced(good, "\"b\": 0.125", "\"b\": null"), "/function/b"},
               {replaced(good, "\"b\": 0.125,", ""), "/function/b"},

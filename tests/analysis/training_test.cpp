@@ -45,9 +45,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
     for (const Law& law : laws) {
       const auto model = train_on(*dataset, linear(law.inputs));
       ASSERT_TRUE(model) << text(model.error());
-      EXPECT_NEAR(std::get<LinearModel>(model->function).residual_std_deg_per_h,
-                  law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4)
-          << law.inputs;
+      EXPECT_NEAR(model->residual_std_deg_per_h, law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4) << law.inputs;
       EXPECT_EQ(model->folds, "4 consecutive blocks");
     }
   }
@@ -63,8 +61,7 @@ TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
   ASSERT_TRUE(twenty_eight);
   EXPECT_EQ(twenty_eight->terms.size(), 28u);
   EXPECT_NEAR(seven->in_sample.std, twenty_eight->in_sample.std, 1e-12);
-  EXPECT_NEAR(std::get<LinearModel>(seven->function).residual_std_deg_per_h,
-              std::get<LinearModel>(twenty_eight->function).residual_std_deg_per_h, 1e-12);
+  EXPECT_NEAR(seven->residual_std_deg_per_h, twenty_eight->residual_std_deg_per_h, 1e-12);
 }
 
 TEST(Folds, AreTheCyclesOfEachRecord) {

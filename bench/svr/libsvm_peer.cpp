@@ -1,0 +1,149 @@
+#include "bench/svr/libsvm_peer.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <libsvm/svm.h>
+
+#include <vector>
+
+#include "bench/svr/stopwatch.hpp"
+
+namespace gyrotherm {
+
+// Of svm_model only what stands at the same place in every release since 3.12 is read.
+struct LibsvmPeer::Functions {
+  decltype(&svm_train) train{};
+  decltype(&svm_predict) predict{};
+  decltype(&svm_get_sv_indices) support_indices{};
+  decltype(&svm_free_and_destroy_model) destroy{};
+  decltype(&svm_set_print_string_function) say_with{};
+};
+
+namespace {
+
+void say_nothing(const char*) {}
+
+// Rows as LIBSVM wants them; the rows point into `nodes`.
+struct PeerRows {
+  std::vector<svm_node> nodes;
+  std::vector<svm_node*> rows;
+
+  explicit PeerRows(const SampleMatrix& x) {
+    const auto width = static_cast<std::size_t>(x.cols()) + 1;
+    nodes.resize(static_cast<std::size_t>(x.rows()) * width);
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      svm_node* row = nodes.data() + static_cast<std::size_t>(i) * width;
+      for (Eigen::Index k = 0; k < x.cols(); ++k) row[k] = {static_cast<int>(k) + 1, x(i, k)};
+      row[x.cols()].index = -1;
+      rows.push_back(row);
+    }
+  }
+};
+
+// One training and its model, which refers to the rows and is given back at the end.
+class PeerTraining {
+ public:
+  PeerTraining(decltype(&svm_train) train, decltype(&svm_free_and_destroy_model) destroy, const SampleMatrix& x,
+               const Eigen::VectorXd& y, const PeerParameters& parameters)
+      : destroy_(destroy), rows_(x), y_(y) {
+    svm_problem problem{.l = static_cast<int>(x.rows()), .y = y_.data(), .x = rows_.rows.data()};
+    svm_parameter options{};
+    options.svm_type = EPSILON_SVR;
+    options.kernel_type = RBF;
+    options.gamma = parameters.gamma;
+    options.C = parameters.C;
+    options.p = parameters.epsilon;
+    options.eps = 1e-3;
+    options.cache_size = 200;
+    options.shrinking = 1;
+    const double start = thread_seconds();
+    model_ = train(&problem, &options);
+    seconds_ = thread_seconds() - start;
+  }
+  PeerTraining(const PeerTraining&) = delete;
+  PeerTraining& operator=(const PeerTraining&) = delete;
+  ~PeerTraining() { destroy_(&model_); }
+
+  [[nodiscard]] const svm_model* model() const { return model_; }
+  [[nodiscard]] double seconds() const { return seconds_; }
+  [[nodiscard]] const std::vector<svm_node*>& rows() const { return rows_.rows; }
+
+ private:
+  decltype(&svm_free_and_destroy_model) destroy_;
+  PeerRows rows_;
+  Eigen::VectorXd y_;
+  svm_model* model_{};
+  double seconds_{};
+};
+
+}  // namespace
+
+Result<LibsvmPeer> LibsvmPeer::open(const std::string& library) {
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) return failure(FaultKind::usage, library, dlerror());
+  Functions functions;
+  std::string missing;
+  const auto find = [&](auto& function, const char* name) {
+    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+    if (function == nullptr) missing = name;
+  };
+  find(functions.train, "svm_train");
+  find(functions.predict, "svm_predict");
+  find(functions.support_indices, "svm_get_sv_indices");
+  find(functions.destroy, "svm_free_and_destroy_model");
+  find(functions.say_with, "svm_set_print_string_function");
+  const auto* version = static_cast<const int*>(dlsym(handle, "libsvm_version"));
+  if (version == nullptr) missing = "libsvm_version";
+  if (!missing.empty()) return failure(FaultKind::usage, library, fmt::format("has no {}", missing));
+  functions.say_with(say_nothing);
+  LibsvmPeer peer;
+  peer.library_ = library;
+  peer.version_ = *version;
+  peer.functions_ = std::make_shared<const Functions>(functions);
+  return peer;
+}
+
+PeerSolution LibsvmPeer::train(const SampleMatrix& x, const Eigen::VectorXd& y,
+                               const PeerParameters& parameters) const {
+  const PeerTraining training(functions_->train, functions_->destroy, x, y, parameters);
+  const svm_model* const model = training.model();
+  std::vector<int> indices(static_cast<std::size_t>(model->l));
+  functions_->support_indices(model, indices.data());
+  PeerSolution solution{.beta = Eigen::VectorXd::Zero(y.size()), .b = -model->rho[0], .seconds = training.seconds()};
+  for (std::size_t i = 0; i < indices.size(); ++i) solution.beta[indices[i] - 1] = model->sv_coef[0][i];
+  return solution;
+}
+
+Evaluated LibsvmPeer::cross_validate(std::span<const Fold> folds, const PeerParameters& parameters) const {
+  Evaluated out;
+  double squared = 0;
+  Eigen::Index rows = 0;
+  for (const Fold& fold : folds) {
+    const PeerTraining training(functions_->train, functions_->destroy, fold.train_x, fold.train_y, parameters);
+    const PeerRows held_out(fold.test_x);
+    const double start = thread_seconds();
+    for (Eigen::Index i = 0; i < fold.test_y.size(); ++i) {
+      const double error =
+          functions_->predict(training.model(), held_out.rows[static_cast<std::size_t>(i)]) - fold.test_y[i];
+      squared += error * error;
+    }
+    out.seconds += training.seconds() + thread_seconds() - start;
+    rows += fold.test_y.size();
+  }
+  out.error = squared / static_cast<double>(rows);
+  return out;
+}
+
+double LibsvmPeer::predictions_per_second(const SampleMatrix& x, const Eigen::VectorXd& y,
+                                          const PeerParameters& parameters) const {
+  const PeerTraining training(functions_->train, functions_->destroy, x, y, parameters);
+  double sum = 0;
+  const double seconds = median_seconds(3, [&] {
+    for (const svm_node* row : training.rows()) sum += functions_->predict(training.model(), row);
+  });
+  static volatile double kept;  // so that the predictions are not left out
+  kept = sum;
+  return static_cast<double>(training.rows().size()) / seconds;
+}
+
+}  // namespace gyrotherm

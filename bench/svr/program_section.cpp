@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <random>
+#include <regex>
+
+#include "analysis/training.hpp"
+#include "bench/svr/figure.hpp"
+#include "bench/svr/sections.hpp"
+#include "bench/svr/stopwatch.hpp"
+#include "core/text_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr int kClusters = 600;
+constexpr int kClusterSeconds = 100;
+const std::vector<std::string> kNames{"A", "B", "C", "D", "E", "F", "G", "H"};
+
+/// Eight thermometers that follow a slow swing with different lags, and a bias of their differences; one row a second.
+Dataset designed_record() {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  Dataset record;
+  record.run_id = "designed";
+  record.path = "designed.db";
+  record.simulated = true;
+  record.thermometers = record.gradients = kNames;
+  record.three_point = {"A", "D", "G"};
+  record.bias_zero = "nothing removed";
+  record.segments.push_back({"swing", true, {20}, {}, -1});
+  const Eigen::Index rows = kClusters * kClusterSeconds;
+  record.time_s = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1));
+  record.temperature_c.resize(rows, static_cast<Eigen::Index>(kNames.size()));
+  record.bias_deg_per_h.resize(rows);
+  record.set_point_c = Eigen::VectorXd::Constant(rows, 20);
+  record.segment = Eigen::VectorXi::Zero(rows);
+  record.cycle = Eigen::VectorXi::Constant(rows, -1);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const double turns = record.time_s[i] / 7000;
+    for (Eigen::Index k = 0; k < record.temperature_c.cols(); ++k) {
+      const double phase = 2 * std::numbers::pi * (turns - 0.02 * static_cast<double>(k));
+      record.temperature_c(i, k) = 20 + 35 * std::sin(phase) + 5 * std::sin(0.37 * phase) +
+                                   0.05 * static_cast<double>(k) + 0.01 * normal(generator);
+    }
+    const auto t = record.temperature_c.row(i);
+    record.bias_deg_per_h[i] = 4e-3 * (t[0] - t[3]) - 3e-3 * (t[0] - t[6]) + 2e-4 * t[0] + 0.05 * normal(generator);
+  }
+  return record;
+}
+
+/// A model of some 500 support vectors on seven gradients and a temperature.
+Result<Model> designed_model(const Dataset& record) {
+  const auto clusters = make_clusters(record);
+  if (!clusters) return failure(clusters.error());
+  TrainingOptions options;
+  options.inputs = "A-B,A-C,A-D,A-E,A-F,A-G,A-H,A";
+  options.program_version = "bench";
+  options.tuning.log2_c_min = options.tuning.log2_c_max = 0;
+  options.tuning.log2_sigma_min = options.tuning.log2_sigma_max = 1;
+  options.tuning.log2_epsilon_min = options.tuning.log2_epsilon_max = -8;
+  options.tuning.swarm.particles = 1;
+  options.tuning.swarm.iterations = 0;
+  return train({record}, {*clusters}, options);
+}
+
+std::string rows_of(const Dataset& record, int rows) {
+  std::string text = fmt::format("{},bias\n", fmt::join(kNames, ","));
+  for (int i = 0; i < rows; ++i) {
+    const Eigen::Index at = i % record.temperature_c.rows();
+    for (const double t : record.temperature_c.row(at)) text += fmt::format("{:.2f},", t);
+    text += fmt::format("{:.5f}\n", record.bias_deg_per_h[at]);
+  }
+  return text;
+}
+
+/// Runs a shell command; what it says on stderr passes through.
+bool succeeds(const std::string& command) { return std::system(command.c_str()) == 0; }
+
+}  // namespace
+
+Result<void> measure_compensation(const std::string& program, const std::string& scratch, int rows) {
+  const Dataset record = designed_record();
+  const auto model = designed_model(record);
+  if (!model) return failure(model.error());
+  const std::string model_path = scratch + "/compensation-model.json";
+  const std::string rows_path = scratch + "/compensation-rows.csv";
+  const std::string count_path = scratch + "/compensation-count.txt";
+  if (auto ok = replace_text_file(model_path, to_json(*model)); !ok) return failure(ok.error());
+  if (auto ok = replace_text_file(rows_path, rows_of(record, rows)); !ok) return failure(ok.error());
+  const std::string command =
+      fmt::format("cat '{}' | '{}' --quiet compensate '{}' | wc -l > '{}'", rows_path, program, model_path, count_path);
+  std::vector<double> times;
+  for (int run = 0; run < 3; ++run) {
+    const double start = wall_seconds();
+    if (!succeeds(command)) return failure(FaultKind::refused, command, "did not succeed");
+    times.push_back(wall_seconds() - start);
+  }
+  const auto counted = read_text_file(count_path);
+  const bool complete = counted && std::atoi(counted->c_str()) == rows + 1;
+  if (!complete) say_progress("compensate did not answer each row");
+  const auto& function = std::get<SvrModel>(model->function);
+  say_progress(fmt::format("compensate: {} rows in {:.2f} s by the wall, {} support vectors", rows, median(times),
+                           function.beta.size()));
+  print_figure("compensate as text, rows/s", rows / median(times), at_least(3e5), complete);
+  return {};
+}
+
+Result<void> measure_qualification(const std::string& program, const std::string& scratch) {
+  const std::string folder = scratch + "/qualification";
+  std::filesystem::remove_all(folder);
+  if (!succeeds(fmt::format("'{}' --quiet qualify --out '{}' >&2", program, folder)))
+    return failure(FaultKind::refused, "qualify", "did not succeed");
+  const auto timings = read_text_file(folder + "/timings.json");
+  if (!timings) return failure(timings.error());
+  say_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));
+  std::smatch match;
+  std::optional<double> seconds;
+  if (std::regex_search(*timings, match, std::regex(R"rx("train three models"[^0-9]*([0-9.eE+-]+))rx")))
+    seconds = std::strtod(match[1].str().c_str(), nullptr);
+  print_figure("qualify, training stage (three models, full swarm), s", seconds, at_most(90));
+  return {};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <random>
+
+#include "bench/svr/figure.hpp"
+#include "bench/svr/own_solver.hpp"
+#include "bench/svr/sample_set.hpp"
+#include "bench/svr/sections.hpp"
+#include "bench/svr/stopwatch.hpp"
+#include "bench/svr/trace.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::uint64_t kSeed = 20151;
+
+/// Uniform in [low, high) by the upper 53 bits of a draw, the same with every library.
+double uniform(std::mt19937_64& generator, double low, double high) {
+  return low + (high - low) * static_cast<double>(generator() >> 11) * 0x1p-53;
+}
+
+/// Certified by its own word and by the judge's.
+bool certified(const SampleSet& set, const SquaredDistances& distances, const PeerParameters& parameters,
+               std::string& why) {
+  const SvrParameters own = own_parameters(parameters);
+  const auto solution =
+      solve_svr_kernel(distances.kernel(own.sigma), set.y, own.C, own.epsilon, {.relative_gap = kGap});
+  if (!solution) {
+    why = text(solution.error());
+    return false;
+  }
+  const Verdict verdict = verdict_of(set.x, set.y, parameters, solution->beta, solution->b);
+  // The judge's kernel differs from the solver's in the last digits.
+  if (verdict.feasible && verdict.gap <= kGap * (1 + 1e-6)) return true;
+  why = fmt::format("the judge finds a relative gap of {:.3g}{}", verdict.gap, verdict.feasible ? "" : ", infeasible");
+  return false;
+}
+
+}  // namespace
+
+Result<void> measure_search_box(const Bench& bench, int positions) {
+  const auto set = load_sample_set(bench.data, "gyro600");
+  if (!set) return failure(set.error());
+  const SquaredDistances distances(set->x);
+  std::mt19937_64 generator(kSeed);
+  int failures = 0;
+  const double start = thread_seconds();
+  for (int i = 1; i <= positions; ++i) {
+    TracePosition at;
+    at.log2_c = uniform(generator, -2, 12);
+    at.log2_gamma = uniform(generator, -8, 3);
+    at.log2_epsilon = uniform(generator, -8, -1);
+    std::string why;
+    if (!certified(*set, distances, at.parameters(), why)) {
+      ++failures;
+      say_progress(fmt::format("not certified: C 2^{:.6f} gamma 2^{:.6f} epsilon 2^{:.6f}: {}", at.log2_c,
+                               at.log2_gamma, at.log2_epsilon, why));
+    }
+    if (i % 1000 == 0)
+      say_progress(fmt::format("{} positions of the box, {:.1f} s with judging", i, thread_seconds() - start));
+  }
+  print_figure(fmt::format("n={}: {} random positions of the search box (seed {}), not certified", set->y.size(),
+                           positions, kSeed),
+               failures, at_most(0));
+  return {};
+}
+
+}  // namespace gyrotherm

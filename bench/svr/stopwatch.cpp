@@ -1,0 +1,53 @@
+#include "bench/svr/stopwatch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+
+namespace gyrotherm {
+namespace {
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+
+double wall_seconds() { return seconds_of(CLOCK_MONOTONIC); }
+
+double median(std::vector<double> values) {
+  assert(!values.empty());
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+double median_seconds(int least, const std::function<void()>& work) {
+  constexpr double kEnough = 0.2;
+  constexpr std::size_t kMost = 100;
+  std::vector<double> times;
+  double total = 0;
+  while (times.size() < static_cast<std::size_t>(least) || (total < kEnough && times.size() < kMost)) {
+    const double start = thread_seconds();
+    work();
+    times.push_back(thread_seconds() - start);
+    total += times.back();
+  }
+  return median(times);
+}
+
+void say_progress(const std::string& text) {
+  double load = 0;
+  getloadavg(&load, 1);
+  fmt::print(stderr, "[load {:.2f}] {}\n", load, text);
+}
+
+}  // namespace gyrotherm

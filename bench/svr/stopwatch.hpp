@@ -1,0 +1,25 @@
+/// Time as the benchmark takes it: of one thread's processor for one thread, of the wall for more.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace gyrotherm {
+
+/// Processor time of the calling thread, s (CLOCK_THREAD_CPUTIME_ID).
+[[nodiscard]] double thread_seconds();
+/// Wall clock, s, from an arbitrary instant (CLOCK_MONOTONIC).
+[[nodiscard]] double wall_seconds();
+
+/// Of at least one value; the mean of the middle two of an even number.
+[[nodiscard]] double median(std::vector<double> values);
+
+/// Median thread_seconds() of `work`, which runs at least `least` times and, up to 100 times, for at least a fifth of a
+/// second.
+[[nodiscard]] double median_seconds(int least, const std::function<void()>& work);
+
+/// Says one line of progress on stderr, with the load average of the last minute.
+void say_progress(const std::string& text);
+
+}  // namespace gyrotherm

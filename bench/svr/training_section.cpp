@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "bench/svr/figure.hpp"
+#include "bench/svr/own_solver.hpp"
+#include "bench/svr/sample_set.hpp"
+#include "bench/svr/sections.hpp"
+#include "bench/svr/stopwatch.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct TrainingCase {
+  const char* name;
+  PeerParameters parameters;
+  double goal_alone;
+  double goal_with_set_up;
+  int peer_runs;
+};
+
+std::array<TrainingCase, 3> cases_of(const SampleSet& set) {
+  const auto inputs = static_cast<double>(set.x.cols());
+  return {{{"moderate", {.C = 1, .gamma = 1 / inputs, .epsilon = 0.1}, 20, 8, 3},
+           {"hard", {.C = 100, .gamma = 0.1, .epsilon = 0.01}, 20, 20, 3},
+           {"very hard", {.C = 10000, .gamma = 0.05, .epsilon = 0.005}, 50, 50, 1}}};
+}
+
+struct OwnTraining {
+  double alone_s{};
+  double with_set_up_s{};
+  Verdict verdict;  ///< of the solution alone; that with set-up has a gap no larger than this one's
+};
+
+/// Alone: from a kernel matrix. With set-up: from the samples.
+Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parameters) {
+  const SvrParameters own = own_parameters(parameters);
+  const SvrOptions options{.relative_gap = kGap};
+  const Eigen::MatrixXd kernel = gaussian_kernel(set.x, set.x, own.sigma);
+  Result<SvrSolution> alone = solve_svr_kernel(kernel, set.y, own.C, own.epsilon, options);
+  Result<SvrSolution> whole = solve_svr(set.x, set.y, own, options);
+  if (!alone) return failure(alone.error());
+  if (!whole) return failure(whole.error());
+  OwnTraining out;
+  out.alone_s = median_seconds(3, [&] { alone = solve_svr_kernel(kernel, set.y, own.C, own.epsilon, options); });
+  out.with_set_up_s = median_seconds(3, [&] { whole = solve_svr(set.x, set.y, own, options); });
+  const Verdict first = verdict_of(set.x, set.y, parameters, alone->beta, alone->b);
+  const Verdict second = verdict_of(set.x, set.y, parameters, whole->beta, whole->b);
+  out.verdict = first.gap >= second.gap ? first : second;
+  return out;
+}
+
+struct PeerTrainingResult {
+  double seconds{};
+  Verdict verdict;
+};
+
+PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, const TrainingCase& what) {
+  std::vector<double> times;
+  PeerSolution solution;
+  for (int i = 0; i < what.peer_runs; ++i) {
+    solution = peer.train(set.x, set.y, what.parameters);
+    times.push_back(solution.seconds);
+  }
+  return {median(times), verdict_of(set.x, set.y, what.parameters, solution.beta, solution.b)};
+}
+
+/// The equal result that a time needs: D no worse than the peer's by more than 1e-4, the gap ≤ 1e-3 or the peer's.
+bool equal(const Verdict& own, const Verdict& peer) {
+  return own.feasible && own.dual <= peer.dual + 1e-4 * std::abs(peer.dual) && own.gap <= kGap * (1 + 1e-9);
+}
+
+std::string words(const char* who, double seconds, const Verdict& v) {
+  return fmt::format("{} {:.5f} s, D {:.8g}, gap {:.2e}, violation {:.2e}, {} support vectors", who, seconds, v.dual,
+                     v.gap, v.violation, v.support_vectors);
+}
+
+}  // namespace
+
+Result<void> measure_training(const Bench& bench, const std::string& name) {
+  const auto set = load_sample_set(bench.data, name);
+  if (!set) return failure(set.error());
+  for (const TrainingCase& what : cases_of(*set)) {
+    const std::string prefix = fmt::format("n={}: training {}", set->y.size(), what.name);
+    const auto own = train_own(*set, what.parameters);
+    if (!own) say_progress(prefix + ": ours: " + text(own.error()));
+    if (own)
+      say_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix, words("ours", own->alone_s, own->verdict),
+                               own->with_set_up_s));
+    const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
+    say_progress(fmt::format("{}: {}", prefix, words("LIBSVM", peer.seconds, peer.verdict)));
+    std::optional<double> alone, with_set_up, gap;
+    if (own) alone = peer.seconds / own->alone_s;
+    if (own) with_set_up = peer.seconds / own->with_set_up_s;
+    if (own) gap = own->verdict.gap;
+    const bool same = own && equal(own->verdict, peer.verdict);
+    print_figure(prefix + ", gain over LIBSVM", alone, at_least(what.goal_alone), same);
+    print_figure(prefix + ", gain with kernel set-up", with_set_up, at_least(what.goal_with_set_up), same);
+    print_figure(prefix + ", relative gap by the judge", gap, at_most(kGap), same);
+  }
+  const PeerParameters hardest = cases_of(*set).back().parameters;
+  const auto tight = solve_svr(set->x, set->y, own_parameters(hardest), {.relative_gap = 0.99 * kReferenceGap});
+  if (!tight) say_progress("on request: " + text(tight.error()));
+  std::optional<double> gap;
+  if (tight) gap = verdict_of(set->x, set->y, hardest, tight->beta, tight->b).gap;
+  print_figure(fmt::format("n={}: training very hard, relative gap where 1e-6 is asked", set->y.size()), gap,
+               at_most(kReferenceGap));
+  return {};
+}
+
+Result<void> measure_public_set(const Bench& bench, const std::string& name) {
+  const auto set = load_sample_set(bench.data, name);
+  if (!set) return failure(set.error());
+  for (const TrainingCase& what : cases_of(*set)) {
+    if (what.goal_with_set_up > 20) continue;
+    const std::string prefix = fmt::format("{} (n={}): training {}", name, set->y.size(), what.name);
+    const auto own = train_own(*set, what.parameters);
+    const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
+    if (!own) say_progress(prefix + ": ours: " + text(own.error()));
+    if (own) say_progress(prefix + ": " + words("ours", own->alone_s, own->verdict));
+    say_progress(prefix + ": " + words("LIBSVM", peer.seconds, peer.verdict));
+    std::optional<double> gain;
+    if (own) gain = peer.seconds / own->with_set_up_s;
+    print_figure(prefix + ", gain with kernel set-up", gain, at_least(what.goal_with_set_up),
+                 own && equal(own->verdict, peer.verdict));
+  }
+  return {};
+}
+
+}  // namespace gyrotherm

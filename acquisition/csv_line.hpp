@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -20,5 +21,8 @@ struct Field {
 [[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
 
 [[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// The finite number that the whole text is, with a decimal point; a sign may stand before it.
+[[nodiscard]] std::optional<double> number_in(std::string_view text);
 
 }  // namespace gyrotherm

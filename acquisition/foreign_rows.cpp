@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
@@ -115,12 +114,8 @@ Result<void> Reader::read_header() {
 
 Result<double> Reader::number_at(std::size_t index) const {
   const Field& field = fields_[index];
-  std::string_view digits = trimmed(field.text);
-  if (digits.starts_with('+')) digits.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  if (error == std::errc() && end == digits.data() + digits.size() && std::isfinite(number)) return number;
-  const char* hint = digits.find(',') != std::string_view::npos ? " with a decimal point" : "";
+  if (const auto number = number_in(trimmed(field.text))) return *number;
+  const char* hint = field.text.find(',') != std::string_view::npos ? " with a decimal point" : "";
   return failure(mistake(field.column, fmt::format("\"{}\", expected a number{}", field.text, hint)));
 }
 

@@ -46,8 +46,7 @@ RateStretches cut_at_gaps(const Eigen::Ref<const Eigen::VectorXd>& time_s,
   Eigen::Index first = 0;
   for (Eigen::Index k = 0; k <= time_s.size(); ++k) {
     const bool known = k < time_s.size() && std::isfinite(rate_deg_per_h(k));
-    const bool goes_on =
-        known && (k == first || std::abs(time_s(k) - time_s(k - 1) - interval_s) < 0.5 * interval_s);
+    const bool goes_on = known && (k == first || std::abs(time_s(k) - time_s(k - 1) - interval_s) < 0.5 * interval_s);
     if (goes_on) continue;
     if (k > first) rates.values.emplace_back(rate_deg_per_h.segment(first, k - first));
     first = known ? k : k + 1;

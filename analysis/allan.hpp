@@ -19,12 +19,12 @@ struct RateStretches {
 
 /// One averaging time.
 struct AllanPoint {
-  int m{};                       ///< samples averaged
-  double tau_s{};                ///< m intervals
+  int m{};         ///< samples averaged
+  double tau_s{};  ///< m intervals
   double deviation_deg_per_h{};
-  double error_deg_per_h{};      ///< its standard error, deviation/√(2(K − 1)), K non-overlapping means of m samples;
-                                 ///< of several stretches, the sum of their K − 1
-  int differences{};             ///< overlapping differences averaged
+  double error_deg_per_h{};  ///< its standard error, deviation/√(2(K − 1)), K non-overlapping means of m samples;
+                             ///< of several stretches, the sum of their K − 1
+  int differences{};         ///< overlapping differences averaged
 };
 using AllanCurve = std::vector<AllanPoint>;
 

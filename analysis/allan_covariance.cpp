@@ -18,8 +18,8 @@ std::vector<double> generalised_covariance(const NoiseSquares& squares, double i
   g[0] = squares(0);
   for (std::size_t lag = 1; lag < g.size(); ++lag) {
     const double t = static_cast<double>(lag) * interval_h;
-    g[lag] = -0.5 * squares(1) * t + squares(2) * t * t * std::log(t) / (2 * std::numbers::pi) +
-             squares(3) * t * t * t / 12;
+    g[lag] =
+        -0.5 * squares(1) * t + squares(2) * t * t * std::log(t) / (2 * std::numbers::pi) + squares(3) * t * t * t / 12;
   }
   return g;
 }
@@ -51,8 +51,8 @@ double pairs_at(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen:
   for (const auto& [length, count] : lengths) {
     const Eigen::Index of_m = length + 1 - 2 * m, of_n = length + 1 - 2 * n;
     if (of_m < 1 || of_n < 1) continue;
-    pairs += count * static_cast<double>(std::max<Eigen::Index>(0, std::min(of_m, of_n + lag) - std::max<Eigen::Index>(
-                                                                                                  0, lag)));
+    pairs += count * static_cast<double>(
+                         std::max<Eigen::Index>(0, std::min(of_m, of_n + lag) - std::max<Eigen::Index>(0, lag)));
   }
   return pairs;
 }

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "analysis/allan_covariance.hpp"
@@ -42,13 +43,14 @@ NoiseSquares spread_over(const Terms& terms, const Eigen::VectorXd& values) {
   return all;
 }
 
-/// The curve as a problem of least squares: measured variances, shapes, and the relative errors of the variances.
+/// The curve as a problem of least squares.
 struct Problem {
   const AllanCurve& curve;
   const RateStretches& rates;
   Eigen::VectorXd variances;
-  Eigen::MatrixXd shapes;  ///< points × terms
-  Eigen::VectorXd relative_errors;
+  Eigen::MatrixXd shapes;           ///< points × terms
+  Eigen::VectorXd relative_errors;  ///< of the variances, by sampling
+  double misfit{};                  ///< of the variances beside that, relative, each point on its own
 };
 
 Problem problem_of(const AllanCurve& curve, const RateStretches& rates) {
@@ -58,24 +60,37 @@ Problem problem_of(const AllanCurve& curve, const RateStretches& rates) {
     const AllanPoint& point = curve[k];
     problem.variances(k) = point.deviation_deg_per_h * point.deviation_deg_per_h;
     problem.shapes.row(k) = noise_shapes(point.tau_s / kSecondsPerHour).transpose();
-    problem.relative_errors(k) = point.deviation_deg_per_h > 0 ? point.error_deg_per_h / point.deviation_deg_per_h : 1;
+    const bool any = point.deviation_deg_per_h > 0;
+    problem.relative_errors(k) = any ? 2 * point.error_deg_per_h / point.deviation_deg_per_h : 1;
   }
   return problem;
 }
 
-/// The linear map from variances to squares of the given terms: least squares with these weights.
-Eigen::MatrixXd estimator(const Problem& problem, const Terms& terms, const Eigen::VectorXd& weights) {
-  Eigen::MatrixXd design = weights.asDiagonal() * problem.shapes(Eigen::all, terms);
-  const Eigen::RowVectorXd scale = design.colwise().norm();
-  design = design * scale.cwiseInverse().asDiagonal();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
-  Eigen::MatrixXd inverse(design.cols(), design.rows());
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(design.rows(), k);
-    inverse.col(k) = qr.solve(unit);
+/// Least squares of variances on the given terms with these weights.
+class LeastSquares {
+ public:
+  LeastSquares(const Problem& problem, const Terms& terms, Eigen::VectorXd weights) : weights_(std::move(weights)) {
+    const Eigen::MatrixXd design = weights_.asDiagonal() * problem.shapes(Eigen::all, terms);
+    scale_ = design.colwise().norm().transpose();
+    qr_.compute(design * scale_.cwiseInverse().asDiagonal());
   }
-  return scale.cwiseInverse().asDiagonal() * inverse * weights.asDiagonal();
-}
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& variances) const {
+    const Eigen::VectorXd weighted = weights_.cwiseProduct(variances);
+    const Eigen::VectorXd scaled = qr_.solve(weighted);
+    return scaled.cwiseQuotient(scale_);
+  }
+  /// The linear map from variances to squares that solve() is.
+  [[nodiscard]] Eigen::MatrixXd map() const {
+    Eigen::MatrixXd columns(scale_.size(), weights_.size());
+    for (Eigen::Index k = 0; k < weights_.size(); ++k)
+      columns.col(k) = solve(Eigen::VectorXd::Unit(weights_.size(), k));
+    return columns;
+  }
+
+ private:
+  Eigen::VectorXd weights_, scale_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+};
 
 /// Least squares with no square negative: of all subsets of the terms whose own solution is positive, the one that is
 /// left with the least. Five terms have 32 subsets, so none need be guessed.
@@ -87,7 +102,7 @@ NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eige
     for (std::size_t k = 0; k < terms.size(); ++k) {
       if ((subset >> k & 1U) != 0) chosen.push_back(terms[k]);
     }
-    const Eigen::VectorXd squares = estimator(problem, chosen, weights) * problem.variances;
+    const Eigen::VectorXd squares = LeastSquares(problem, chosen, weights).solve(problem.variances);
     if (!(squares.minCoeff() >= 0)) continue;
     const Eigen::VectorXd left = problem.variances - problem.shapes(Eigen::all, chosen) * squares;
     const double loss = left.cwiseProduct(weights).squaredNorm();
@@ -98,15 +113,20 @@ NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eige
   return best;
 }
 
-/// 1/(relative error × variance), the variances those of `squares`, or measured ones where these give none.
-Eigen::VectorXd weights_about(const Problem& problem, const NoiseSquares& squares) {
+/// The variances of `squares`, or measured ones where these give none; above 0.
+Eigen::VectorXd variances_about(const Problem& problem, const NoiseSquares& squares) {
   Eigen::VectorXd about = problem.shapes * squares;
-  const double least = 1e-12 * problem.variances.maxCoeff();
+  const double least = std::max(1e-12 * problem.variances.maxCoeff(), std::numeric_limits<double>::min());
   for (Eigen::Index k = 0; k < about.size(); ++k) {
     if (!(about(k) > 0)) about(k) = problem.variances(k);
-    about(k) = std::max(about(k), std::max(least, std::numeric_limits<double>::min()));
+    about(k) = std::max(about(k), least);
   }
-  return (2 * problem.relative_errors.array() * about.array()).inverse();
+  return about;
+}
+
+Eigen::VectorXd weights_about(const Problem& problem, const NoiseSquares& squares) {
+  const auto relative = (problem.relative_errors.array().square() + problem.misfit * problem.misfit).sqrt();
+  return (relative * variances_about(problem, squares).array()).inverse();
 }
 
 Fitted fit_terms(const Problem& problem, const Terms& terms) {
@@ -119,10 +139,43 @@ Fitted fit_terms(const Problem& problem, const Terms& terms) {
   return fitted;
 }
 
+/// Covariance of the variances: sampling, and the misfit of each point.
+Eigen::MatrixXd covariance_about(const Problem& problem, const NoiseSquares& squares) {
+  Eigen::MatrixXd covariance = allan_covariance(problem.curve, problem.rates, squares);
+  covariance.diagonal() += (problem.misfit * variances_about(problem, squares)).cwiseAbs2();
+  return covariance;
+}
+
+/// Σ of the squared residuals in their errors, of the best fit.
+double chi_squared(const Problem& problem, const Terms& terms) {
+  const Fitted fitted = fit_terms(problem, terms);
+  const Eigen::VectorXd left = problem.variances - problem.shapes * fitted.squares;
+  return left.cwiseProduct(weights_about(problem, fitted.squares)).squaredNorm();
+}
+
+/// Errors by the fitted noise instead of 1/√(2(K − 1)); then, if χ² is greater than chance makes it, the misfit at which
+/// it is f, the number of points less that of terms (Mandel and Paule 1970).
+void estimate_errors(Problem& problem, const Terms& terms) {
+  const Fitted first = fit_terms(problem, terms);
+  const Eigen::VectorXd sampling = covariance_about(problem, first.squares).diagonal().cwiseSqrt();
+  const Eigen::VectorXd relative = sampling.cwiseQuotient(variances_about(problem, first.squares));
+  if (!(relative.minCoeff() > 0)) return;
+  problem.relative_errors = relative;
+  const double freedom = static_cast<double>(problem.curve.size()) - static_cast<double>(terms.size());
+  constexpr double kChance = 3;  // standard deviations of χ², √(2f) each
+  if (freedom <= 0 || chi_squared(problem, terms) <= freedom + kChance * std::sqrt(2 * freedom)) return;
+  constexpr int kHalvings = 14;
+  double low = 0, high = 1;
+  for (int k = 0; k < kHalvings; ++k) {
+    problem.misfit = (low + high) / 2;
+    (chi_squared(problem, terms) > freedom ? low : high) = problem.misfit;
+  }
+}
+
 /// Standard errors of the squares when just these terms are fitted.
 Eigen::VectorXd errors_of(const Problem& problem, const Terms& terms, const Fitted& about,
                           const Eigen::MatrixXd& covariance) {
-  const Eigen::MatrixXd map = estimator(problem, terms, weights_about(problem, about.squares));
+  const Eigen::MatrixXd map = LeastSquares(problem, terms, weights_about(problem, about.squares)).map();
   return (map * covariance * map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
@@ -131,7 +184,7 @@ Fitted fit_seen(const Problem& problem, Terms terms) {
   while (true) {
     Fitted fitted = fit_terms(problem, terms);
     if (fitted.terms.empty()) return fitted;
-    const Eigen::MatrixXd covariance = allan_covariance(problem.curve, problem.rates, fitted.squares);
+    const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
     fitted.errors = spread_over(fitted.terms, errors_of(problem, fitted.terms, fitted, covariance));
     const auto certainty = [&](Eigen::Index term) { return fitted.squares(term) / fitted.errors(term); };
     const auto weakest = std::ranges::min_element(fitted.terms, {}, certainty);
@@ -146,9 +199,9 @@ double limit_of(const Problem& problem, const Fitted& fitted, Eigen::Index term,
   Terms with = fitted.terms;
   if (std::ranges::count(with, term) == 0) with.push_back(term);
   if (with.size() > problem.curve.size()) return kNone;
-  const Eigen::MatrixXd map = estimator(problem, with, weights_about(problem, fitted.squares));
   const auto place = std::ranges::find(with, term) - with.begin();
-  const double square = std::max(0.0, map.row(place).dot(problem.variances));
+  const LeastSquares fit(problem, with, weights_about(problem, fitted.squares));
+  const double square = std::max(0.0, fit.solve(problem.variances)(place));
   return square + kOneSided95 * errors_of(problem, with, fitted, covariance)(place);
 }
 
@@ -190,18 +243,20 @@ double deviation_of(const AllanFit& fit, double tau_s) {
 
 AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates) {
   assert(!curve.empty());
-  const Problem problem = problem_of(curve, rates);
+  Problem problem = problem_of(curve, rates);
   constexpr std::array<Eigen::Index, kNoiseTerms> kByTau = {1, 0, 3, 2, 4};
   Terms terms(kByTau.begin(), kByTau.begin() + static_cast<std::ptrdiff_t>(std::min(kNoiseTerms, curve.size())));
   std::ranges::sort(terms);
+  estimate_errors(problem, terms);
   const Fitted fitted = fit_seen(problem, terms);
-  const Eigen::MatrixXd covariance = allan_covariance(curve, rates, fitted.squares);
+  const Eigen::MatrixXd covariance = covariance_about(problem, fitted.squares);
   AllanFit fit;
+  fit.misfit = problem.misfit / 2;
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
     fit.coefficients[k] = coefficient_of(problem, fitted, static_cast<NoiseTerm>(k), covariance);
   }
-  const auto lowest = std::ranges::min_element(
-      curve, {}, [&](const AllanPoint& point) { return deviation_of(fit, point.tau_s); });
+  const auto lowest =
+      std::ranges::min_element(curve, {}, [&](const AllanPoint& point) { return deviation_of(fit, point.tau_s); });
   fit.lowest_tau_s = lowest->tau_s;
   return fit;
 }

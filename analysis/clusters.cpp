@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace gyrotherm {
@@ -55,7 +56,7 @@ Clusters with_rows(Eigen::Index rows, const std::vector<std::string>& thermomete
   clusters.thermometers = thermometers;
   clusters.start_s.resize(rows);
   clusters.temperature_c.resize(rows, columns);
-  clusters.rate_c_per_min.setZero(rows, columns);
+  clusters.rate_c_per_min.setConstant(rows, columns, std::numeric_limits<double>::quiet_NaN());
   clusters.bias_deg_per_h.resize(rows);
   clusters.set_point_c.resize(rows);
   clusters.segment.resize(rows);

@@ -17,8 +17,8 @@ struct Clusters {
   Eigen::VectorXd start_s;        ///< of each cluster, since the run started
   Eigen::MatrixXd temperature_c;  ///< clusters × thermometers
   Eigen::MatrixXd
-      rate_c_per_min;  ///< causal: (mean of this cluster − mean of the one before)/length; lag: one half cluster. The
-                       ///< first cluster of a run, and the first after a gap, takes 0 and counts as such
+      rate_c_per_min;  ///< causal: (mean of this cluster − mean of the one before)/length; lag: one half cluster.
+                       ///< NaN in the first cluster of a run and in the first after a gap: there is none
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd set_point_c;
   Eigen::VectorXi segment;       ///< of the cluster's first sample

@@ -1,7 +1,5 @@
 #include "analysis/correlation.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,22 +7,20 @@
 namespace gyrotherm {
 namespace {
 
-std::string statement_of(const Selection& selection, std::size_t pairs, std::size_t passed) {
-  std::vector<std::string> names;
-  for (const Term& term : selection.terms) names.push_back(text(term));
-  if (!selection.fallback) {
-    return fmt::format("{} of {} gradients have |r| > {}: {} (rank {})", passed, pairs, selection.threshold,
-                       fmt::join(names, ", "), selection.rank);
+/// Clusters with a rate: not the first of a run, nor the first after a gap.
+std::vector<Eigen::Index> rows_with_rate(const Clusters& clusters) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < clusters.rate_c_per_min.rows(); ++k) {
+    if (clusters.rate_c_per_min.row(k).allFinite()) rows.push_back(k);
   }
-  return fmt::format(
-      "{} of {} gradients have |r| > {}, too few to choose from; the differences with {} are used: {} (rank {})",
-      passed, pairs, selection.threshold, selection.terms.front().first, fmt::join(names, ", "), selection.rank);
+  return rows;
 }
 
 }  // namespace
 
 double pearson(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b) {
   assert(a.size() == b.size());
+  if (a.size() == 0) return 0;
   const Eigen::VectorXd da = a.array() - a.mean();
   const Eigen::VectorXd db = b.array() - b.mean();
   const double norms = da.norm() * db.norm();
@@ -39,6 +35,8 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   r.gradient.setZero(count, count);
   r.temperature.resize(count);
   r.rate.resize(count);
+  const std::vector<Eigen::Index> with_rate = rows_with_rate(clusters);
+  const Eigen::VectorXd bias_with_rate = bias(with_rate);
   std::vector<Eigen::Index> column;
   for (const std::string& name : names) {
     const auto at = std::ranges::find(clusters.thermometers, name);
@@ -47,35 +45,13 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     r.temperature(i) = pearson(clusters.temperature_c.col(column[i]), bias);
-    r.rate(i) = pearson(clusters.rate_c_per_min.col(column[i]), bias);
+    r.rate(i) = pearson(clusters.rate_c_per_min.col(column[i])(with_rate), bias_with_rate);
     for (Eigen::Index j = i + 1; j < count; ++j) {
       r.gradient(i, j) = pearson(clusters.temperature_c.col(column[i]) - clusters.temperature_c.col(column[j]), bias);
       r.gradient(j, i) = -r.gradient(i, j);
     }
   }
   return r;
-}
-
-Selection select_pairs(const std::vector<std::string>& names, const Eigen::MatrixXd& r, double threshold,
-                       int least_rank) {
-  assert(names.size() >= 2 && r.rows() == static_cast<Eigen::Index>(names.size()) && r.cols() == r.rows());
-  Selection selection;
-  selection.threshold = threshold;
-  for (Eigen::Index i = 0; i < r.rows(); ++i) {
-    for (Eigen::Index j = i + 1; j < r.cols(); ++j) {
-      if (std::abs(r(i, j)) > threshold) selection.terms.push_back({TermKind::gradient, names[i], names[j]});
-    }
-  }
-  const std::size_t passed = selection.terms.size();
-  selection.rank = rank_of(selection.terms);
-  if (selection.rank < least_rank) {
-    selection.fallback = true;
-    selection.terms.clear();
-    for (std::size_t j = 1; j < names.size(); ++j) selection.terms.push_back({TermKind::gradient, names[0], names[j]});
-    selection.rank = rank_of(selection.terms);
-  }
-  selection.statement = statement_of(selection, names.size() * (names.size() - 1) / 2, passed);
-  return selection;
 }
 
 }  // namespace gyrotherm

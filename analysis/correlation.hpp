@@ -1,5 +1,4 @@
-/// Pearson's correlation of bias with every gradient (Table 3), temperature and temperature rate; and the selection of
-/// §4.3.
+/// Pearson's correlation of bias with every gradient (Table 3), temperature and temperature rate.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +6,6 @@
 #include <vector>
 
 #include "analysis/clusters.hpp"
-#include "analysis/features.hpp"
 
 namespace gyrotherm {
 
@@ -20,20 +18,7 @@ struct Correlation {
 
 [[nodiscard]] double pearson(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b);
 
-/// Of the named thermometers, on these clusters alone.
+/// Of the named thermometers, on these clusters alone; of rates, on those that have one.
 [[nodiscard]] Correlation correlate(const Clusters& clusters, const std::vector<std::string>& names);
-
-struct Selection {
-  std::vector<Term> terms;  ///< pairs i before j with |r| > threshold, or the stated fallback
-  double threshold = 0.90;
-  int rank{};
-  bool fallback{};        ///< too few pairs passed: the differences with the first thermometer are used
-  std::string statement;  ///< in words, for the report
-};
-
-/// Pairs with |r| > threshold. Where they span fewer dimensions than `least_rank`, the differences of the first
-/// thermometer with all others are used instead, and the selection says so (errata 3.1).
-[[nodiscard]] Selection select_pairs(const std::vector<std::string>& names, const Eigen::MatrixXd& r,
-                                     double threshold = 0.90, int least_rank = 1);
 
 }  // namespace gyrotherm

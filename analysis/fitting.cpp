@@ -4,18 +4,19 @@
 
 namespace gyrotherm {
 
-Result<Preparation> prepare(const InputPlan& plan, const Clusters& training) {
-  ChosenInputs chosen = choose_inputs(plan, training);
-  const auto inputs = evaluate(chosen.terms, training);
+Result<Preparation> prepare(const InputPlan& plan, const Lesson& training) {
+  auto chosen = choose_inputs(plan, training);
+  if (!chosen) return failure(chosen.error());
+  const auto inputs = evaluate(chosen->terms, training.clusters);
   if (!inputs) return failure(inputs.error());
-  const auto scaling = fit_scaling(*inputs, chosen.terms);
+  const auto scaling = fit_scaling(*inputs, chosen->terms);
   if (!scaling) return failure(scaling.error());
-  const Figures target = figures_of(training.bias_deg_per_h);
+  const Figures target = figures_of(training.clusters.bias_deg_per_h);
   constexpr double kRounding = 1e-12;
   if (!(target.std > kRounding * target.max_abs)) {
     return failure(FaultKind::usage, "training", "the bias does not vary over the training clusters");
   }
-  return Preparation{std::move(chosen.terms), std::move(chosen.selection), *scaling, target.mean, target.std};
+  return Preparation{std::move(chosen->terms), std::move(chosen->selection), *scaling, target.mean, target.std};
 }
 
 Result<SampleMatrix> scaled_inputs(const Preparation& preparation, const Clusters& clusters) {

@@ -20,8 +20,9 @@ struct Preparation {
   double target_std_deg_per_h{};
 };
 
-/// Fails with usage if an input or the bias does not vary over the training clusters.
-[[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const Clusters& training);
+/// Fails with usage if an input or the bias does not vary over the training clusters, or as choose_inputs does. The
+/// lesson's folds are for a selection that holds out; nothing else asks them.
+[[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const Lesson& training);
 
 /// Scaled inputs of any clusters.
 [[nodiscard]] Result<SampleMatrix> scaled_inputs(const Preparation& preparation, const Clusters& clusters);

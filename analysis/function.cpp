@@ -1,10 +1,13 @@
 #include "analysis/function.hpp"
 
+#include "analysis/numerics/gaussian_sum.hpp"
+
 namespace gyrotherm {
 namespace {
 
 Eigen::VectorXd value(const SvrModel& svr, const SampleMatrix& scaled) {
-  return (gaussian_kernel(scaled, svr.support_vectors, svr.parameters.sigma) * svr.beta).array() + svr.b;
+  const Eigen::VectorXd widths = Eigen::VectorXd::Constant(svr.beta.size(), svr.parameters.sigma);
+  return GaussianSum(svr.support_vectors, widths, svr.beta).at(scaled).array() + svr.b;
 }
 
 Eigen::VectorXd value(const LinearModel& linear, const SampleMatrix& scaled) {
@@ -12,13 +15,11 @@ Eigen::VectorXd value(const LinearModel& linear, const SampleMatrix& scaled) {
 }
 
 Eigen::VectorXd value(const ExpansionModel& expansion, const SampleMatrix& scaled) {
-  Eigen::VectorXd f(scaled.rows());
-  for (Eigen::Index i = 0; i < scaled.rows(); ++i) {
-    const auto apart = (expansion.centres.rowwise() - scaled.row(i)).array().rowwise() / expansion.lengths.array();
-    const Eigen::ArrayXd squares = apart.square().rowwise().sum() / expansion.widths.array().square();
-    f(i) = ((-0.5 * squares).exp() * expansion.weights.array()).sum() + expansion.b;
-  }
-  return f;
+  const auto in_lengths = [&](const SampleMatrix& rows) -> SampleMatrix {
+    return rows.array().rowwise() / expansion.lengths.array();
+  };
+  const GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
+  return sum.at(in_lengths(scaled)).array() + expansion.b;
 }
 
 Eigen::VectorXd value(const NetworkModel& network, const SampleMatrix& scaled) {

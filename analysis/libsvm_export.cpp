@@ -36,6 +36,7 @@ Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters)
   const SampleMatrix scaled = apply(model.scaling, *inputs);
   std::string out;
   for (Eigen::Index k = 0; k < scaled.rows(); ++k) {
+    if (!scaled.row(k).allFinite()) continue;
     const double target = (clusters.bias_deg_per_h(k) - model.target_mean_deg_per_h) / model.target_std_deg_per_h;
     fmt::format_to(std::back_inserter(out), "{:.17g}", target);
     append_row(out, scaled.row(k));

@@ -33,6 +33,7 @@ struct MethodOptions {
   TuningOptions tuning;    ///< of the support vector methods
   std::uint64_t seed = 1;  ///< of methods that start at random
   double tight_gap = 0;    ///< > 0: the support vector methods try for this relative gap first
+  bool quick = false;      ///< a try: methods that search long search less
 };
 
 /// Hyper-parameters and how they were come by.

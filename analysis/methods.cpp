@@ -4,7 +4,16 @@
 #include <array>
 #include <cassert>
 
+#include "analysis/baselines/forward_prediction.hpp"
+#include "analysis/baselines/gaussian_process.hpp"
+#include "analysis/baselines/kohonen.hpp"
 #include "analysis/baselines/linear.hpp"
+#include "analysis/baselines/ls_svm.hpp"
+#include "analysis/baselines/network.hpp"
+#include "analysis/baselines/polynomial.hpp"
+#include "analysis/baselines/radial_basis.hpp"
+#include "analysis/baselines/ridge.hpp"
+#include "analysis/baselines/stepwise.hpp"
 #include "analysis/baselines/support_vectors.hpp"
 #include "analysis/method.hpp"
 #include "core/nearest.hpp"
@@ -19,12 +28,67 @@ constexpr std::array kMethods = {
            .inputs = "multi-point",
            .choose = choose_svr,
            .fit = fit_svr},
+    Method{.name = "svr-flp",
+           .title = "PSO-SVM after a forward linear predictor",
+           .citation = "Cheng et al., Measurement 55 (2014) 246",
+           .inputs = "three-point",
+           .choose = choose_svr,
+           .fit = fit_svr,
+           .filter = filter_bias},
+    Method{.name = "lsf",
+           .title = "Least-squares polynomial",
+           .citation = "Guo et al., Chin. Opt. Lett. 4 (2006) 576",
+           .inputs = "polynomial",
+           .choose = choose_polynomial,
+           .fit = fit_polynomial},
     Method{.name = "linear",
            .title = "Multiple linear regression",
            .citation = "Ding et al., Sensors 14 (2014) 18711",
-           .inputs = "multi-point-t",
+           .inputs = "temperature-gradient-rate",
            .choose = choose_nothing,
            .fit = fit_linear},
+    Method{.name = "stepwise",
+           .title = "Stepwise regression",
+           .citation = "Zhang, Long, Opt. Tech. 32 (2006) 738",
+           .inputs = "physics",
+           .choose = choose_nothing,
+           .fit = fit_stepwise},
+    Method{.name = "ridge",
+           .title = "Ridge regression on physics features",
+           .citation = "Hoerl, Kennard, Technometrics 12 (1970) 55",
+           .inputs = "physics",
+           .choose = choose_ridge,
+           .fit = fit_ridge},
+    Method{.name = "bpnn",
+           .title = "Back-propagation network",
+           .citation = "Yang et al., Proc. SPIE 7544 (2010)",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_network,
+           .fit = fit_network},
+    Method{.name = "rbfnn",
+           .title = "Radial basis network, k-means centres",
+           .citation = "Jin et al., Opt. Precis. Eng. 16 (2008) 235",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_radial_basis,
+           .fit = fit_radial_basis},
+    Method{.name = "kohonen-rbfnn",
+           .title = "Radial basis network, Kohonen map and orthogonal least squares",
+           .citation = "Ding et al., Sensors 14 (2014) 18711",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_kohonen,
+           .fit = fit_kohonen},
+    Method{.name = "ls-svm",
+           .title = "Least-squares support vector machine",
+           .citation = "Wei et al., Measurement 44 (2011) 1898",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_ls_svm,
+           .fit = fit_ls_svm},
+    Method{.name = "gp",
+           .title = "Gaussian process regression",
+           .citation = "Rasmussen, Williams, MIT Press (2006)",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_nothing,
+           .fit = fit_gaussian_process},
 };
 
 }  // namespace

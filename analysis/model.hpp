@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "analysis/clusters.hpp"
-#include "analysis/correlation.hpp"
 #include "analysis/features.hpp"
 #include "analysis/function.hpp"
 #include "analysis/method.hpp"
+#include "analysis/reduction.hpp"
+#include "analysis/selection.hpp"
 #include "analysis/statistics.hpp"
 #include "analysis/tuning.hpp"
 #include "core/result.hpp"
@@ -39,10 +40,11 @@ struct Model {
   double target_mean_deg_per_h{};
   double target_std_deg_per_h{};
   Function function;
-  HyperParameters hyper_parameters;  ///< as chosen on the held-out folds
-  double effective_parameters{};     ///< of the function; see Fit
-  double residual_std_deg_per_h{};   ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
-  std::string particulars;           ///< see Fit
+  HyperParameters hyper_parameters;    ///< as chosen on the held-out folds
+  double effective_parameters{};       ///< of the function; see Fit
+  double residual_std_deg_per_h{};     ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
+  std::string particulars;             ///< see Fit
+  std::optional<Reduction> reduction;  ///< of vectors; the figures below are those of the full function
   std::vector<TrainingRecord> trained_on;
   Selection selection;           ///< multi-point only
   TuningSummary tuning;          ///< support vector methods only; else "was not run"
@@ -70,8 +72,8 @@ struct Model {
 /// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean.
 /// Fails with usage for a model that is not an SVR.
 [[nodiscard]] Result<std::string> to_libsvm(const Model& model);
-/// The data file of svm-predict: one row "target index:value …" per cluster, inputs and target scaled as the model
-/// scales them. Fails like predict.
+/// The data file of svm-predict: one row "target index:value …" per cluster that has every input, inputs and target
+/// scaled as the model scales them. Fails like predict.
 [[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters);
 
 }  // namespace gyrotherm

@@ -126,18 +126,26 @@ SampleMatrix matrix_of(const Node& node, Eigen::Index columns) {
   return matrix;
 }
 
-TermKind kind_of(const Node& node) {
-  const std::string kind = node.text();
-  if (kind == "gradient") return TermKind::gradient;
-  if (kind == "rate") return TermKind::rate;
-  if (kind == "squared") return TermKind::squared;
-  node.expect(kind == "temperature", "expected temperature, gradient, rate or squared");
-  return TermKind::temperature;
+FactorKind kind_of(const Node& node) {
+  const std::string text = node.text();
+  for (const FactorKind kind : {FactorKind::gradient, FactorKind::rate}) {
+    if (text == name(kind)) return kind;
+  }
+  node.expect(text == name(FactorKind::temperature), "expected temperature, gradient or rate");
+  return FactorKind::temperature;
+}
+
+Factor factor_of(const Node& node) {
+  Factor factor{kind_of(node.at("kind")), node.at("first").text(), ""};
+  if (factor.kind == FactorKind::gradient) factor.second = node.at("second").text();
+  return factor;
 }
 
 Term term_of(const Node& node) {
-  Term term{kind_of(node.at("kind")), node.at("first").text(), ""};
-  if (term.kind == TermKind::gradient) term.second = node.at("second").text();
+  Term term{list(node.at("factors"), factor_of)};
+  std::ranges::sort(term.factors);
+  node.at("factors").expect(!term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
+  node.at("term").expect(node.at("term").text() == text(term), "does not say the same as its factors");
   return term;
 }
 
@@ -198,6 +206,15 @@ TrainingRecord record_of(const Node& node) {
   return {node.at("run_id").text(),       node.at("path").text(),        node.at("profile_name").text(),
           node.at("simulated").boolean(), node.at("clusters").integer(), node.at("from_s").number(),
           node.at("to_s").number()};
+}
+
+Reduction reduction_of(const Node& node) {
+  return {node.at("vectors_before").integer(),
+          node.at("vectors").integer(),
+          node.at("bound_deg_per_h").not_negative(),
+          node.at("max_change_deg_per_h").not_negative(),
+          node.at("rms_change_deg_per_h").not_negative(),
+          node.at("clusters").integer()};
 }
 
 Selection selection_of(const Node& node) {
@@ -319,6 +336,7 @@ Model model_of(const Node& root) {
   model.target_std_deg_per_h = root.at("target").at("std_deg_per_h").positive();
   read_function(root, model);
   model.trained_on = list(root.at("trained_on"), record_of);
+  if (root.has("reduction")) model.reduction = reduction_of(root.at("reduction"));
   if (root.has("selection")) model.selection = selection_of(root.at("selection"));
   model.quick = root.at("quick").boolean();
   model.folds = root.at("folds").text();

@@ -21,22 +21,19 @@ Json rows(const SampleMatrix& values) {
   return array;
 }
 
-const char* name(TermKind kind) {
-  switch (kind) {
-    case TermKind::temperature: return "temperature";
-    case TermKind::gradient: return "gradient";
-    case TermKind::rate: return "rate";
-    case TermKind::squared: return "squared";
-  }
-  return "unknown";
+Json json_of(const Factor& factor) {
+  Json entry{{"kind", name(factor.kind)}, {"first", factor.first}};
+  if (factor.kind == FactorKind::gradient) entry["second"] = factor.second;
+  return entry;
 }
 
+/// The words are for people; the factors say the same where a thermometer's name holds a '-'.
 Json json_of(const std::vector<Term>& terms) {
   Json array = Json::array();
   for (const Term& term : terms) {
-    Json entry{{"kind", name(term.kind)}, {"first", term.first}};
-    if (term.kind == TermKind::gradient) entry["second"] = term.second;
-    array.push_back(std::move(entry));
+    Json factors = Json::array();
+    for (const Factor& factor : term.factors) factors.push_back(json_of(factor));
+    array.push_back({{"term", text(term)}, {"factors", std::move(factors)}});
   }
   return array;
 }
@@ -152,6 +149,15 @@ Json json_of(const Figures& figures) {
           {"count", figures.count}};
 }
 
+Json json_of(const Reduction& reduction) {
+  return {{"vectors_before", reduction.vectors_before},
+          {"vectors", reduction.vectors},
+          {"bound_deg_per_h", reduction.bound_deg_per_h},
+          {"max_change_deg_per_h", reduction.max_change_deg_per_h},
+          {"rms_change_deg_per_h", reduction.rms_change_deg_per_h},
+          {"clusters", reduction.clusters}};
+}
+
 /// Of one input each: what a person reading the file wants side by side.
 Json json_of_inputs(const Model& model) {
   Json array = json_of(model.terms);
@@ -190,6 +196,7 @@ std::string to_json(const Model& model) {
   if (std::isfinite(model.residual_std_deg_per_h)) json["residual_std_deg_per_h"] = model.residual_std_deg_per_h;
   if (model.nested_leave_cycle_out) json["nested_leave_cycle_out"] = json_of(*model.nested_leave_cycle_out);
   if (model.tuning.swarm.end != SwarmEnd::was_not_run) json["tuning"] = json_of(model.tuning, model.tuning_options);
+  if (model.reduction) json["reduction"] = json_of(*model.reduction);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -65,8 +65,7 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::Segm
     }
   }
   floor.deg_per_h = floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : kNone;
-  floor.error_deg_per_h =
-      floor.differences > 0 ? floor.deg_per_h * relative_error(floor.differences, followed) : kNone;
+  floor.error_deg_per_h = floor.differences > 0 ? floor.deg_per_h * relative_error(floor.differences, followed) : kNone;
   return floor;
 }
 
@@ -81,9 +80,10 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
   const double of_residual = std_error(residual);
   const double bar = kCoverage * std::hypot(std::isfinite(of_residual) ? of_residual : 0, floor.error_deg_per_h);
   if (!(residual.std < floor.deg_per_h - bar)) return std::nullopt;
-  std::string text = fmt::format("over-fit: the residual STD, {:.4g} °/h, is below the noise floor, {:.4g} °/h, by "
-                                 "more than their error bar, {:.2g} °/h",
-                                 residual.std, floor.deg_per_h, bar);
+  std::string text = fmt::format(
+      "over-fit: the residual STD, {:.4g} °/h, is below the noise floor, {:.4g} °/h, by "
+      "more than their error bar, {:.2g} °/h",
+      residual.std, floor.deg_per_h, bar);
   const double expected = expected_in_sample_std(floor, effective_parameters, residual.count);
   if (std::isfinite(expected)) {
     text += fmt::format("; {:.0f} effective parameters on {} clusters explain {:.4g} °/h", effective_parameters,

@@ -28,7 +28,8 @@ struct NoiseFloor {
 [[nodiscard]] double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters);
 
 /// A warning if the residual's STD is below the floor by more than the error bar of their difference, two standard
-/// errors. `effective_parameters` of a residual that is in-sample, else 0: the warning then also says what they explain.
+/// errors. `effective_parameters` of a residual that is in-sample, else 0: the warning then also says what they
+/// explain.
 [[nodiscard]] std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,
                                                           double effective_parameters);
 

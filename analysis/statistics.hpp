@@ -14,8 +14,8 @@ struct EffectiveNumber {
 };
 
 /// Of values that stand at whole `places`, rising: n_k pairs lie k places apart, and their autocorrelation is ρ_k
-/// (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k, chance to 95 %. Both are
-/// n where fewer than four values are given or they do not vary.
+/// (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k, chance to 95 %. Both
+/// are n where fewer than four values are given or they do not vary.
 [[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                const Eigen::Ref<const Eigen::VectorXi>& places);
 

@@ -6,29 +6,55 @@
 #include <vector>
 
 #include "analysis/model.hpp"
+#include "analysis/trained_range.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
+
+/// Means of each column over the last `length` rows. A window is the rest of the block of `length` rows before and the
+/// beginning of this one, each summed anew: nothing is ever subtracted, so that nothing drifts and a NaN leaves with
+/// its row.
+class SlidingMeans {
+ public:
+  SlidingMeans(Eigen::Index length, Eigen::Index columns);
+  /// The means that end with this row, of `columns` numbers; NaN before `length` rows have come.
+  [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+
+ private:
+  SampleMatrix block_;        ///< rows of this block as they come
+  SampleMatrix ends_;         ///< sums of the block before from each row to its end
+  Eigen::RowVectorXd begun_;  ///< sum of this block so far
+  Eigen::RowVectorXd means_;
+  Eigen::Index at_{};  ///< rows in this block
+  bool full_{};        ///< a block has come before
+};
 
 /// Inputs are trailing means over the model's cluster length, one row a second (causal; lag: half of it), rates the
 /// difference of two neighbouring means. At the end of each whole cluster they are that cluster's.
 class CompensationStream {
  public:
   /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
-  [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns);
-  /// One row: temperatures in °C in the order of `columns` (one each), raw bias in °/h. Returns the compensated bias;
-  /// NaN until a whole mean (two, where a rate is an input) has been seen, and while one holds a NaN.
-  [[nodiscard]] double push(const std::vector<double>& temperatures_c, double bias_deg_per_h);
+  [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns,
+                                                       Outside outside = Outside::clamp);
+  /// The next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias of
+  /// each; NaN until a whole mean (two, where a rate is an input) has been seen, while one holds a NaN, and where the
+  /// model refuses inputs outside its range. The same whether rows come one by one or together.
+  [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
+                                     const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
+
+  /// Rows so far with an input outside the trained range.
+  [[nodiscard]] long long outside() const { return outside_; }
 
  private:
-  CompensationStream(const Model& model, std::vector<std::string> columns);
-  [[nodiscard]] Eigen::RowVectorXd mean_of(Eigen::Index first_row) const;
+  CompensationStream(const Model& model, std::vector<std::string> columns, Outside policy);
   Model model_;
-  Eigen::Index length_{};  ///< rows of a mean
+  Outside policy_;
+  SlidingMeans means_;
   bool rates_{};           ///< the model asks for them
-  SampleMatrix window_;    ///< the last two means' rows, as a ring
+  SampleMatrix past_;      ///< the means of the last cluster length, as a ring; only where rates are asked for
   Eigen::Index pushed_{};  ///< rows in all
-  Clusters latest_;        ///< one row: the means of now
+  long long outside_{};
+  Clusters latest_;  ///< the means of the rows last pushed
 };
 
 }  // namespace gyrotherm

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cassert>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -10,14 +9,17 @@
 #include "analysis/numerics/newton.hpp"
 #include "analysis/numerics/smo.hpp"
 #include "analysis/numerics/svr_problem.hpp"
+#include "analysis/numerics/svr_training.hpp"
 
 namespace gyrotherm {
 namespace {
 
 // Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
-// Times n. Trainings that need more are faster by Newton steps.
-constexpr Eigen::Index kSmoIterationsPerPoint = 16;
+// Times n. Trainings that need more are faster by Newton steps, small ones sooner.
+constexpr Eigen::Index kSmoIterationsPerPoint = 72;
+constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
+constexpr Eigen::Index kFew = 640;
 // σ/C of the first proximal step after SMO.
 constexpr double kFirstWeight = 3;
 
@@ -39,23 +41,28 @@ Result<void> check_targets(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::In
   return {};
 }
 
-Result<void> check_problem(const SvrProblem& problem, const SvrOptions& options) {
-  if (problem.kernel.rows() != problem.kernel.cols()) {
-    return misuse(fmt::format("kernel is {} × {}, must be square", problem.kernel.rows(), problem.kernel.cols()));
-  }
-  if (auto ok = check_targets(problem.y, problem.kernel.rows()); !ok) return ok;
-  if (auto ok = check_positive("C", problem.C); !ok) return ok;
+Result<void> check(Eigen::Index size, const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                   const SvrOptions& options) {
+  if (auto ok = check_targets(y, size); !ok) return ok;
+  if (auto ok = check_positive("C", C); !ok) return ok;
   if (auto ok = check_positive("relative_gap", options.relative_gap); !ok) return ok;
-  if (problem.epsilon >= 0 && std::isfinite(problem.epsilon)) return {};
-  return misuse(fmt::format("epsilon = {}, must be at least 0 and finite", problem.epsilon));
+  if (!(epsilon >= 0 && std::isfinite(epsilon))) {
+    return misuse(fmt::format("epsilon = {}, must be at least 0 and finite", epsilon));
+  }
+  const std::size_t needed = least_kernel_bytes(size);
+  if (needed <= options.memory_bytes) return {};
+  constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+  return misuse(fmt::format("{} samples need {:.1f} GiB for their kernel, the limit is {:.1f} GiB", size,
+                            static_cast<double>(needed) / kGiB, static_cast<double>(options.memory_bytes) / kGiB));
 }
 
 NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
   const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
-  const auto iterations = static_cast<int>(kSmoIterationsPerPoint * problem.size());
-  const SvrPoint start = solve_by_smo(problem, kSmoTolerance * spread, iterations).point;
+  const auto iterations = static_cast<int>(
+      problem.size() * (problem.size() <= kFew ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
+  const SmoResult start = solve_by_smo(problem, kSmoTolerance * spread, iterations);
   return solve_by_newton(
-      problem, start,
+      problem, start.beta,
       {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
 }
 
@@ -63,17 +70,20 @@ NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
 
 double relative_duality_gap(const Eigen::Ref<const Eigen::MatrixXd>& kernel, const Eigen::Ref<const Eigen::VectorXd>& y,
                             double C, double epsilon, const Eigen::Ref<const Eigen::VectorXd>& beta, double b) {
-  const SvrProblem problem{kernel, y, C, epsilon};
+  const MatrixSource source(kernel);
+  KernelMemory memory;
+  Kernel rows(source, memory, 0);
+  const SvrProblem problem{rows, y, C, epsilon};
   const SvrPoint point{beta, b};
   return certify(problem, point, response(problem, point.beta)).relative_gap;
 }
 
-Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                     const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
-                                     const SvrOptions& options) {
+Result<SvrSolution> solve_svr_from(const KernelSource& source, KernelMemory& memory,
+                                   const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                                   const SvrOptions& options) {
+  if (auto ok = check(source.size(), y, C, epsilon, options); !ok) return failure(ok.error());
+  Kernel kernel(source, memory, options.memory_bytes - least_kernel_bytes(source.size()));
   const SvrProblem problem{kernel, y, C, epsilon};
-  if (auto ok = check_problem(problem, options); !ok) return failure(ok.error());
-  assert(kernel.allFinite());
   NewtonResult optimum = optimise(problem, options);
   const Eigen::VectorXd judged = response(problem, optimum.point.beta);
   const Certificate certificate = certify(problem, optimum.point, judged);
@@ -93,12 +103,25 @@ Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& ke
   return solution;
 }
 
+Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
+                                     const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                                     const SvrOptions& options) {
+  if (kernel.rows() != kernel.cols()) {
+    return misuse(fmt::format("kernel is {} × {}, must be square", kernel.rows(), kernel.cols()));
+  }
+  KernelMemory memory;
+  return solve_svr_from(MatrixSource(kernel), memory, y, C, epsilon, options);
+}
+
 Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                               const SvrParameters& parameters, const SvrOptions& options) {
   if (auto ok = check_targets(y, x.rows()); !ok) return failure(ok.error());
   if (!x.allFinite()) return misuse("a sample has a value that is not finite");
   if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
-  return solve_svr_kernel(gaussian_kernel(x, x, parameters.sigma), y, parameters.C, parameters.epsilon, options);
+  const GaussianSamples samples(x);
+  KernelMemory memory;
+  return solve_svr_from(GaussianSource(samples, parameters.sigma), memory, y, parameters.C, parameters.epsilon,
+                        options);
 }
 
 }  // namespace gyrotherm

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 
 #include "core/result.hpp"
 
@@ -23,6 +24,8 @@ struct SvrParameters {
 struct SvrOptions {
   double relative_gap = 1e-3;  ///< the certificate asked for: `relative_duality_gap` ≤ this
   int max_newton_steps = 400;
+  /// For the kernel of one training: 4n² bytes, without which it is refused, and up to 8n² more that save time.
+  std::size_t memory_bytes = std::size_t{2} << 30;
 };
 
 /// A solution and its certificate. `beta` has exact zeros for non-support vectors and exact ±C for bounded ones.

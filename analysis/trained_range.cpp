@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::array kPolicies = {Outside::clamp, Outside::refuse, Outside::extrapolate};
 
-/// How far a value lies outside, as a part of the range; 0 inside, and for NaN.
+/// How far a value lies outside, as a part of the range; 0 inside, and for what the rounding of a mean may amount to.
 double excess(double value, double low, double high) {
-  const double beyond = std::max({0.0, low - value, value - high});
-  if (!(beyond > 0)) return 0;
-  return high > low ? beyond / (high - low) : std::numeric_limits<double>::infinity();
+  constexpr double kRounding = 1e-9;
+  const double beyond = std::max(low - value, value - high);
+  return beyond > kRounding * (high - low) ? beyond / std::max(high - low, std::numeric_limits<double>::min()) : 0;
 }
 
 }  // namespace
@@ -54,7 +54,9 @@ RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outsi
     if (!is_outside) continue;
     ranged.rows.push_back(row);
     if (outside == Outside::refuse) inputs.row(row).setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (outside == Outside::clamp) inputs.row(row) = inputs.row(row).cwiseMax(model.input_min).cwiseMin(model.input_max);
+    if (outside == Outside::clamp) {
+      inputs.row(row) = inputs.row(row).cwiseMax(model.input_min).cwiseMin(model.input_max).eval();
+    }
   }
   ranged.inputs = std::move(inputs);
   return ranged;

@@ -12,8 +12,8 @@
 namespace gyrotherm {
 
 /// clamp, the default: an input beyond the range of its term is moved to the nearer end, so that the compensation goes
-/// on from its last trained value, bounded and without a step. refuse: nothing is predicted. extrapolate: the function is
-/// used as it is; Gaussians then die away towards the training mean within a few widths, straight lines run on.
+/// on from its last trained value, bounded and without a step. refuse: nothing is predicted. extrapolate: the function
+/// is used as it is; Gaussians then die away towards the training mean within a few widths, straight lines run on.
 enum class Outside { clamp, refuse, extrapolate };
 
 [[nodiscard]] const char* name(Outside outside);

@@ -1,11 +1,15 @@
 #include "analysis/tuning.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
 
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "analysis/numerics/gaussian_sum.hpp"
+#include "analysis/numerics/svr_training.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -33,38 +37,44 @@ Result<void> check(std::span<const Fold> folds) {
   return {};
 }
 
-// A fold with the distances that every evaluation needs.
+// A fold with its samples laid out for every evaluation.
 class PreparedFold {
  public:
-  explicit PreparedFold(const Fold& fold) : fold_(&fold), within_(fold.train_x), across_(fold.train_x, fold.test_x) {}
+  explicit PreparedFold(const Fold& fold) : fold_(&fold), samples_(fold.train_x) {}
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
   // Of all held-out rows, in the units of target_scale squared.
-  [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options) const {
-    const auto solution =
-        solve_svr_kernel(within_.kernel(parameters.sigma), fold_->train_y, parameters.C, parameters.epsilon, options);
+  [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options,
+                                             KernelMemory& memory) const {
+    const GaussianSource source(samples_, parameters.sigma);
+    const auto solution = solve_svr_from(source, memory, fold_->train_y, parameters.C, parameters.epsilon, options);
     if (!solution) return failure(solution.error());
-    const Eigen::VectorXd predicted =
-        (across_.kernel(parameters.sigma).transpose() * solution->beta).array() + solution->b;
-    return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y).squaredNorm();
+    std::vector<Eigen::Index> support;
+    for (Eigen::Index i = 0; i < solution->beta.size(); ++i) {
+      if (solution->beta[i] != 0) support.push_back(i);
+    }
+    const auto count = static_cast<Eigen::Index>(support.size());
+    const GaussianSum sum(fold_->train_x(support, Eigen::all), Eigen::VectorXd::Constant(count, parameters.sigma),
+                          solution->beta(support));
+    const Eigen::ArrayXd predicted = sum.at(fold_->test_x).array() + solution->b;
+    return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum();
   }
 
  private:
   const Fold* fold_;
-  SquaredDistances within_;
-  SquaredDistances across_;
+  GaussianSamples samples_;
 };
 
 std::vector<PreparedFold> prepare(std::span<const Fold> folds) { return {folds.begin(), folds.end()}; }
 
 Result<double> mean_squared_error(std::span<const PreparedFold> folds, const SvrParameters& parameters,
-                                  const SvrOptions& options, double limit) {
+                                  const SvrOptions& options, KernelMemory& memory, double limit) {
   Eigen::Index rows = 0;
   for (const PreparedFold& fold : folds) rows += fold.held_out();
   double mean = 0;
   for (const PreparedFold& fold : folds) {
-    const auto error = fold.squared_error(parameters, options);
+    const auto error = fold.squared_error(parameters, options, memory);
     if (!error) return failure(error.error());
     mean += *error / static_cast<double>(rows);
     if (mean > limit) break;
@@ -105,16 +115,18 @@ std::vector<std::string> warnings_of(const SwarmSummary& swarm, int uncertified)
 Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
                                       const SvrOptions& options, double limit) {
   if (auto ok = check(folds); !ok) return failure(ok.error());
-  return mean_squared_error(prepare(folds), parameters, options, limit);
+  KernelMemory memory;
+  return mean_squared_error(prepare(folds), parameters, options, memory, limit);
 }
 
 Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
                                const ProgressSink& progress) {
   if (auto ok = check(folds); !ok) return failure(ok.error());
   const std::vector<PreparedFold> prepared = prepare(folds);
+  tbb::enumerable_thread_specific<KernelMemory> memories;
   std::atomic<int> uncertified = 0;
   const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
-    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, limit);
+    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories.local(), limit);
     if (error || error.error().kind != FaultKind::numeric) return error;
     ++uncertified;
     return kNoLimit;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -22,7 +23,11 @@ Rows rows_where(const Clusters& clusters, Wanted wanted) {
   return rows;
 }
 
-Figures figures_at(const Eigen::VectorXd& values, const Rows& rows) { return figures_of(values(rows)); }
+/// Of those rows at which there is a residual.
+Figures figures_at(const Eigen::VectorXd& residual, const Clusters& clusters, Rows rows) {
+  std::erase_if(rows, [&](Eigen::Index k) { return !std::isfinite(residual(k)); });
+  return figures_of(residual(rows), clusters, rows);
+}
 
 /// Start and end of a segment's samples; start > end if it has none.
 struct Stretch {
@@ -78,19 +83,26 @@ std::vector<SegmentFigures> segment_figures(const Dataset& dataset, const Cluste
                        .duration_s = stretches[s].end_s - stretches[s].start_s,
                        .mean_temperature_c = clusters.temperature_c.col(0)(rows).mean(),
                        .mean_bias_deg_per_h = clusters.bias_deg_per_h(rows).mean(),
-                       .residual = figures_at(residual, rows)});
+                       .residual = figures_at(residual, clusters, rows)});
   }
   return figures;
 }
 
-int count_outside(const Model& model, const SampleMatrix& inputs) {
-  int outside = 0;
-  for (Eigen::Index k = 0; k < inputs.rows(); ++k) {
-    const bool inside = (inputs.row(k).array() >= model.input_min.array()).all() &&
-                        (inputs.row(k).array() <= model.input_max.array()).all();
-    outside += inside ? 0 : 1;
-  }
+OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged, Outside policy) {
+  OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
+  if (ranged.worst_term < 0) return outside;
+  outside.farthest_term = text(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
+  outside.farthest = ranged.worst_excess;
   return outside;
+}
+
+const char* what_is_done(Outside policy) {
+  switch (policy) {
+    case Outside::clamp: return "such inputs are moved to its nearer end";
+    case Outside::refuse: return "such clusters are not compensated and left out of the figures";
+    case Outside::extrapolate: return "the model is used there as it is";
+  }
+  return "";
 }
 
 /// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.
@@ -106,13 +118,14 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
-  if (result.compensated.std < result.floor.deg_per_h) {
-    warnings.push_back(fmt::format("over-fit: the residual STD, {:.4g} °/h, is below the noise floor, {:.4g} °/h",
-                                   result.compensated.std, result.floor.deg_per_h));
-  }
-  if (result.outside_trained_range > 0) {
-    warnings.push_back(fmt::format("{} of {} clusters have an input outside the trained range",
-                                   result.outside_trained_range, result.compensated.count));
+  const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
+  if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
+  if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
+    warnings.push_back(
+        fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "
+                    "range); {}",
+                    outside.clusters, clusters.start_s.size(), outside.farthest_term, 100 * outside.farthest,
+                    what_is_done(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
     warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
@@ -123,13 +136,16 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
 
 }  // namespace
 
-Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters) {
-  const auto inputs = evaluate(model.terms, clusters);
+Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters,
+                            const VerifyOptions& options) {
+  auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, *inputs);
+  const RangedInputs ranged = within_range(model, std::move(*inputs), options.outside);
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged.inputs);
   const std::vector<Stretch> stretches = stretches_of(dataset);
-  const auto rows_of = [&](bool hold) {
-    return rows_where(clusters, [&](Eigen::Index k) {
+  const auto figures_where = [&](auto wanted) { return figures_at(residual, clusters, rows_where(clusters, wanted)); };
+  const auto part = [&](bool hold) {
+    return figures_where([&, hold](Eigen::Index k) {
       return clusters.segment(k) >= 0 && dataset.segments[clusters.segment(k)].hold == hold;
     });
   };
@@ -137,15 +153,21 @@ Result<Verification> verify(const Model& model, const Dataset& dataset, const Cl
   result.run_id = dataset.run_id;
   result.simulated = dataset.simulated;
   result.trained_on_this = trained_on(model, dataset, clusters);
-  result.raw = figures_of(clusters.bias_deg_per_h);
-  result.compensated = figures_of(residual);
-  result.ramps = figures_at(residual, rows_of(false));
-  result.holds = figures_at(residual, rows_of(true));
-  result.corners = figures_at(residual, rows_after(corners_of(dataset, stretches), clusters));
+  result.raw = figures_of(clusters.bias_deg_per_h, clusters);
+  result.compensated = figures_where([](Eigen::Index) { return true; });
+  if (result.compensated.count == 0) {
+    return failure(FaultKind::usage, dataset.path, "every cluster has an input outside the trained range: refused");
+  }
+  result.ramps = part(false);
+  result.holds = part(true);
+  result.corners = figures_at(residual, clusters, rows_after(corners_of(dataset, stretches), clusters));
   result.floor = noise_floor(clusters, dataset.segments);
+  result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
+  result.expected_in_sample_std = expected_in_sample_std(
+      result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
-  result.outside_trained_range = count_outside(model, *inputs);
+  result.outside = outside_the_range(model, ranged, options.outside);
   result.warnings = warnings_of(result, model, clusters);
   return result;
 }

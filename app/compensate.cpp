@@ -1,98 +1,105 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <iostream>
+#include <iterator>
+#include <optional>
 
+#include "acquisition/live_rows.hpp"
 #include "analysis/stream.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"
+#include "app/standard_input.hpp"
 
 namespace gyrotherm {
 namespace {
 
 constexpr std::string_view kBiasColumn = "bias";
 
-std::vector<std::string_view> fields_of(std::string_view line) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    const auto comma = line.find(',');
-    auto field = line.substr(0, comma);
-    while (!field.empty() && (field.front() == ' ' || field.front() == '\t')) field.remove_prefix(1);
-    while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r'))
-      field.remove_suffix(1);
-    fields.push_back(field);
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-tl::unexpected<Fault> bad_line(std::size_t line, std::size_t column, std::string what) {
-  return failure(FaultKind::bad_file, fmt::format("stdin:{}:{}", line, column), std::move(what));
-}
-
-/// Numbers of one row; an empty field is a missing reading.
-Result<std::vector<double>> numbers_of(std::string_view text, std::size_t count, std::size_t line) {
-  const auto fields = fields_of(text);
-  if (fields.size() != count) return bad_line(line, 1, fmt::format("{} fields, expected {}", fields.size(), count));
-  std::vector<double> numbers(count, NAN);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto field = fields[i];
-    if (field.empty()) continue;
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), numbers[i]);
-    if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(numbers[i]))
-      return bad_line(line, static_cast<std::size_t>(field.data() - text.data()) + 1,
-                      fmt::format("\"{}\" is not a number", field));
-  }
-  return numbers;
-}
+struct Options {
+  std::string model, outside = "clamp";
+};
 
 /// The header names the thermometers and, last, "bias".
-Result<std::vector<std::string>> header_of(std::string_view line) {
-  std::vector<std::string> names;
-  for (const auto field : fields_of(line)) names.emplace_back(field);
-  if (names.size() < 2 || names.back() != kBiasColumn)
-    return bad_line(1, 1, "expected a header: the names of the thermometers, then \"bias\", separated by commas");
-  names.pop_back();
-  return names;
+Result<CompensationStream> open_stream(const Model& model, std::vector<std::string> header, Outside outside) {
+  if (header.size() < 2 || header.back() != kBiasColumn) {
+    return failure(FaultKind::bad_file, "stdin:1:1",
+                   "expected a header: the names of the thermometers, then \"bias\", separated by commas");
+  }
+  header.pop_back();
+  return CompensationStream::open(model, std::move(header), outside);
 }
 
-Result<Exit> compensate(Console& console, const std::string& path) {
-  const auto model = load_model(path);
+/// One line for each row; an empty one where there is no value.
+std::string lines_of(const Eigen::VectorXd& values) {
+  std::string lines;
+  for (const double value : values) {
+    if (std::isfinite(value)) fmt::format_to(std::back_inserter(lines), "{:.7f}", value);
+    lines += '\n';
+  }
+  return lines;
+}
+
+std::string compensated(CompensationStream& stream, const LiveRows& rows) {
+  const auto columns = static_cast<Eigen::Index>(rows.header().size());
+  const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
+  const Eigen::Map<const SampleMatrix> numbers(rows.numbers().data(), count, columns);
+  return lines_of(stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1)));
+}
+
+/// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.
+Result<void> answer(Console& console, const Model& model, Outside outside, std::optional<CompensationStream>& stream) {
+  StandardInput input;
+  LiveRows rows("stdin");
+  for (bool more = true; more && std::ferror(stdout) == 0;) {
+    const auto piece = input.next();
+    if (!piece) return failure(piece.error());
+    more = !piece->empty();
+    const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
+    if (!stream && !rows.header().empty()) {
+      auto opened = open_stream(model, rows.header(), outside);
+      if (!opened) return failure(opened.error());
+      stream = std::move(*opened);
+      console.data("compensated_bias_deg_per_h\n");
+    }
+    if (!rows.numbers().empty()) console.data(compensated(*stream, rows));
+    rows.forget_rows();
+    if (!read) return failure(read.error());
+  }
+  return {};
+}
+
+Result<Exit> compensate(Console& console, const Options& options) {
+  const auto outside = parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  std::string line;
-  if (!std::getline(std::cin, line)) return bad_line(1, 1, "no input, expected a header");
-  const auto columns = header_of(line);
-  if (!columns) return failure(columns.error());
-  auto stream = CompensationStream::open(*model, *columns);
-  if (!stream) return failure(stream.error());
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
                           model->cluster_length_s / 2));
-  console.data("compensated_bias_deg_per_h\n");
-  for (std::size_t number = 2; !interrupted() && !std::ferror(stdout) && std::getline(std::cin, line); ++number) {
-    if (line.empty()) continue;
-    auto row = numbers_of(line, columns->size() + 1, number);
-    if (!row) return failure(row.error());
-    const double bias = row->back();
-    row->pop_back();
-    const double compensated = stream->push(*row, bias);
-    console.data(std::isnan(compensated) ? "\n" : fmt::format("{:.7f}\n", compensated));
+  std::optional<CompensationStream> stream;
+  const auto answered = answer(console, *model, *outside, stream);
+  if (stream && stream->outside() > 0) {
+    console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
+                            stream->outside(), name(*outside)));
   }
+  if (!answered) return failure(answered.error());
   return Exit::done;
 }
 
 }  // namespace
 
 void add_compensate(Program& program) {
-  auto path = std::make_shared<std::string>();
+  auto options = std::make_shared<Options>();
   auto* command = add_command(program, "compensate",
                               "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
                               "\"A,B,C,bias\", writes the compensated bias.",
                               "gyrotherm compensate model.json < rows.csv");
-  command->add_option("model", *path, "the model")->required();
-  set_action(command, program, [&program, path] { return compensate(program.console, *path); });
+  command->add_option("model", options->model, "the model")->required();
+  command->add_option("--outside", options->outside,
+                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                      "an empty line) or extrapolate");
+  set_action(command, program, [&program, options] { return compensate(program.console, *options); });
 }
 
 }  // namespace gyrotherm

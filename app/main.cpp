@@ -24,6 +24,8 @@ void add_commands(Program& program) {
   add_export(program);
   add_train(program);
   add_verify(program);
+  add_placement(program);
+  add_reduce(program);
   add_compensate(program);
   add_export_model(program);
   add_report(program);

@@ -1,10 +1,12 @@
 /// The whole experiment: two runs, three models, a report.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
 
 #include "acquisition/export.hpp"
 #include "acquisition/record.hpp"
+#include "analysis/method.hpp"
 #include "analysis/training.hpp"
 #include "analysis/verification.hpp"
 #include "app/command.hpp"
@@ -24,7 +26,7 @@ struct Options {
   std::string rig, out, rate_profile, random_profile;
   std::uint64_t seed = 0;
   int threads = 0;
-  bool quick = false;
+  bool quick = false, nested = false;
 };
 
 using Run = QualificationRun;
@@ -60,29 +62,40 @@ Result<void> load(Run& run) {
   return {};
 }
 
-Result<TrainedModel> train_model(Console& console, const Options& options, const std::string& inputs,
-                                 const std::string& method, const Run& rate, const Run& random) {
-  TrainingOptions training{
-      .inputs = inputs, .method = method, .quick = options.quick, .tuning = {}, .program_version = GYROTHERM_VERSION};
+/// What is trained, and how it is called while it is.
+struct Task {
+  std::string stage, method, inputs;
+};
+
+Result<TrainedModel> train_model(Console& console, const Options& options, const Task& task, const Run& rate,
+                                 const Run& random) {
+  TrainingOptions training;
+  training.inputs = task.inputs;
+  training.method = task.method;
+  training.nested = options.nested;
+  training.quick = options.quick;
+  training.program_version = GYROTHERM_VERSION;
   training.tuning.swarm.seed = options.seed;
   training.tuning.swarm.threads = options.threads;
-  const auto sink = [&console, &inputs](std::string_view, double fraction) {
-    return console.sink()("training " + inputs, fraction);
+  const auto sink = [&](std::string_view stage, double fraction) {
+    return console.sink()(fmt::format("{}: {}", task.stage, stage), fraction);
   };
+  const auto began = std::chrono::steady_clock::now();
   auto model = train({rate.evidence.dataset}, {rate.evidence.clusters}, training, sink);
   if (!model) return failure(model.error());
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
   auto on_rate = verify(*model, rate.evidence.dataset, rate.evidence.clusters);
   if (!on_rate) return failure(on_rate.error());
   auto on_random = verify(*model, random.evidence.dataset, random.evidence.clusters);
   if (!on_random) return failure(on_random.error());
-  return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random)};
+  return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};
 }
 
 Result<std::vector<TrainedModel>> train_models(Console& console, const Options& options, const Run& rate,
                                                const Run& random) {
   std::vector<TrainedModel> models;
-  for (const auto* inputs : {"three-point", "multi-point", "multi-point-t"}) {
-    auto model = train_model(console, options, inputs, "svr", rate, random);
+  for (const std::string inputs : {"three-point", "multi-point", "multi-point-t"}) {
+    auto model = train_model(console, options, {"training " + inputs, "svr", inputs}, rate, random);
     if (!model) return failure(model.error());
     if (auto written = replace_text_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model));
         !written)
@@ -92,14 +105,37 @@ Result<std::vector<TrainedModel>> train_models(Console& console, const Options& 
   return models;
 }
 
-/// The same inputs by linear regression: what the support vectors are worth.
+/// Every other method on the inputs it is published with, and on those of the model recommended for use; least squares
+/// on those of all three models, for what the support vectors are worth.
+std::vector<Task> tasks_of_comparison() {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const Method& method : methods())
+    if (method.name != "svr") rows.emplace_back(method.name, method.inputs);
+  for (const auto* method : {"stepwise", "ridge", "bpnn", "rbfnn", "kohonen-rbfnn", "ls-svm", "gp"})
+    rows.emplace_back(method, "multi-point-t");
+  for (const auto* inputs : {"three-point", "multi-point", "multi-point-t", "seven-point"})
+    rows.emplace_back("linear", inputs);
+  std::vector<Task> tasks;
+  for (const auto& [method, inputs] : rows)
+    tasks.push_back({fmt::format("comparing {} of {}, {}", tasks.size() + 1, rows.size(), method), method, inputs});
+  return tasks;
+}
+
+/// A method that cannot be trained on this record is left out with a warning: the experiment stands without it.
 Result<std::vector<TrainedModel>> train_compared(Console& console, const Options& options, const Run& rate,
-                                                 const Run& random) {
+                                                 const Run& random, Timings& timings,
+                                                 std::vector<std::string>& warnings) {
   std::vector<TrainedModel> compared;
-  for (const auto* inputs : {"three-point", "multi-point", "multi-point-t", "seven-point"}) {
-    auto model = train_model(console, options, inputs, "linear", rate, random);
-    if (!model) return failure(model.error());
-    compared.push_back(std::move(*model));
+  for (const Task& task : tasks_of_comparison()) {
+    timings.begin(fmt::format("compare {} on {}", task.method, task.inputs));
+    auto model = train_model(console, options, task, rate, random);
+    if (model) {
+      compared.push_back(std::move(*model));
+      continue;
+    }
+    if (model.error().kind == FaultKind::interrupted) return failure(model.error());
+    warnings.push_back(fmt::format("{} on {} is not compared: {}", task.method, task.inputs, text(model.error())));
+    console.say(warnings.back());
   }
   return compared;
 }
@@ -142,12 +178,17 @@ Result<Exit> qualify(Console& console, const Options& options) {
   timings.begin("train three models");
   auto models = train_models(console, options, *rate, *random);
   if (!models) return failure(models.error());
-  timings.begin("compare");
-  auto compared = train_compared(console, options, *rate, *random);
+  std::vector<std::string> warnings;
+  auto compared = train_compared(console, options, *rate, *random, timings, warnings);
   if (!compared) return failure(compared.error());
   timings.begin("report");
-  const Qualification all{
-      .rig = *rig, .seed = options.seed, .rate = *rate, .random = *random, .models = *models, .compared = *compared};
+  const Qualification all{.rig = *rig,
+                          .seed = options.seed,
+                          .rate = *rate,
+                          .random = *random,
+                          .models = *models,
+                          .compared = *compared,
+                          .warnings = std::move(warnings)};
   const auto report = assemble_report(all);
   const auto folder = options.out + "/report";
   if (auto written = write_report(report.json, folder); !written) return failure(written.error());
@@ -176,6 +217,8 @@ void add_qualify(Program& program) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--threads", options->threads, "of the training; 0: all; the result is the same");
   command->add_flag("--quick", options->quick, "a small swarm, for a try; the report says so");
+  command->add_flag("--nested", options->nested,
+                    "also choose everything anew without each held-out cycle: training takes about twice as long");
   command->add_option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
   command->add_option("--random-profile", options->random_profile, "instead of profiles/random.toml");
   set_action(command, program, [&program, options] { return qualify(program.console, *options); });

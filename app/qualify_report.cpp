@@ -6,7 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/correlation.hpp"
-#include "analysis/statistics.hpp"
+#include "analysis/hold_noise.hpp"
+#include "analysis/noise_floor.hpp"
 #include "app/sha256.hpp"
 #include "core/nearest.hpp"
 #include "report/report_json.hpp"
@@ -22,17 +23,16 @@ ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel
           .multi_point = models[1].*on,
           .multi_point_t = models[2].*on,
           .record_sha256 = run.sha256,
-          .profile_sha256 = sha256(run.profile.text)};
+          .profile_sha256 = sha256(run.profile.text),
+          .noise = noise_of_holds(run.evidence.dataset),
+          .compensated_noise = noise_of_compensated_holds(run.evidence.dataset, run.evidence.clusters,
+                                                          (models[2].*on).residual_deg_per_h)};
 }
 
 ComparedMethod compared(const TrainedModel& trained) {
   const auto& model = trained.model;
-  return {.name = fmt::format("{}-{}", model.method, model.inputs),
-          .inputs = model.inputs,
-          .method = model.method,
-          .in_sample = model.in_sample,
-          .leave_cycle_out = model.leave_cycle_out,
-          .random = trained.random.compensated};
+  return compared_method(fmt::format("{}-{}", model.method, model.inputs), model, trained.rate.compensated,
+                         trained.random.compensated);
 }
 
 /// Every figure that a limit can be set on.
@@ -93,7 +93,7 @@ AssembledReport assemble_report(const Qualification& all) {
                     .accept = {},
                     .program_version = GYROTHERM_VERSION,
                     .seed = all.seed,
-                    .warnings = {}};
+                    .warnings = all.warnings};
   std::transform(all.compared.begin(), all.compared.end(), std::back_inserter(input.compared), compared);
   input.accept = judge_limits(report_json(input), all);
   AssembledReport report{.json = report_json(input), .missed = {}};
@@ -105,20 +105,25 @@ AssembledReport assemble_report(const Qualification& all) {
 
 std::string result_table(const Qualification& all) {
   const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
-                      const std::string& random) {
-    return fmt::format("{:<16} {:>14} {:>14} {:>16}\n", what, rate, cycle, random);
+                      const std::string& random, const std::string& size, const std::string& training) {
+    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>7} {:>11}\n", what, rate, cycle, random, size, training);
   };
   const auto number = [](double std) { return fmt::format("{:.5f}", std); };
   const auto floor = [&](const QualificationRun& run) {
     return number(noise_floor(run.evidence.clusters, run.evidence.dataset.segments).deg_per_h);
   };
+  const auto trained = [&](const TrainedModel& row_of) {
+    const Model& model = row_of.model;
+    return row(fmt::format("{:<13} {}", model.method, model.inputs), number(row_of.rate.compensated.std),
+               number(model.leave_cycle_out.std), number(row_of.random.compensated.std),
+               fmt::format("{}", stored_numbers(model)), fmt::format("{:.1f}", row_of.training_s));
+  };
   auto text = std::string(all.rig.simulated ? "SIMULATED\n" : "");
-  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)");
-  text += row("raw", number(all.models[0].rate.raw.std), "", number(all.models[0].random.raw.std));
-  for (const auto& [model, rate, random] : all.models)
-    text += row(model.inputs, number(rate.compensated.std), number(model.leave_cycle_out.std),
-                number(random.compensated.std));
-  return text + row("noise floor", floor(all.rate), "", floor(all.random));
+  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)", "numbers", "training, s");
+  text += row("raw", number(all.models[0].rate.raw.std), "", number(all.models[0].random.raw.std), "", "");
+  for (const TrainedModel& model : all.models) text += trained(model);
+  for (const TrainedModel& model : all.compared) text += trained(model);
+  return text + row("noise floor", floor(all.rate), "", floor(all.random), "", "");
 }
 
 }  // namespace gyrotherm

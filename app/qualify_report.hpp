@@ -27,6 +27,7 @@ struct QualificationRun {
 struct TrainedModel {
   Model model;
   Verification rate, random;
+  double training_s{};  ///< wall time
 };
 
 struct Qualification {
@@ -36,6 +37,7 @@ struct Qualification {
   const QualificationRun& random;
   const std::vector<TrainedModel>& models;    ///< three-point, multi-point, multi-point-t
   const std::vector<TrainedModel>& compared;  ///< by other methods
+  std::vector<std::string> warnings;          ///< of what could not be compared
 };
 
 struct AssembledReport {

@@ -12,7 +12,8 @@ namespace {
 
 struct Options {
   std::vector<std::string> runs;
-  std::string out, clusters;
+  std::string out, clusters, folds = "cycles", select;
+  double guard_minutes = -1, threshold = -1;  ///< negative: not given
   TrainingOptions training;
 };
 
@@ -36,6 +37,8 @@ std::string words(const Model& model) {
                         svr->relative_gap);
   text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
+  if (model.nested_leave_cycle_out)
+    text += "    and chosen without it (nested): " + figures(*model.nested_leave_cycle_out) + "\n";
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -46,7 +49,24 @@ std::string method_names() {
   return fmt::format("{} (default: svr)", fmt::join(names, ", "));
 }
 
+Result<TrainingOptions> training_options(const Options& options) {
+  TrainingOptions training = options.training;
+  const auto folds = parse_folds(options.folds);
+  if (!folds) return failure(folds.error());
+  training.folds = *folds;
+  if (options.guard_minutes >= 0) training.folds.guard_minutes = options.guard_minutes;
+  if (!options.select.empty()) {
+    const auto rule = parse_selection(options.select);
+    if (!rule) return failure(rule.error());
+    training.select = *rule;
+  }
+  if (options.threshold >= 0) training.select = SelectionRule{.threshold = options.threshold};
+  return training;
+}
+
 Result<Exit> train_and_write(Console& console, const Options& options) {
+  const auto training = training_options(options);
+  if (!training) return failure(training.error());
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
   std::vector<Dataset> datasets;
@@ -57,7 +77,7 @@ Result<Exit> train_and_write(Console& console, const Options& options) {
     datasets.push_back(std::move(evidence->dataset));
     clusters.push_back(std::move(evidence->clusters));
   }
-  const auto model = train(datasets, clusters, options.training, console.sink());
+  const auto model = train(datasets, clusters, *training, console.sink());
   if (!model) return failure(model.error());
   const auto json = to_json(*model);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
@@ -75,11 +95,28 @@ void add_train(Program& program) {
   command->add_option("runs", options->runs, "the records")->required();
   command->add_option("--out", options->out, "the model")->required();
   command->add_option("--inputs", options->training.inputs,
-                      "multi-point, multi-point-t, three-point, seven-point, or terms like A-B,A,rate:A,A^2; default: "
-                      "what the method is published with");
+                      "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, seven-point, "
+                      "gradients, temperatures, rates, or terms like A-B,A,rate:A,A^2,A*A-B; default: what the method "
+                      "is published with");
+  auto* select = command->add_option(
+      "--select", options->select,
+      "which of the inputs that a word stands for to take, learnt inside each fold: correlation[:R] (|r| above R, "
+      "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), redundancy[:PART] (those that do not "
+      "depend on the others); terms given one by one are always taken");
+  command->add_option("--threshold", options->threshold, "the same as --select correlation:R")
+      ->check(CLI::Range(0.0, 1.0))
+      ->excludes(select);
   command->add_option("--method", options->training.method, method_names());
-  command->add_option("--threshold", options->training.threshold, "of |r|, for multi-point (default 0.90)")
-      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--folds", options->folds,
+                      "what is held out together: cycles (default), or blocks[:N], consecutive ones (4). A record "
+                      "without cycles is cut into blocks");
+  command
+      ->add_option("--guard", options->guard_minutes,
+                   "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
+                   "beside blocks but at most half a block")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--nested", options->training.nested,
+                    "also choose everything anew without each held-out fold: costs about as much again");
   command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
   command->add_flag("--quick", options->training.quick, "a small swarm, for a try; the model says so");
   command->add_option("--seed", options->training.tuning.swarm.seed, "of the swarm")->check(CLI::NonNegativeNumber);

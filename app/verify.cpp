@@ -2,59 +2,95 @@
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/hold_noise.hpp"
 #include "analysis/verification.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
+#include "report/format.hpp"
+#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct Options {
-  std::string model, clusters;
+  std::string model, clusters, outside = "clamp";
   std::vector<std::string> runs;
 };
 
 std::string row(std::string_view what, const Figures& f) {
-  return f.count == 0 ? std::string()
-                      : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7}\n", what, f.std, f.mean, f.rmse,
-                                    f.max_abs, f.count);
+  return f.count == 0
+             ? std::string()
+             : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what,
+                           f.std, std_error(f), f.mean, mean_error(f), f.rmse, f.max_abs, f.count, f.effective.of_std);
 }
 
-std::string words(const std::string& run, const Verification& v) {
-  std::string text = fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>7}\n", v.simulated ? "SIMULATED " : "", run,
-                                 "°/h", "std", "mean", "rmse", "max", "n");
+std::string floor_words(const Verification& v) {
+  std::string text = fmt::format("  noise floor of the record: {} °/h ({} differences)\n",
+                                 with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.differences);
+  if (v.trained_on_this && v.effective_parameters > 0) {
+    text += fmt::format("  {:.0f} effective parameters leave of it, in-sample: {:.5f} °/h\n", v.effective_parameters,
+                        v.expected_in_sample_std);
+  }
+  return text;
+}
+
+/// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
+std::string noise_words(const HoldNoise& noise) {
+  std::string text = fmt::format("  {}\n", noise.statement);
+  if (noise.curve.empty()) return text;
+  for (const NoiseCoefficient& c : noise.fit.coefficients) {
+    const NoiseTermInfo& about = info(c.term);
+    const double read_s = c.term == NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
+    const std::string value =
+        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", with_error(c.value, c.error), about.unit, read_s)
+               : fmt::format("not seen, < {} {}", significant(c.at_most), about.unit);
+    text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
+  }
+  return text;
+}
+
+/// Of the holds of one record, before and after compensation.
+struct Noises {
+  HoldNoise raw, compensated;
+};
+
+std::string words(const std::string& run, const Verification& v, const Noises& noises) {
+  std::string text =
+      fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
+                  run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
   text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
           row("  holds", v.holds) + row("  10 min after corners", v.corners);
-  text +=
-      fmt::format("  noise floor of the record: {:.5f} °/h ({} differences)\n", v.floor.deg_per_h, v.floor.differences);
+  text += floor_words(v) + noise_words(noises.raw) + noise_words(noises.compensated);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
 
-nlohmann::ordered_json json_of(const Figures& f) {
-  return {{"std_deg_per_h", f.std},
-          {"mean_deg_per_h", f.mean},
-          {"rmse_deg_per_h", f.rmse},
-          {"max_abs_deg_per_h", f.max_abs},
-          {"count", f.count}};
-}
-
-std::string json(const std::string& run, const Verification& v) {
-  const nlohmann::ordered_json object{{"run", run},
-                                      {"simulated", v.simulated},
-                                      {"trained_on_this", v.trained_on_this},
-                                      {"raw", json_of(v.raw)},
-                                      {"compensated", json_of(v.compensated)},
-                                      {"ramps", json_of(v.ramps)},
-                                      {"holds", json_of(v.holds)},
-                                      {"corners", json_of(v.corners)},
-                                      {"noise_floor_deg_per_h", v.floor.deg_per_h},
-                                      {"outside_trained_range", v.outside_trained_range},
-                                      {"warnings", v.warnings}};
-  return object.dump() + "\n";
+std::string json(const std::string& run, const Verification& v, const Noises& noises) {
+  const Json object{{"run", run},
+                    {"simulated", v.simulated},
+                    {"trained_on_this", v.trained_on_this},
+                    {"raw", json_of<Json>(v.raw)},
+                    {"compensated", json_of<Json>(v.compensated)},
+                    {"ramps", json_of<Json>(v.ramps)},
+                    {"holds", json_of<Json>(v.holds)},
+                    {"corners", json_of<Json>(v.corners)},
+                    {"noise_floor_deg_per_h", v.floor.deg_per_h},
+                    {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
+                    {"effective_parameters", json_if_known<Json>(v.effective_parameters)},
+                    {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
+                    {"allan", json_of<Json>(noises.raw)},
+                    {"allan_compensated", json_of<Json>(noises.compensated)},
+                    {"outside_trained_range", v.outside.clusters},
+                    {"outside", json_of<Json>(v.outside)},
+                    {"warnings", v.warnings}};
+  return text_of(object) + "\n";
 }
 
 Result<Exit> verify_all(Console& console, const Options& options) {
+  const auto outside = parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   const auto range = parse_cluster_range(options.clusters);
@@ -62,9 +98,12 @@ Result<Exit> verify_all(Console& console, const Options& options) {
   for (const auto& run : options.runs) {
     const auto evidence = load_evidence(run, *range);
     if (!evidence) return failure(evidence.error());
-    const auto verification = verify(*model, evidence->dataset, evidence->clusters);
+    const auto verification = verify(*model, evidence->dataset, evidence->clusters, {.outside = *outside});
     if (!verification) return failure(verification.error());
-    console.data(console.json ? json(run, *verification) : words(run, *verification));
+    const auto& [dataset, clusters] = *evidence;
+    const Noises noises{noise_of_holds(dataset),
+                        noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h)};
+    console.data(console.json ? json(run, *verification, noises) : words(run, *verification, noises));
   }
   return Exit::done;
 }
@@ -78,6 +117,9 @@ void add_verify(Program& program) {
   command->add_option("model", options->model, "the model")->required();
   command->add_option("runs", options->runs, "the records")->required();
   command->add_option("--clusters", options->clusters, "only these clusters of each record, like 14:21");
+  command->add_option("--outside", options->outside,
+                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                      "left out of the figures) or extrapolate");
   set_action(command, program, [&program, options] { return verify_all(program.console, *options); });
 }
 

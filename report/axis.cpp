@@ -49,6 +49,51 @@ Range rounded_out(const Range& range, int count) {
   return out;
 }
 
+Range positive_range_of(const std::vector<double>& values) {
+  Range range{std::numeric_limits<double>::infinity(), 0};
+  for (const double value : values) {
+    if (!std::isfinite(value) || value <= 0) continue;
+    range = {std::min(range.low, value), std::max(range.high, value)};
+  }
+  return range.low <= range.high ? range : Range{1, 10};
+}
+
+Range logarithmically_rounded_out(const Range& range) {
+  const auto rounded = [](double value, bool up) {
+    const double decade = std::pow(10.0, std::floor(std::log10(value) + kRounding));
+    const double digit = value / decade;
+    if (up) return decade * (digit <= 1 + kRounding ? 1 : digit <= 2 + kRounding ? 2 : digit <= 5 + kRounding ? 5 : 10);
+    return decade * (digit < 2 - kRounding ? 1 : digit < 5 - kRounding ? 2 : 5);
+  };
+  const Range out{rounded(range.low, false), rounded(range.high, true)};
+  return out.high > out.low ? out : Range{out.low, 10 * out.low};
+}
+
+std::vector<Tick> logarithmic_ticks(const Range& range) {
+  constexpr double kShort = 100;  // two decades
+  const bool label_all = range.high < kShort * range.low;
+  std::vector<Tick> all;
+  const int last = static_cast<int>(std::floor(std::log10(range.high) + kRounding));
+  for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); exponent <= last; ++exponent) {
+    for (int digit = 1; digit < 10; ++digit) {
+      const double value = digit * std::pow(10.0, exponent);
+      if (value < range.low * (1 - kRounding) || value > range.high * (1 + kRounding)) continue;
+      const bool labelled = digit == 1 || (label_all && (digit == 2 || digit == 5));
+      all.push_back({value, labelled ? digit_and_power(digit, exponent) : ""});
+    }
+  }
+  return all;
+}
+
+double Scale::operator()(double value) const {
+  const auto along = [&](double low, double at, double high) {
+    return from_px + (at - low) / (high - low) * (to_px - from_px);
+  };
+  if (!logarithmic) return along(values.low, value, values.high);
+  if (!(value > 0)) return std::isnan(value) ? value : from_px;
+  return along(std::log(values.low), std::log(value), std::log(values.high));
+}
+
 std::vector<Tick> ticks(const Range& range, int count) {
   const double step = tick_step(range, count);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + kRounding)));

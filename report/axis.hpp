@@ -1,4 +1,5 @@
-/// An axis: a range with round ends, ticks in steps of 1, 2 or 5, and where a value lies on it.
+/// An axis, straight or logarithmic: a range with round ends, ticks in steps of 1, 2 or 5, and where a value lies on
+/// it.
 #pragma once
 
 #include <string>
@@ -32,14 +33,24 @@ struct Tick {
 /// The ticks inside the range, ends included, each labelled with as many decimals as the step needs.
 [[nodiscard]] std::vector<Tick> ticks(const Range& range, int count);
 
-/// A linear map from values to pixels.
+/// The same of a logarithmic axis. From the least to the greatest finite value above 0; {1, 10} if there is none.
+[[nodiscard]] Range positive_range_of(const std::vector<double>& values);
+
+/// Both ends, above 0, moved outwards to 1, 2 or 5 times a power of ten.
+[[nodiscard]] Range logarithmically_rounded_out(const Range& range);
+
+/// A tick at each digit of each decade inside the range. Powers of ten are labelled, and 2 and 5 too where the range is
+/// shorter than two decades; the rest have no label.
+[[nodiscard]] std::vector<Tick> logarithmic_ticks(const Range& range);
+
+/// A map from values to pixels.
 struct Scale {
   Range values;
   double from_px{};  ///< where values.low lies
   double to_px{};    ///< where values.high lies
-  [[nodiscard]] double operator()(double value) const {
-    return from_px + (value - values.low) / (values.high - values.low) * (to_px - from_px);
-  }
+  bool logarithmic = false;
+  /// Of a logarithmic scale, values not above 0 lie where the range begins.
+  [[nodiscard]] double operator()(double value) const;
 };
 
 }  // namespace gyrotherm

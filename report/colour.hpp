@@ -21,6 +21,7 @@ inline constexpr const char* kMultiPointT = "#00855f";
 inline constexpr const char* kInk = "#1d2733";
 inline constexpr const char* kFaintInk = "#5b6673";
 inline constexpr const char* kGrid = "#e3e7ec";
+inline constexpr const char* kFineGrid = "#f1f3f6";
 inline constexpr const char* kFloor = "#f1e3b8";
 inline constexpr const char* kSimulated = "#a8371b";
 }  // namespace colour

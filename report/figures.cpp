@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "report/allan_figure.hpp"
 #include "report/colour.hpp"
 #include "report/format.hpp"
 #include "report/heat_map.hpp"
@@ -215,6 +216,7 @@ std::vector<ReportFigure> all_figures(const ReportView& view) {
   std::vector<ReportFigure> all = {temperature_figure(view, view.rate, "figure-4", "Figure 4"), correlation_array(view),
                                    correlation_curves(view)};
   for (ReportFigure& figure : rate_figures(view)) all.push_back(std::move(figure));
+  all.push_back(allan_figure(view));
   all.push_back(temperature_figure(view, view.random, "figure-8-program", "Figure 8, its program"));
   all.push_back(random_figure(view));
   all.push_back(tuning_figure(view));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -16,6 +17,12 @@ std::string superscript(int n) {
   for (const char digit : std::to_string(std::abs(n))) text += kDigits[static_cast<std::size_t>(digit - '0')];
   return text;
 }
+
+/// A number with more is written with a power of ten.
+constexpr int kMostDecimals = 6;
+
+/// Down to the second digit of the error.
+int decimals_of_error(double error) { return std::max(0, 1 - static_cast<int>(std::floor(std::log10(error)))); }
 
 }  // namespace
 
@@ -37,6 +44,29 @@ std::string significant(double value) {
   if (exponent >= 3 && exponent < 6) return decimal(value, 0);
   if (exponent >= -2 && exponent < 3) return decimal(value, 2 - exponent);
   return decimal(value / std::pow(10.0, exponent), 2) + " × 10" + superscript(exponent);
+}
+
+std::string digit_and_power(int digit, int exponent) {
+  if (exponent >= -3 && exponent <= 3) return decimal(digit * std::pow(10.0, exponent), std::max(0, -exponent));
+  const std::string power = "10" + superscript(exponent);
+  return digit == 1 ? power : std::to_string(digit) + " × " + power;
+}
+
+std::string with_error(double value, double error) {
+  if (!std::isfinite(value) || !std::isfinite(error) || error <= 0) return significant(value);
+  const int decimals = decimals_of_error(error);
+  if (decimals <= kMostDecimals) return decimal(value, decimals) + " ± " + decimal(error, decimals);
+  const int exponent = static_cast<int>(std::floor(std::log10(std::max(std::abs(value), error))));
+  const double scale = std::pow(10.0, exponent);
+  const int places = std::max(0, decimals + exponent);
+  return "(" + decimal(value / scale, places) + " ± " + decimal(error / scale, places) + ") × 10" +
+         superscript(exponent);
+}
+
+std::string error_text(double error) {
+  if (!std::isfinite(error) || error <= 0) return significant(error);
+  const int decimals = decimals_of_error(error);
+  return decimals <= kMostDecimals ? decimal(error, decimals) : significant(error);
 }
 
 std::string hours_text(double seconds) { return decimal(seconds / 3600, 2) + " h"; }

@@ -18,6 +18,16 @@ namespace gyrotherm {
 /// Three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 stays "4.84"; for certificates and tuned parameters.
 [[nodiscard]] std::string significant(double value);
 
+/// The label of a logarithmic axis: "0.02" and "500" near 1, "10⁻⁵" and "2 × 10⁻⁵" far from it.
+[[nodiscard]] std::string digit_and_power(int digit, int exponent);
+
+/// A value and its standard error, both to the second digit of the error: "0.00214 ± 0.00006". Without an error, as
+/// significant() gives the value.
+[[nodiscard]] std::string with_error(double value, double error);
+
+/// A standard error alone, to its second digit: "0.000057".
+[[nodiscard]] std::string error_text(double error);
+
 /// A length of time in hours with two decimals: "18.67 h".
 [[nodiscard]] std::string hours_text(double seconds);
 

@@ -6,6 +6,7 @@
 #include <cassert>
 
 #include "report/format.hpp"
+#include "report/html_results.hpp"
 #include "report/html_sections.hpp"
 #include "report/style_sheet.hpp"
 
@@ -33,6 +34,10 @@ constexpr const char* kNumbersMeaning =
     "“improvement from traditional method” is a ratio of two percentages; the reduction of the three-point residual is "
     "what a user "
     "gains.</p>\n";
+
+constexpr const char* kNoiseMeaning =
+    "<p>The bias in the last hour of each hold shows the gyro’s own noise, which no compensation removes. Over longer "
+    "times the whole run shows what temperature does, and what is left of it after compensation.</p>\n";
 
 /// The page as it grows: sections are numbered as they come.
 class Page {
@@ -64,6 +69,10 @@ void add_experiment(Page& page, const ReportView& view) {
       "means over " +
       decimal(view.cluster_length_s, 0) + "&nbsp;s.</p>\n");
   page.figure("figure-4");
+  page.section("Noise of the gyro");
+  page.add(kNoiseMeaning);
+  page.add(noise_section(view));
+  page.figure("allan");
   page.section("Which gradients matter");
   page.figure("table-3", "narrow");
   page.figure("figure-5");
@@ -75,14 +84,15 @@ void add_results(Page& page, const ReportView& view) {
   page.add(kMeaning);
   page.add(result_table(view.rate, "Table 4"));
   page.add(kNumbersMeaning);
+  page.add(parts_table(view.rate));
   for (const char* id : {"figure-6", "figure-7", "figure-7-with-temperature"}) page.figure(id);
   page.section("Verification on the random program");
   page.add(result_table(view.random, "Table 5"));
+  page.add(parts_table(view.random));
   page.figure("figure-8");
   page.figure("figure-8-program");
   page.section("Methods side by side");
-  page.add(methods_table(view));
-  page.add(parts_table(view));
+  page.add(methods_section(view));
 }
 
 void add_appendix(Page& page, const ReportView& view) {

@@ -2,26 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 
 #include "report/format.hpp"
+#include "report/html_per_model.hpp"
 #include "report/html_table.hpp"
 
 namespace gyrotherm {
 namespace {
-
-constexpr std::array kModelTitles = {"Three-point", "Multi-point", "Multi-point with temperature"};
-
-/// A cell per model.
-template <class T, class Cell>
-std::vector<std::string> cells(std::string head, const PerModel<T>& of, Cell cell) {
-  return {std::move(head), cell(of.three_point), cell(of.multi_point), cell(of.multi_point_t)};
-}
-
-std::vector<std::string> model_header(std::string head) {
-  return {std::move(head), kModelTitles[0], kModelTitles[1], kModelTitles[2]};
-}
 
 std::string joined_text(const std::vector<std::string>& texts) {
   std::string all;
@@ -89,17 +77,6 @@ std::string definition(const std::string& term, const std::string& html) {
   return "<dt>" + term + "</dt><dd>" + html + "</dd>\n";
 }
 
-std::vector<std::string> figures_row(const std::string& head, const std::string& run, const PerModel<ResidualView>& of,
-                                     Figures ResidualView::*part) {
-  const auto pair = [&](const ResidualView& residual) {
-    const Figures& figures = residual.*part;
-    return std::array{bias_text(figures.std), bias_text(figures.max_abs)};
-  };
-  const auto three = pair(of.three_point), multi = pair(of.multi_point), multi_t = pair(of.multi_point_t);
-  return {run,        head,      std::to_string((of.multi_point.*part).count), three[0], three[1], multi[0], multi[1],
-          multi_t[0], multi_t[1]};
-}
-
 std::string bounds_text(const char* symbol, std::pair<double, double> log2_bounds) {
   const auto end = [](double value) { return decimal(value, value == std::round(value) ? 0 : 1); };
   return fmt::format("log<sub>2</sub>&nbsp;{}&nbsp;∈&nbsp;[{},&nbsp;{}]", symbol, end(log2_bounds.first),
@@ -148,56 +125,6 @@ std::string selection_section(const ReportView& view) {
          html_of(table);
 }
 
-std::string result_table(const RunView& run, const std::string& heading) {
-  const auto std_cell = [](const ResidualView& r) { return "<b>" + bias_text(r.all.std) + "</b>"; };
-  const auto raw = bias_text(run.raw.std), floor = bias_text(run.noise_floor_deg_per_h);
-  HtmlTable table{
-      .caption = "<b>" + heading + "</b> Bias compensation in the " + escaped(run.profile) + " run – " + standing(run),
-      .header = model_header("Bias, °/h"),
-      .style = "even"};
-  const auto& r = run.residual;
-  table.rows = {
-      {"Before compensation, STD", raw, raw, raw},
-      cells("After compensation, STD", r, std_cell),
-      {"Noise floor of this record", floor, floor, floor},
-      cells("After: mean", r, [](const ResidualView& v) { return bias_text(v.all.mean); }),
-      cells("After: RMSE", r, [](const ResidualView& v) { return bias_text(v.all.rmse); }),
-      cells("After: greatest magnitude", r, [](const ResidualView& v) { return bias_text(v.all.max_abs); }),
-      cells("Improvement from original accuracy", run.gain, [](const GainView& g) { return percent(g.from_original); }),
-      cells("Improvement from three-point, the paper’s ratio", run.gain,
-            [](const GainView& g) { return percent(g.paper_ratio); }),
-      cells("Reduction of the three-point residual", run.gain,
-            [](const GainView& g) { return percent(g.residual_reduction); })};
-  return html_of(table);
-}
-
-std::string methods_table(const ReportView& view) {
-  HtmlTable table{.caption = fmt::format("STD of every method, °/h. Leave-cycle-out: {}{}", escaped(view.folds),
-                                         view.nested ? "" : "; C, σ and ε were chosen with all cycles"),
-                  .header = {"Inputs", "Method", "Rate, in-sample", "Rate, leave-cycle-out", "<b>Random</b>",
-                             "Random, mean", "Random, max"},
-                  .text_columns = 2};
-  for (const MethodView& row : view.methods) {
-    table.rows.push_back({escaped(row.inputs), escaped(row.method), bias_text(row.in_sample.std),
-                          bias_text(row.leave_cycle_out.std), "<b>" + bias_text(row.random.std) + "</b>",
-                          bias_text(row.random.mean), bias_text(row.random.max_abs)});
-  }
-  return html_of(table);
-}
-
-std::string parts_table(const ReportView& view) {
-  HtmlTable table{.caption = "Residual by part of the program, °/h: STD and greatest magnitude",
-                  .header = {"Run", "Part", "Means", "Three-point", "max", "Multi-point", "max", "With temp.", "max"},
-                  .text_columns = 2};
-  for (const auto& [name, run] : {std::pair{"rate", &view.rate}, std::pair{"random", &view.random}}) {
-    table.rows.push_back(figures_row("all", name, run->residual, &ResidualView::all));
-    table.rows.push_back(figures_row("ramps", "", run->residual, &ResidualView::ramps));
-    table.rows.push_back(figures_row("holds", "", run->residual, &ResidualView::holds));
-    table.rows.push_back(figures_row("10 min after corners", "", run->residual, &ResidualView::corners));
-  }
-  return html_of(table);
-}
-
 std::string models_section(const ReportView& view) {
   const auto row = [&](const char* head, auto cell) { return cells(head, view.models, cell); };
   HtmlTable table{
@@ -206,6 +133,8 @@ std::string models_section(const ReportView& view) {
       row("Inputs", [](const ModelView& m) { return fmt::format("{} (rank {})", m.terms.size(), m.rank); }),
       row("Trained on", [](const ModelView& m) { return escaped(m.trained_on); }),
       row("Training means", [](const ModelView& m) { return std::to_string(m.trained_clusters); }),
+      row("Effective parameters", [](const ModelView& m) { return decimal(m.effective_parameters, 0); }),
+      row("Numbers stored", [](const ModelView& m) { return std::to_string(m.stored_numbers); }),
       row("C", [](const ModelView& m) { return significant(m.C); }),
       row("σ", [](const ModelView& m) { return significant(m.sigma); }),
       row("ε (in °/h)",

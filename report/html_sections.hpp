@@ -13,12 +13,6 @@ namespace gyrotherm {
 [[nodiscard]] std::string summary_section(const ReportView& view);
 /// Which gradients were selected, and what else the bias follows.
 [[nodiscard]] std::string selection_section(const ReportView& view);
-/// Tables 4 and 5: `run` before and after, the improvement said both ways, and the noise floor.
-[[nodiscard]] std::string result_table(const RunView& run, const std::string& heading);
-/// Leave-one-cycle-out beside in-sample and random, for every method.
-[[nodiscard]] std::string methods_table(const ReportView& view);
-/// Ramps, holds and the ten minutes after each corner, apart.
-[[nodiscard]] std::string parts_table(const ReportView& view);
 /// What each model is, was trained on, how it was tuned, and its certificate.
 [[nodiscard]] std::string models_section(const ReportView& view);
 [[nodiscard]] std::string warnings_section(const ReportView& view);

@@ -87,6 +87,11 @@ std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
   return all;
 }
 
+bool JsonPlace::is_null() const {
+  const Json* node = as_json(node_);
+  return node != nullptr && node->is_null();
+}
+
 double JsonPlace::number() const {
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   const Json* node = as_json(node_);

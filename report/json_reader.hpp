@@ -22,6 +22,7 @@ class JsonPlace {
   [[nodiscard]] std::vector<JsonPlace> elements() const;                         ///< of an array
   [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  ///< of an object, in order of the file
 
+  [[nodiscard]] bool is_null() const;   ///< there, and null
   [[nodiscard]] double number() const;  ///< null is NaN
   [[nodiscard]] int integer() const;
   [[nodiscard]] bool boolean() const;

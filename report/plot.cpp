@@ -36,9 +36,23 @@ struct Place {
   [[nodiscard]] const Scale& scale(Side side) const { return side == Side::left ? y : y_right; }
 };
 
+/// From the least to the greatest value above 0 of the curves of one side, their error bars included.
+Range logarithmic_range(const Panel& panel, Side side) {
+  std::vector<double> ends;
+  for (const Curve& curve : panel.curves) {
+    if (curve.side != side) continue;
+    for (std::size_t k = 0; k < curve.y.size(); ++k) {
+      const double error = curve.error.empty() ? 0 : curve.error[k];
+      ends.insert(ends.end(), {curve.y[k], curve.y[k] - error, curve.y[k] + error});
+    }
+  }
+  return logarithmically_rounded_out(positive_range_of(ends));
+}
+
 Range y_range(const Panel& panel, Side side) {
   const AxisStyle& style = side == Side::left ? panel.left : *panel.right;
   if (style.range) return *style.range;
+  if (style.logarithmic) return logarithmic_range(panel, side);
   std::optional<Range> range;
   for (const Curve& curve : panel.curves) {
     if (curve.side != side) continue;
@@ -60,12 +74,21 @@ Range x_range(const Plot& plot) {
     for (const Curve& curve : panel.curves) range = range ? joined(*range, range_of(curve.x)) : range_of(curve.x);
   }
   Range whole = range.value_or(Range{0, 1});
+  if (plot.x.logarithmic) return logarithmically_rounded_out(positive_range_of({whole.low, whole.high}));
   if (whole.high <= whole.low) whole.high = whole.low + 1;
   return whole;
 }
 
+std::vector<Tick> ticks_of(const AxisStyle& style, const Range& range, int count) {
+  return style.logarithmic ? logarithmic_ticks(range) : ticks(range, count);
+}
+
+std::vector<Tick> y_ticks_of(const Panel& panel, const Place& place, Side side) {
+  return ticks_of(side == Side::left ? panel.left : *panel.right, place.scale(side).values, y_ticks(panel));
+}
+
 std::vector<Tick> x_ticks(const Plot& plot) {
-  if (plot.x.categories.empty()) return ticks(x_range(plot), kXTicks);
+  if (plot.x.categories.empty()) return ticks_of(plot.x, x_range(plot), kXTicks);
   std::vector<Tick> all;
   for (const std::string& name : plot.x.categories) all.push_back({static_cast<double>(all.size()), name});
   return all;
@@ -77,13 +100,14 @@ void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const
     const double bottom = std::min(place.y(band.range.low), place.bottom_px());
     if (bottom > top) svg.rectangle(place.left_px, top, place.width_px, bottom - top, colour::kFloor);
   }
+  const auto shade_of = [](const Tick& tick) { return tick.label.empty() ? colour::kFineGrid : colour::kGrid; };
   for (const Tick& tick : x_ticks(plot)) {
     const double x = place.x(tick.value);
-    svg.line(x, place.top_px, x, place.bottom_px(), {colour::kGrid});
+    svg.line(x, place.top_px, x, place.bottom_px(), {shade_of(tick)});
   }
-  for (const Tick& tick : ticks(place.y.values, y_ticks(panel))) {
+  for (const Tick& tick : y_ticks_of(panel, place, Side::left)) {
     const double y = place.y(tick.value);
-    svg.line(place.left_px, y, place.right_px(), y, {tick.value == 0 ? "#b9c1ca" : colour::kGrid});
+    svg.line(place.left_px, y, place.right_px(), y, {tick.value == 0 ? "#b9c1ca" : shade_of(tick)});
   }
   if (plot.simulated) draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px);
 }
@@ -92,9 +116,10 @@ void draw_y_axis(SvgWriter& svg, const AxisStyle& style, const Panel& panel, con
   const bool left = side == Side::left;
   const double edge = left ? place.left_px : place.right_px();
   const double outwards = left ? -1 : 1;
-  for (const Tick& tick : ticks(place.scale(side).values, y_ticks(panel))) {
+  for (const Tick& tick : y_ticks_of(panel, place, side)) {
     const double y = place.scale(side)(tick.value);
-    svg.line(edge, y, edge + outwards * kTickLength, y, {colour::kFaintInk});
+    svg.line(edge, y, edge + outwards * kTickLength * (tick.label.empty() ? 0.5 : 1), y, {colour::kFaintInk});
+    if (tick.label.empty()) continue;
     svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick.label,
              {.colour = style.colour, .anchor = left ? Anchor::end : Anchor::start});
   }
@@ -106,8 +131,9 @@ void draw_y_axis(SvgWriter& svg, const AxisStyle& style, const Panel& panel, con
 void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labelled) {
   for (const Tick& tick : x_ticks(plot)) {
     const double x = place.x(tick.value);
-    svg.line(x, place.bottom_px(), x, place.bottom_px() + kTickLength, {colour::kFaintInk});
-    if (labelled) svg.text(x, place.bottom_px() + 17, tick.label, {.anchor = Anchor::middle});
+    svg.line(x, place.bottom_px(), x, place.bottom_px() + kTickLength * (tick.label.empty() ? 0.5 : 1),
+             {colour::kFaintInk});
+    if (labelled && !tick.label.empty()) svg.text(x, place.bottom_px() + 17, tick.label, {.anchor = Anchor::middle});
   }
   if (!labelled) return;
   svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title,
@@ -121,7 +147,8 @@ std::string path_data(const Curve& curve, const Place& place) {
   std::string data;
   bool drawing = false;
   for (std::size_t k = 0; k < points.x.size(); ++k) {
-    const bool here = std::isfinite(points.x[k]) && std::isfinite(points.y[k]);
+    const bool here = std::isfinite(points.x[k]) && std::isfinite(points.y[k]) &&
+                      (!scale.logarithmic || points.y[k] > 0) && (!place.x.logarithmic || points.x[k] > 0);
     if (here) {
       const std::string x = pixels(place.x(points.x[k]));
       if (drawing && curve.steps) data += "H" + x;
@@ -151,9 +178,27 @@ void draw_marker(SvgWriter& svg, const Curve& curve, double x, double y) {
   svg.shape(marker_data(curve.marker, x, y), curve.hollow ? "#ffffff" : curve.colour, curve.colour);
 }
 
+/// A bar from y − error to y + error with a cap at either end, as far as it lies in the plotting area.
+void draw_error_bars(SvgWriter& svg, const Curve& curve, const Place& place) {
+  constexpr double kCap = 3;
+  const Scale& scale = place.scale(curve.side);
+  for (std::size_t k = 0; k < curve.error.size(); ++k) {
+    const double x = place.x(curve.x[k]);
+    const double low = std::min(scale(curve.y[k] - curve.error[k]), place.bottom_px());
+    const double high = std::max(scale(curve.y[k] + curve.error[k]), place.top_px);
+    if (!(low > high)) continue;
+    svg.line(x, low, x, high, {curve.colour});
+    for (const double end : {low, high}) {
+      if (end < place.bottom_px() && end > place.top_px) svg.line(x - kCap, end, x + kCap, end, {curve.colour});
+    }
+  }
+}
+
 void draw_curve(SvgWriter& svg, const Curve& curve, const Place& place, const std::string& clip) {
   assert(curve.x.size() == curve.y.size());
-  svg.path(path_data(curve, place), {curve.colour, curve.width_px, curve.dashed ? "6 3" : ""}, clip);
+  assert(curve.error.empty() || curve.error.size() == curve.y.size());
+  draw_error_bars(svg, curve, place);
+  if (curve.line) svg.path(path_data(curve, place), {curve.colour, curve.width_px, curve.dashed ? "6 3" : ""}, clip);
   const Scale& scale = place.scale(curve.side);
   for (std::size_t k = 0; k < curve.x.size() && curve.marker != Marker::none; ++k) {
     const bool inside = curve.y[k] >= scale.values.low && curve.y[k] <= scale.values.high;
@@ -178,7 +223,9 @@ void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
   };
   for (const Curve& curve : panel.curves) {
     if (curve.name.empty()) continue;
-    svg.line(x, y, x + kKeyWidth, y, {curve.colour, std::max(1.6, curve.width_px), curve.dashed ? "6 3" : ""});
+    if (curve.line) {
+      svg.line(x, y, x + kKeyWidth, y, {curve.colour, std::max(1.6, curve.width_px), curve.dashed ? "6 3" : ""});
+    }
     draw_marker(svg, curve, x + kKeyWidth / 2, y);
     name_it(curve.name);
   }
@@ -227,9 +274,11 @@ void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const Place
 
 Place place_of(const Plot& plot, const Panel& panel, double top_px, double right_margin) {
   Place place{kLeftMargin, top_px, plot.width_px - kLeftMargin - right_margin, panel.height_px, {}, {}, {}};
-  place.x = {x_range(plot), place.left_px, place.right_px()};
-  place.y = {y_range(panel, Side::left), place.bottom_px(), place.top_px};
-  if (panel.right) place.y_right = {y_range(panel, Side::right), place.bottom_px(), place.top_px};
+  place.x = {x_range(plot), place.left_px, place.right_px(), plot.x.logarithmic};
+  place.y = {y_range(panel, Side::left), place.bottom_px(), place.top_px, panel.left.logarithmic};
+  if (panel.right) {
+    place.y_right = {y_range(panel, Side::right), place.bottom_px(), place.top_px, panel.right->logarithmic};
+  }
   return place;
 }
 

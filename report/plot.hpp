@@ -22,7 +22,9 @@ struct Curve {
   bool dashed = false;
   bool steps = false;  ///< a value holds until the next point
   Marker marker = Marker::none;
-  bool hollow = false;  ///< of the marker
+  bool hollow = false;             ///< of the marker
+  std::vector<double> error = {};  ///< of each y, drawn as a bar up and down; empty: none
+  bool line = true;                ///< false: markers alone
 };
 
 /// A shaded range of y on the left axis.
@@ -42,6 +44,7 @@ struct AxisStyle {
   std::optional<Range> range = {};           ///< else from the data, rounded out
   std::vector<std::string> categories = {};  ///< x axis only: names for 0, 1, 2, … instead of numbers
   std::string colour = "#1d2733";
+  bool logarithmic = false;  ///< values not above 0 are not drawn
 };
 
 struct Panel {

@@ -5,12 +5,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "analysis/clusters.hpp"
 #include "analysis/correlation.hpp"
 #include "analysis/dataset.hpp"
+#include "analysis/hold_noise.hpp"
 #include "analysis/model.hpp"
 #include "analysis/statistics.hpp"
 #include "analysis/verification.hpp"
@@ -28,6 +30,8 @@ struct ReportedRun {
   const Verification& multi_point_t;
   std::string record_sha256;
   std::string profile_sha256;
+  HoldNoise noise;              ///< of the dataset
+  HoldNoise compensated_noise;  ///< the same of what multi_point_t leaves
 };
 
 /// All three are SVRs, trained on the rate run.
@@ -45,7 +49,7 @@ struct ReportedRig {
   bool is_virtual{};
 };
 
-/// A further method, compared on the same records.
+/// A method on the same records as the others.
 struct ComparedMethod {
   std::string name;  ///< "linear-multi-point-t": the key of its row
   std::string inputs;
@@ -53,7 +57,19 @@ struct ComparedMethod {
   Figures in_sample;
   Figures leave_cycle_out;
   Figures random;
+  std::optional<Figures> nested = {};  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
+  int stored_numbers{};                ///< its size in a navigation computer; 0: not known
+  double effective_parameters{};       ///< 0: not known
+  std::string title = {};              ///< "PSO-SVM"
+  std::string citation = {};           ///< of its published form
 };
+
+/// The numbers that the model's function, the scaling of its inputs and its target store.
+[[nodiscard]] int stored_numbers(const Model& model);
+
+/// The row of a model, with what the table of methods says of it. `in_sample` and `random` are what verify() found.
+[[nodiscard]] ComparedMethod compared_method(std::string name, const Model& model, const Figures& in_sample,
+                                             const Figures& random);
 
 /// One limit of the profiles' [accept] tables and the figure held against it.
 struct AcceptedLimit {

@@ -10,9 +10,21 @@
 namespace gyrotherm {
 namespace {
 
+/// null as 0.
+double known_or_0(const JsonPlace& json) { return json.is_null() ? 0 : json.number(); }
+
 Figures read_figures(const JsonPlace& json) {
-  return {json["std_deg_per_h"].number(), json["mean_deg_per_h"].number(), json["rmse_deg_per_h"].number(),
-          json["max_abs_deg_per_h"].number(), json["count"].integer()};
+  return {json["std_deg_per_h"].number(),
+          json["mean_deg_per_h"].number(),
+          json["rmse_deg_per_h"].number(),
+          json["max_abs_deg_per_h"].number(),
+          json["count"].integer(),
+          {known_or_0(json["effective_count"]), known_or_0(json["effective_count_of_mean"])}};
+}
+
+std::optional<Figures> read_optional_figures(const JsonPlace& json) {
+  if (json.is_null()) return std::nullopt;
+  return read_figures(json);
 }
 
 /// The same read for each of the three models.
@@ -23,7 +35,17 @@ auto per_model(const JsonPlace& json, Read read) {
 }
 
 ResidualView read_residual(const JsonPlace& json) {
-  return {read_figures(json), read_figures(json["ramps"]), read_figures(json["holds"]), read_figures(json["corners"])};
+  const JsonPlace outside = json["outside"];
+  return {.all = read_figures(json),
+          .ramps = read_figures(json["ramps"]),
+          .holds = read_figures(json["holds"]),
+          .corners = read_figures(json["corners"]),
+          .effective_parameters = json["effective_parameters"].number(),
+          .expected_in_sample_std = json["expected_in_sample_std_deg_per_h"].number(),
+          .outside_policy = outside["policy"].text(),
+          .outside_farthest_term = outside["farthest_term"].text(),
+          .outside = outside["clusters"].integer(),
+          .outside_farthest = outside["farthest"].number()};
 }
 
 PerModel<GainView> read_gain(const JsonPlace& json) {
@@ -41,10 +63,11 @@ std::vector<double> hours(std::vector<double> seconds) {
   return seconds;
 }
 
-/// A column of the series, as long as its time.
+/// A column as long as those beside it.
 std::vector<double> read_column(const JsonPlace& json, std::size_t length) {
   std::vector<double> values = json.numbers();
-  if (values.size() != length) json.mistake(fmt::format("{} values, expected {} as in time_s", values.size(), length));
+  if (values.size() != length)
+    json.mistake(fmt::format("{} values, expected {}, one of each point", values.size(), length));
   return values;
 }
 
@@ -65,6 +88,37 @@ SeriesView read_series(const JsonPlace& json) {
   return series;
 }
 
+AllanCurveView read_allan_curve(const JsonPlace& json) {
+  AllanCurveView curve;
+  for (const JsonPlace& point : json.elements()) {
+    curve.push_back(
+        {point["tau_s"].number(), point["deviation_deg_per_h"].number(), point["error_deg_per_h"].number()});
+  }
+  return curve;
+}
+
+HoldNoiseView read_hold_noise(const JsonPlace& json) {
+  HoldNoiseView view;
+  view.statement = json["statement"].text();
+  view.curve = read_allan_curve(json["curve"]);
+  view.fitted_deg_per_h = read_column(json["fitted_deg_per_h"], view.curve.size());
+  for (const auto& [symbol, noise] : json["coefficients"].members()) {
+    view.coefficients.push_back({symbol, noise["name"].text(), noise["unit"].text(), noise["formula"].text(),
+                                 noise["read_off_s"].number(), noise["seen"].boolean(), noise["value"].number(),
+                                 noise["error"].number(), noise["at_most"].number()});
+  }
+  view.lowest_tau_s = json["lowest_tau_s"].number();
+  view.misfit = json["misfit"].number();
+  return view;
+}
+
+AllanView read_allan(const JsonPlace& json) {
+  return {.holds = read_hold_noise(json),
+          .compensated_holds = read_hold_noise(json["compensated_holds"]),
+          .raw = read_allan_curve(json["whole_run"]["raw"]),
+          .compensated = per_model(json["whole_run"], read_allan_curve)};
+}
+
 RunView read_run(const JsonPlace& root, std::string_view key) {
   const JsonPlace json = root[key], clusters = root["clusters"], provenance = root["provenance"][key];
   RunView run;
@@ -75,6 +129,7 @@ RunView read_run(const JsonPlace& root, std::string_view key) {
   run.record_sha256 = provenance["record_sha256"].text();
   run.profile_sha256 = provenance["profile_sha256"].text();
   run.noise_floor_deg_per_h = json["noise_floor_deg_per_h"].number();
+  run.noise_floor_error_deg_per_h = json["noise_floor_error_deg_per_h"].number();
   run.noise_floor_differences = json["noise_floor_differences"].integer();
   run.clusters = clusters[key].integer();
   run.dropped_rest = clusters["dropped_rest"][key].integer();
@@ -84,6 +139,7 @@ RunView read_run(const JsonPlace& root, std::string_view key) {
   run.residual = per_model(json, read_residual);
   run.gain = read_gain(root["improvement"][key]);
   run.series = read_series(root["series"][key]);
+  run.allan = read_allan(json["allan"]);
   return run;
 }
 
@@ -120,6 +176,8 @@ ModelView read_model(const JsonPlace& json, const JsonPlace& tuning) {
   model.method = json["method"].text();
   model.terms = json["terms"].texts();
   model.rank = json["rank"].integer();
+  model.stored_numbers = json["stored_numbers"].integer();
+  model.effective_parameters = json["effective_parameters"].number();
   for (const JsonPlace& record : json["trained_on"].elements()) {
     model.trained_clusters += record["clusters"].integer();
     if (!model.trained_on.empty()) model.trained_on += ", ";
@@ -167,8 +225,16 @@ std::vector<SegmentView> read_segments(const JsonPlace& json) {
 std::vector<MethodView> read_methods(const JsonPlace& json) {
   std::vector<MethodView> all;
   for (const JsonPlace& row : json.elements()) {
-    all.push_back({row["inputs"].text(), row["method"].text(), read_figures(row["in_sample"]),
-                   read_figures(row["leave_cycle_out"]), read_figures(row["random"])});
+    all.push_back({.inputs = row["inputs"].text(),
+                   .method = row["method"].text(),
+                   .title = row["title"].text(),
+                   .citation = row["citation"].text(),
+                   .in_sample = read_figures(row["in_sample"]),
+                   .leave_cycle_out = read_figures(row["leave_cycle_out"]),
+                   .random = read_figures(row["random"]),
+                   .nested = read_optional_figures(row["nested_leave_cycle_out"]),
+                   .stored_numbers = row["stored_numbers"].integer(),
+                   .effective_parameters = row["effective_parameters"].number()});
   }
   return all;
 }
@@ -218,6 +284,7 @@ Result<ReportView> read_report(std::string_view json, const std::string& file) {
   view.rate = read_run(root, "rate");
   view.random = read_run(root, "random");
   view.leave_cycle_out = per_model(root["rate_leave_cycle_out"], read_figures);
+  view.nested_leave_cycle_out = per_model(root["rate_nested_leave_cycle_out"], read_optional_figures);
   const auto model = [&](const char* key) { return read_model(root["models"][key], root["tuning"][key]); };
   view.models = {model("three_point"), model("multi_point"), model("multi_point_t")};
   view.methods = read_methods(root["methods"]);

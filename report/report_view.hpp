@@ -1,6 +1,7 @@
 /// What the views of the report read back from report.json: plain structs, complete or not there at all.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,10 @@ namespace gyrotherm {
 /// The residual of one model on one record.
 struct ResidualView {
   Figures all, ramps, holds, corners;
+  double effective_parameters{}, expected_in_sample_std{};  ///< NaN: not known, or the record was not trained on
+  std::string outside_policy, outside_farthest_term;
+  int outside{};
+  double outside_farthest{};
 };
 
 /// One value per model.
@@ -39,16 +44,47 @@ struct GainView {
   double from_original{}, paper_ratio{}, residual_reduction{};  ///< the last two NaN for three-point
 };
 
+/// One averaging time of an Allan curve.
+struct AllanPointView {
+  double tau_s{}, deviation_deg_per_h{}, error_deg_per_h{};
+};
+using AllanCurveView = std::vector<AllanPointView>;
+
+/// One of Q, N, B, K, R; value and error NaN if it is not seen, read_off_s NaN for B.
+struct NoiseView {
+  std::string symbol, name, unit, formula;
+  double read_off_s{};
+  bool seen{};
+  double value{}, error{}, at_most{};
+};
+
+/// The noise of the holds of a record, raw or compensated.
+struct HoldNoiseView {
+  std::string statement;
+  AllanCurveView curve;
+  std::vector<double> fitted_deg_per_h;  ///< at the points of the curve
+  std::vector<NoiseView> coefficients;
+  double lowest_tau_s{}, misfit{};
+};
+
+/// The noise of a record: of its holds, and of the whole run before and after compensation.
+struct AllanView {
+  HoldNoiseView holds, compensated_holds;
+  AllanCurveView raw;
+  PerModel<AllanCurveView> compensated;
+};
+
 struct RunView {
   bool in_sample{};
   std::string profile, run_id, bias_zero, record_sha256, profile_sha256;
-  double noise_floor_deg_per_h{};
+  double noise_floor_deg_per_h{}, noise_floor_error_deg_per_h{};
   int noise_floor_differences{};
   int clusters{}, dropped_rest{}, dropped_gaps{}, gaps{};
   Figures raw;
   PerModel<ResidualView> residual;
   PerModel<GainView> gain;
   SeriesView series;
+  AllanView allan;
 };
 
 struct ModelView {
@@ -56,6 +92,8 @@ struct ModelView {
   std::vector<std::string> terms;
   int rank{};
   int trained_clusters{};
+  int stored_numbers{};
+  double effective_parameters{};  ///< NaN: not known
   double C{}, sigma{}, epsilon{}, epsilon_deg_per_h{};
   int support_vectors{};
   double certified_gap{}, kkt_violation{};
@@ -79,8 +117,11 @@ struct CorrelationView {
 };
 
 struct MethodView {
-  std::string inputs, method;
+  std::string inputs, method, title, citation;
   Figures in_sample, leave_cycle_out, random;
+  std::optional<Figures> nested;
+  int stored_numbers{};           ///< 0: not known
+  double effective_parameters{};  ///< NaN: not known
 };
 
 struct SegmentView {
@@ -111,6 +152,7 @@ struct ReportView {
   std::string folds;
   bool nested{};
   PerModel<Figures> leave_cycle_out;
+  PerModel<std::optional<Figures>> nested_leave_cycle_out;
   PerModel<ModelView> models;
   std::vector<MethodView> methods;
   std::vector<SegmentView> segments;

@@ -4,11 +4,14 @@
 
 #include <Eigen/QR>
 
+#include "analysis/baselines/held_out.hpp"
+
 namespace gyrotherm {
 
 Result<Choice> choose_nothing(std::span<const Fold>, const MethodOptions&, const ProgressSink&) { return Choice{}; }
 
 Result<Fit> fit_linear(const TrainingSet& set, const HyperParameters&, const MethodOptions&) {
+  if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   Eigen::MatrixXd design(set.x.rows(), set.x.cols() + 1);
   design << set.x, Eigen::VectorXd::Ones(set.x.rows());
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;

@@ -17,6 +17,9 @@ constexpr Eigen::Index kLeaf = 24;
 // blocks of 192 rows and 256 columns (half of an L2 cache of 1 MiB at most), B in blocks of 256 columns.
 constexpr Eigen::Index kTileRows = kDoubleLanes;
 constexpr Eigen::Index kTileColumns = 6;
+constexpr Eigen::Index kStrips = 3;
+// Columns subtracted in one pass where no tiles are used.
+constexpr Eigen::Index kColumnsAtOnce = 4;
 constexpr Eigen::Index kBlockRows = 192;
 constexpr Eigen::Index kBlockDepth = 256;
 
@@ -70,9 +73,41 @@ void subtract_tile(const double* a, const double* b, Eigen::Index depth, double*
   }
 }
 
+// The same for kStrips whole tiles, one below the other, which keeps the registers of AVX-512 busy. Each sum runs as in
+// subtract_tile.
+GYROTHERM_CLONES
+void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride) {
+  DoubleLanes sum[kStrips][kTileColumns] = {};
+  for (Eigen::Index k = 0; k < depth; ++k, b += kTileColumns) {
+    const double* lines = a + k * kTileRows;
+    for (int column = 0; column < kTileColumns; ++column) {
+      const DoubleLanes factor = DoubleLanes{} + b[column];
+      for (int strip = 0; strip < kStrips; ++strip) {
+        sum[strip][column] +=
+            *reinterpret_cast<const UnalignedDoubleLanes*>(lines + strip * depth * kTileRows) * factor;
+      }
+    }
+  }
+  for (int column = 0; column < kTileColumns; ++column) {
+    for (int strip = 0; strip < kStrips; ++strip) {
+      *reinterpret_cast<UnalignedDoubleLanes*>(c + strip * kTileRows + column * stride) -= sum[strip][column];
+    }
+  }
+}
+
+bool has_many_registers() {
+#if defined(__x86_64__)
+  static const bool many = __builtin_cpu_supports("avx512f") != 0;
+  return many;
+#else
+  return false;
+#endif
+}
+
 // C −= A Bᵀ with C rows × columns. Part::lower leaves out the tiles that lie wholly above the diagonal.
 void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index columns, Eigen::Index depth, Part part,
                       Packed& packed) {
+  const bool in_strips = has_many_registers();
   for (Eigen::Index from = 0; from < depth; from += kBlockDepth) {
     const Eigen::Index deep = std::min(kBlockDepth, depth - from);
     pack(b.at(0, from), columns, deep, kTileColumns, packed.b);
@@ -80,11 +115,18 @@ void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index
       const Eigen::Index high = std::min(kBlockRows, rows - top);
       pack(a.at(top, from), high, deep, kTileRows, packed.a);
       for (Eigen::Index column = 0; column < columns; column += kTileColumns) {
+        const Eigen::Index wide = std::min(kTileColumns, columns - column);
         for (Eigen::Index row = 0; row < high; row += kTileRows) {
           if (part == Part::lower && top + row + kTileRows <= column) continue;
           const Block tile = c.at(top + row, column);
-          subtract_tile(packed.a.data() + row * deep, packed.b.data() + column * deep, deep, tile.data, tile.stride,
-                        std::min(kTileRows, high - row), std::min(kTileColumns, columns - column));
+          const double* strip = packed.a.data() + row * deep;
+          const double* other = packed.b.data() + column * deep;
+          if (in_strips && wide == kTileColumns && row + kStrips * kTileRows <= high) {
+            subtract_tiles(strip, other, deep, tile.data, tile.stride);
+            row += (kStrips - 1) * kTileRows;
+            continue;
+          }
+          subtract_tile(strip, other, deep, tile.data, tile.stride, std::min(kTileRows, high - row), wide);
         }
       }
     }
@@ -97,7 +139,16 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
                  Eigen::Index n) {
   for (Eigen::Index column = 0; column < n; ++column) {
     double* target = x + column * x_stride;
-    for (Eigen::Index before = 0; before < column; ++before) {
+    Eigen::Index before = 0;
+    for (; before + kColumnsAtOnce <= column; before += kColumnsAtOnce) {
+      const double* factors = l + column + before * l_stride;
+      const double f0 = factors[0], f1 = factors[l_stride], f2 = factors[2 * l_stride], f3 = factors[3 * l_stride];
+      const double *s0 = x + before * x_stride, *s1 = s0 + x_stride, *s2 = s1 + x_stride, *s3 = s2 + x_stride;
+      for (Eigen::Index row = 0; row < rows; ++row) {
+        target[row] -= (f0 * s0[row] + f1 * s1[row]) + (f2 * s2[row] + f3 * s3[row]);
+      }
+    }
+    for (; before < column; ++before) {
       const double factor = l[column + before * l_stride];
       const double* source = x + before * x_stride;
       for (Eigen::Index row = 0; row < rows; ++row) target[row] -= factor * source[row];
@@ -145,17 +196,80 @@ bool factor(Block a, Eigen::Index n, Packed& packed) {
   return factor(a.at(left, left), right, packed);
 }
 
+// x ← L⁻ᵀ L⁻¹ x.
+GYROTHERM_CLONES
+void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* x) {
+  for (Eigen::Index top = 0; top < n; top += kColumnsAtOnce) {
+    const Eigen::Index end = std::min(n, top + kColumnsAtOnce);
+    for (Eigen::Index j = top; j < end; ++j) {
+      x[j] /= l[j + j * stride];
+      for (Eigen::Index i = j + 1; i < end; ++i) x[i] -= l[i + j * stride] * x[j];
+    }
+    if (end == n) break;
+    const double *l0 = l + top * stride, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
+    const double x0 = x[top], x1 = x[top + 1], x2 = x[top + 2], x3 = x[top + 3];
+    for (Eigen::Index i = end; i < n; ++i) x[i] -= (l0[i] * x0 + l1[i] * x1) + (l2[i] * x2 + l3[i] * x3);
+  }
+  for (Eigen::Index j = n - 1; j >= 0; --j) {
+    const double* column = l + j * stride;
+    DoubleLanes lanes = {};
+    Eigen::Index i = j + 1;
+    for (; i + kDoubleLanes <= n; i += kDoubleLanes) {
+      lanes += *reinterpret_cast<const UnalignedDoubleLanes*>(column + i) *
+               *reinterpret_cast<const UnalignedDoubleLanes*>(x + i);
+    }
+    double sum = ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+    for (; i < n; ++i) sum += column[i] * x[i];
+    x[j] = (x[j] - sum) / column[j];
+  }
+}
+
 }  // namespace
 
 bool factor_cholesky(Eigen::Ref<Eigen::MatrixXd> a) {
-  Packed packed;
+  // Kept between calls: asked of the system anew each time, its pages cost more than a small factorisation.
+  thread_local Packed packed;
   return factor({a.data(), a.outerStride()}, a.rows(), packed);
 }
 
 void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<Eigen::MatrixXd> b) {
-  const auto lower = factor.triangularView<Eigen::Lower>();
-  lower.solveInPlace(b);
-  lower.transpose().solveInPlace(b);
+  for (Eigen::Index column = 0; column < b.cols(); ++column) {
+    solve_column(factor.data(), factor.outerStride(), factor.rows(), b.col(column).data());
+  }
+}
+
+void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eigen::MatrixXd> c) {
+  Packed packed;
+  // The product reads its operands alone.
+  const Block operand{const_cast<double*>(a.data()), a.outerStride()};
+  subtract_product(operand, operand, {c.data(), c.outerStride()}, a.rows(), a.rows(), a.cols(), Part::lower, packed);
+}
+
+Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
+  constexpr Eigen::Index kRows = 192;
+  const Eigen::Index n = factor.rows();
+  const Block l{const_cast<double*>(factor.data()), factor.outerStride()};
+  Packed packed;
+  Eigen::VectorXd diagonal(n);
+  // L⁻ᵀ is upper triangular: its rows from `top` on begin with zeros.
+  for (Eigen::Index top = 0; top < n; top += kRows) {
+    const Eigen::Index high = std::min(kRows, n - top);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Identity(high, n - top);
+    divide(l.at(top, top), {rows.data(), rows.outerStride()}, high, n - top, packed);
+    diagonal.segment(top, high) = rows.rowwise().squaredNorm();
+  }
+  return diagonal;
+}
+
+Eigen::MatrixXd inverse_lower(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
+  const Eigen::Index n = factor.rows();
+  Packed packed;
+  Eigen::MatrixXd inverse_factor = Eigen::MatrixXd::Identity(n, n);
+  divide({const_cast<double*>(factor.data()), factor.outerStride()},
+         {inverse_factor.data(), inverse_factor.outerStride()}, n, n, packed);
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+  subtract_square(inverse_factor, inverse);
+  return -inverse;
 }
 
 }  // namespace gyrotherm

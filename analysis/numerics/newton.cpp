@@ -31,7 +31,7 @@ double growth(int steps) {
 
 class Newton {
  public:
-  Newton(const SvrProblem& problem, const SvrPoint& start, const NewtonOptions& options);
+  Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options);
   NewtonResult run();
 
  private:
@@ -63,20 +63,21 @@ class Newton {
   double b_direction_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Eigen::Index> slope_;  // F
+  Eigen::MatrixXd system_;           // room for the equations of F
   NewtonResult best_;
 };
 
-Newton::Newton(const SvrProblem& problem, const SvrPoint& start, const NewtonOptions& options)
+Newton::Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options)
     : problem_(problem),
       options_(options),
       n_(problem.size()),
       sigma_(options.first_weight * problem.C),
-      centre_(start.beta),
-      beta_(start.beta),
-      response_(response(problem, start.beta)),
-      b_(start.b),
+      centre_(start),
+      beta_(start),
+      response_(response(problem, start)),
+      b_(best_offset(problem, response_)),
       pieces_(static_cast<std::size_t>(n_)),
-      best_{start, certify(problem, start, response_).relative_gap, 0} {}
+      best_{{start, b_}, certify(problem, {start, b_}, response_).relative_gap, 0} {}
 
 Eigen::ArrayXd Newton::shrink(const Eigen::ArrayXd& residual) const {
   const double threshold = sigma_ * problem_.epsilon;
@@ -119,11 +120,12 @@ bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
 // The rows of F: (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ with the others already moved, and Σ(β̃ + Δ) = 0.
 bool Newton::solve_slope(Eigen::VectorXd& moved) {
   const auto count = static_cast<Eigen::Index>(slope_.size());
-  Eigen::MatrixXd system(count, count);
+  if (system_.rows() < count) system_.resize(count + count / 4, count + count / 4);
+  auto system = system_.topLeftCorner(count, count);
   Eigen::MatrixXd sides(count, 2);
   for (Eigen::Index p = 0; p < count; ++p) {
     const Eigen::Index i = slope_[p];
-    const double* column = problem_.kernel.col(i).data();
+    const double* column = problem_.kernel.column(i);
     for (Eigen::Index q = p; q < count; ++q) system(q, p) = column[slope_[q]];
     system(p, p) += 1 / sigma_;
     const double edge = pieces_[i] == Piece::rising ? problem_.epsilon : -problem_.epsilon;
@@ -244,7 +246,7 @@ NewtonResult Newton::run() {
 
 }  // namespace
 
-NewtonResult solve_by_newton(const SvrProblem& problem, const SvrPoint& start, const NewtonOptions& options) {
+NewtonResult solve_by_newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options) {
   return Newton(problem, start, options).run();
 }
 

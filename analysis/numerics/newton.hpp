@@ -18,7 +18,7 @@ struct NewtonResult {
   int steps{};
 };
 
-/// Goes on from `start` until the relative duality gap is reached or the steps are used up.
+/// Goes on from the feasible β `start` until the relative duality gap is reached or the steps are used up.
 ///
 /// A proximal step from the centre c minimises D(β) + ‖β − c‖²/(2σ) over the feasible β. With the residual
 /// r = y − Kβ − b its solution is β_i(r) = clip(soft(c_i + σr_i, σε), −C, C), which is piecewise linear: one Newton
@@ -28,7 +28,7 @@ struct NewtonResult {
 /// function
 ///   Φ(β̃, b) = ½β̃ᵀKβ̃ + Σ_i max_β {β r_i − ε|β| − (β − c_i)²/(2σ)}
 /// along a line search. σ grows while the steps are easy and shrinks when they are not.
-[[nodiscard]] NewtonResult solve_by_newton(const SvrProblem& problem, const SvrPoint& start,
+[[nodiscard]] NewtonResult solve_by_newton(const SvrProblem& problem, const Eigen::VectorXd& start,
                                            const NewtonOptions& options);
 
 }  // namespace gyrotherm

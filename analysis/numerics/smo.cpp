@@ -2,179 +2,183 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "analysis/numerics/lanes.hpp"
+#include "analysis/numerics/smo_state.hpp"
 
 namespace gyrotherm {
 namespace {
 
-// Stands for a slope that no step may climb: β_i is at its bound, or i is padding.
-constexpr float kWall = 1e30F;
-constexpr float kLeastCurvature = 1e-12F;
+// Points of a working set: its rows take a megabyte.
+constexpr int kWorkingSet = 512;
+// Sets of all points up to this size are their own working set.
+constexpr int kSmall = 640;
+// A working set is optimised until its violation is this part of what it was …
+constexpr double kInnerFraction = 0.1;
+// … or for so many iterations per point.
+constexpr int kInnerIterations = 10;
+constexpr int kRowsAtOnce = 4;
 
-struct Steepest {
-  float slope;  // max u
-  int index;
-};
-
-struct Partner {
-  float least_slope;  // min v
-  int index;
-};
-
-// g += step (up − down), and the largest u = −g − rise of the new g. `count` is a multiple of the lanes.
 GYROTHERM_CLONES
-void move(float* g, const float* up, const float* down, float step, const float* rise, int count, Steepest& steepest) {
-  FloatLanes best = {};
-  best -= kWall;
-  IndexLanes where = {};
-  IndexLanes at = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  for (int i = 0; i < count; i += kFloatLanes) {
-    auto& gradient = *reinterpret_cast<UnalignedFloatLanes*>(g + i);
-    gradient += step * (*reinterpret_cast<const UnalignedFloatLanes*>(up + i) -
-                        *reinterpret_cast<const UnalignedFloatLanes*>(down + i));
-    const FloatLanes u = -gradient - *reinterpret_cast<const UnalignedFloatLanes*>(rise + i);
-    const IndexLanes better = u > best;
-    best = better ? u : best;
-    where = better ? at : where;
-    at += kFloatLanes;
-  }
-  steepest = {best[0], where[0]};
-  for (int lane = 1; lane < kFloatLanes; ++lane) {
-    if (best[lane] > steepest.slope) steepest = {best[lane], where[lane]};
+void add_rows(const float* const* rows, const float* weights, int count, float* sum) {
+  for (int i = 0; i < count; ++i) {
+    sum[i] += weights[0] * rows[0][i] + weights[1] * rows[1][i] + weights[2] * rows[2][i] + weights[3] * rows[3][i];
   }
 }
 
-// The least v = −g − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is K_i.
-// Quotients are compared crosswise, without a division.
 GYROTHERM_CLONES
-void choose_partner(const float* row, const float* g, const float* fall, float u, int count, Partner& partner) {
-  FloatLanes least = {};
-  least += kWall;
-  FloatLanes best_square = {};
-  FloatLanes best_curvature = {};
-  best_curvature += 1.0F;
-  IndexLanes where = {};
-  IndexLanes at = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  const FloatLanes zero = {};
-  const FloatLanes flat = zero + kLeastCurvature;
-  for (int i = 0; i < count; i += kFloatLanes) {
-    const FloatLanes v =
-        -*reinterpret_cast<const UnalignedFloatLanes*>(g + i) - *reinterpret_cast<const UnalignedFloatLanes*>(fall + i);
-    least = v < least ? v : least;
-    const FloatLanes exact = 2.0F - 2.0F * *reinterpret_cast<const UnalignedFloatLanes*>(row + i);
-    const FloatLanes curvature = exact > flat ? exact : flat;
-    const FloatLanes difference = u - v;
-    const FloatLanes slack = difference > zero ? difference : zero;
-    const FloatLanes square = slack * slack;
-    const IndexLanes better = square * best_curvature > best_square * curvature;
-    best_square = better ? square : best_square;
-    best_curvature = better ? curvature : best_curvature;
-    where = better ? at : where;
-    at += kFloatLanes;
-  }
-  int best = 0;
-  partner.least_slope = least[0];
-  for (int lane = 1; lane < kFloatLanes; ++lane) {
-    partner.least_slope = std::min(partner.least_slope, least[lane]);
-    if (best_square[lane] * best_curvature[best] > best_square[best] * best_curvature[lane]) best = lane;
-  }
-  partner.index = where[best];
+void gather(const float* row, const int* indices, int count, float* out) {
+  for (int i = 0; i < count; ++i) out[i] = row[indices[i]];
 }
 
-// How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by
-// 2ε where one of them passes zero.
-double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  const double room = std::min(C - beta_i, beta_j + C);
-  std::array<double, 2> kinks = {beta_i < 0 ? -beta_i : kNever, beta_j > 0 ? beta_j : kNever};
-  if (kinks[1] < kinks[0]) std::swap(kinks[0], kinks[1]);
-  double step = 0;
-  for (const double kink : kinks) {
-    const double end = std::min(kink, room);
-    if (step + slack / curvature <= end) return step + slack / curvature;
-    slack -= (end - step) * curvature + 2 * epsilon;
-    step = end;
-    if (step == room || slack <= 0) return step;
-  }
-  return std::min(room, step + slack / curvature);
-}
-
-class Smo {
+// Working set after working set.
+class Decomposition {
  public:
-  explicit Smo(const SvrProblem& problem);
-  SmoResult run(double tolerance, int max_iterations);
+  Decomposition(const SvrProblem& problem, SmoState& all)
+      : problem_(problem),
+        all_(all),
+        n_(static_cast<int>(problem.size())),
+        slope_(n_),
+        chosen_(n_),
+        order_(n_),
+        block_(problem.C, problem.epsilon) {}
+
+  /// Goes on from `run`.
+  void run(double tolerance, int most, SmoRun& run);
 
  private:
-  [[nodiscard]] const float* row(int i) const { return rows_.col(i).data(); }
-  void set(int i, double beta);
-  void take_step(int i, int j);
+  [[nodiscard]] double violation() const;
+  void choose();
+  void take_steepest(int count);
+  void keep(bool free);
+  SmoRun optimise(double tolerance, int most);
+  void follow();
 
   const SvrProblem& problem_;
-  int stride_;            // n rounded up to whole lanes
-  Eigen::MatrixXf rows_;  // K, a column per point, padded with zeros
-  Eigen::VectorXd beta_;
-  std::vector<float> g_;     // Kβ − y
-  std::vector<float> rise_;  // slope of ε|β_i| upwards
-  std::vector<float> fall_;  // and downwards
-  Steepest steepest_{};
+  SmoState& all_;
+  int n_;
+  std::vector<float> slope_;
+  std::vector<char> chosen_;
+  std::vector<int> order_;
+  std::vector<int> set_;
+  std::vector<int> next_;
+  std::vector<float> rows_;  // of the working set among itself
+  SmoState block_;
 };
 
-Smo::Smo(const SvrProblem& problem)
-    : problem_(problem),
-      stride_((static_cast<int>(problem.size()) + kFloatLanes - 1) / kFloatLanes * kFloatLanes),
-      rows_(stride_, problem.size()),
-      beta_(Eigen::VectorXd::Zero(problem.size())),
-      g_(stride_),
-      rise_(stride_, kWall),
-      fall_(stride_, -kWall) {
-  const int n = static_cast<int>(problem.size());
-  for (int i = 0; i < n; ++i) {
-    rows_.col(i).head(n) = problem.kernel.col(i).cast<float>();
-    rows_.col(i).tail(stride_ - n).setZero();
-    g_[i] = static_cast<float>(-problem.y[i]);
-    set(i, 0);
+double Decomposition::violation() const {
+  float highest = all_.u(0), lowest = all_.v(0);
+  for (int i = 1; i < n_; ++i) {
+    highest = std::max(highest, all_.u(i));
+    lowest = std::min(lowest, all_.v(i));
   }
-  move(g_.data(), row(0), row(0), 0, rise_.data(), stride_, steepest_);
+  return static_cast<double>(highest) - static_cast<double>(lowest);
 }
 
-void Smo::set(int i, double beta) {
-  const auto epsilon = static_cast<float>(problem_.epsilon);
-  beta_[i] = beta;
-  rise_[i] = beta >= problem_.C ? kWall : beta >= 0 ? epsilon : -epsilon;
-  fall_[i] = beta <= -problem_.C ? -kWall : beta > 0 ? epsilon : -epsilon;
-}
-
-void Smo::take_step(int i, int j) {
-  const double slack = double{steepest_.slope} + double{g_[j]} + double{fall_[j]};
-  const double curvature = std::max(2 - 2 * problem_.kernel(i, j), double{kLeastCurvature});
-  const double step = pair_step(beta_[i], beta_[j], slack, curvature, problem_.C, problem_.epsilon);
-  set(i, step == problem_.C - beta_[i] ? problem_.C : beta_[i] + step);
-  set(j, step == beta_[j] + problem_.C ? -problem_.C : beta_[j] - step);
-  move(g_.data(), row(i), row(j), static_cast<float>(step), rise_.data(), stride_, steepest_);
-}
-
-SmoResult Smo::run(double tolerance, int max_iterations) {
-  SmoResult result;
-  while (result.iterations < max_iterations) {
-    Partner partner{};
-    choose_partner(row(steepest_.index), g_.data(), fall_.data(), steepest_.slope, stride_, partner);
-    result.converged = double{steepest_.slope} - double{partner.least_slope} <= tolerance;
-    if (result.converged) break;
-    take_step(steepest_.index, partner.index);
-    ++result.iterations;
+// The `count` points of the largest slope that are not in yet; equal ones in order.
+void Decomposition::take_steepest(int count) {
+  const auto end = order_.begin() + std::min(n_, 2 * count);
+  std::iota(order_.begin(), order_.end(), 0);
+  std::partial_sort(order_.begin(), end, order_.end(),
+                    [&](int a, int b) { return slope_[a] > slope_[b] || (slope_[a] == slope_[b] && a < b); });
+  for (auto i = order_.begin(); i != end && count > 0; ++i) {
+    if (chosen_[*i] != 0) continue;
+    chosen_[*i] = 1;
+    next_.push_back(*i);
+    --count;
   }
-  result.point.beta = std::move(beta_);
-  result.point.b = best_offset(problem_, response(problem_, result.point.beta));
-  return result;
+}
+
+// Points of the last set, the free ones or the others.
+void Decomposition::keep(bool free) {
+  for (const int i : set_) {
+    if (static_cast<int>(next_.size()) >= kWorkingSet) return;
+    const double beta = all_.beta(i);
+    if (chosen_[i] != 0 || (beta != 0 && std::abs(beta) < problem_.C) != free) continue;
+    chosen_[i] = 1;
+    next_.push_back(i);
+  }
+}
+
+// Half of the set are the most violating points of either direction, half is left of the last set.
+void Decomposition::choose() {
+  const int fresh = set_.empty() ? kWorkingSet : kWorkingSet / 2;
+  std::fill(chosen_.begin(), chosen_.end(), 0);
+  next_.clear();
+  for (int i = 0; i < n_; ++i) slope_[i] = all_.u(i);
+  take_steepest(fresh / 2);
+  for (int i = 0; i < n_; ++i) slope_[i] = -all_.v(i);
+  take_steepest(fresh / 2);
+  keep(true);
+  keep(false);
+  std::sort(next_.begin(), next_.end());
+  set_ = next_;
+}
+
+SmoRun Decomposition::optimise(double tolerance, int most) {
+  const int count = static_cast<int>(set_.size());
+  block_.resize(count);
+  rows_.resize(static_cast<std::size_t>(count) * block_.stride());
+  for (int p = 0; p < count; ++p) {
+    gather(problem_.kernel.row(set_[p]), set_.data(), count,
+           rows_.data() + static_cast<std::size_t>(p) * block_.stride());
+    block_.place(p, all_.beta(set_[p]), all_.gradient(set_[p]));
+  }
+  const auto row_of = [&](int p) { return rows_.data() + static_cast<std::size_t>(p) * block_.stride(); };
+  return block_.run(row_of, tolerance, kInnerFraction, std::min(most, kInnerIterations * count));
+}
+
+// The gradient of all points follows the β of the working set.
+void Decomposition::follow() {
+  std::array<const float*, kRowsAtOnce> rows{};
+  std::array<float, kRowsAtOnce> weights{};
+  int filled = 0;
+  const auto add = [&] { add_rows(rows.data(), weights.data(), all_.stride(), all_.gradients()); };
+  for (int p = 0; p < static_cast<int>(set_.size()); ++p) {
+    const double change = block_.beta(p) - all_.beta(set_[p]);
+    if (change == 0) continue;
+    rows[filled] = problem_.kernel.row(set_[p]);
+    weights[filled] = static_cast<float>(change);
+    all_.set(set_[p], block_.beta(p));
+    if (++filled < kRowsAtOnce) continue;
+    add();
+    filled = 0;
+  }
+  if (filled == 0) return;
+  std::fill(rows.begin() + filled, rows.end(), rows[0]);
+  std::fill(weights.begin() + filled, weights.end(), 0.0F);
+  add();
+}
+
+void Decomposition::run(double tolerance, int most, SmoRun& run) {
+  while (true) {
+    run.violation = violation();
+    if (run.violation <= tolerance || run.iterations >= most) return;
+    choose();
+    const SmoRun inner = optimise(tolerance, most - run.iterations);
+    if (inner.iterations == 0) return;
+    run.iterations += inner.iterations;
+    follow();
+  }
 }
 
 }  // namespace
 
-SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int max_iterations) {
-  return Smo(problem).run(tolerance, max_iterations);
+SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
+  const int n = static_cast<int>(problem.size());
+  SmoState all(problem.C, problem.epsilon);
+  all.resize(n);
+  for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(-problem.y[i]));
+  const auto row_of = [&](int i) { return problem.kernel.row(i); };
+  const bool small = n <= kSmall;
+  SmoRun run = all.run(row_of, tolerance, 0, small ? most : std::min(most, n));
+  if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);
+  return {.beta = Eigen::Map<const Eigen::VectorXd>(all.beta().data(), n),
+          .iterations = run.iterations,
+          .converged = run.violation <= tolerance};
 }
 
 }  // namespace gyrotherm

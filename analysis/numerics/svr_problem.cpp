@@ -35,7 +35,7 @@ void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen:
   int filled = 0;
   for (Eigen::Index i = 0; i < beta.size(); ++i) {
     if (beta[i] == 0) continue;
-    columns[filled] = problem.kernel.col(i).data();
+    columns[filled] = problem.kernel.column(i);
     weights[filled] = beta[i];
     if (++filled < kColumnsAtOnce) continue;
     add_columns(columns.data(), weights.data(), sum.size(), sum.data());

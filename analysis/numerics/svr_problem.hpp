@@ -5,11 +5,13 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "analysis/numerics/kernel_source.hpp"
+
 namespace gyrotherm {
 
-/// Views of a kernel matrix (n × n, symmetric) and targets that outlive it.
+/// Views of a kernel and targets that outlive it.
 struct SvrProblem {
-  const Eigen::Ref<const Eigen::MatrixXd>& kernel;
+  Kernel& kernel;
   const Eigen::Ref<const Eigen::VectorXd>& y;
   double C;
   double epsilon;

@@ -22,6 +22,7 @@ struct Options {
   std::string scratch = ".";
   ReplayOptions replay;
   int count = 0;
+  bool own = false;
 };
 
 /// The library that trains the hard case of gyro600 fastest.
@@ -66,14 +67,14 @@ void add_sections(CLI::App& app, Options& options, Section& chosen) {
                            [&](const Bench& bench) { return measure_replay_alone(bench, options.replay); });
   with_replay(replay);
   replay->add_flag("--without-peer", options.replay.without_peer, "the trace stands for LIBSVM");
-  with_replay(add("tuning", "replay and our whole job",
+  with_replay(add("tuning", "replay, and our whole job on one thread and on two",
                   [&](const Bench& bench) { return measure_tuning(bench, options.replay); }));
   with_set(add("pagmo", "our fitness in pagmo's job",
                [&](const Bench& bench) { return measure_pagmo_job(bench, options.set); }));
-  with_set(
-      add("threads", "two threads and one", [&](const Bench& bench) { return measure_threads(bench, options.set); }));
-  with_set(add("trace", "pagmo's job with LIBSVM, as a trace on stdout",
-               [&](const Bench& bench) { return make_trace(bench, options.set); }));
+  auto* const trace = add("trace", "pagmo's job with LIBSVM, as a trace on stdout",
+                          [&](const Bench& bench) { return make_trace(bench, options.set, options.own); });
+  with_set(trace);
+  trace->add_flag("--own", options.own, "with our solver instead");
   with_set(add("training", "one training in three cases",
                [&](const Bench& bench) { return measure_training(bench, options.set); }));
   with_set(add("public", "one training of a public set",

@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <regex>
 
@@ -78,6 +80,18 @@ std::string rows_of(const Dataset& record, int rows) {
   return text;
 }
 
+/// What timings.json says of the stage that trains.
+std::optional<double> training_seconds(const std::string& timings) {
+  const auto json = nlohmann::json::parse(timings, nullptr, false);
+  if (!json.is_object() || !json.contains("stages")) return {};
+  for (const auto& stage : json["stages"]) {
+    if (!stage.contains("stage") || !stage.contains("wall_s") || !stage["wall_s"].is_number()) continue;
+    if (stage["stage"].is_string() && stage["stage"].get<std::string>().starts_with("train"))
+      return stage["wall_s"].get<double>();
+  }
+  return {};
+}
+
 /// Runs a shell command; what it says on stderr passes through.
 bool succeeds(const std::string& command) { return std::system(command.c_str()) == 0; }
 
@@ -93,7 +107,7 @@ Result<void> measure_compensation(const std::string& program, const std::string&
   if (auto ok = replace_text_file(model_path, to_json(*model)); !ok) return failure(ok.error());
   if (auto ok = replace_text_file(rows_path, rows_of(record, rows)); !ok) return failure(ok.error());
   const std::string command =
-      fmt::format("cat '{}' | '{}' --quiet compensate '{}' | wc -l > '{}'", rows_path, program, model_path, count_path);
+      fmt::format("cat '{}' | '{}' compensate --quiet '{}' | wc -l > '{}'", rows_path, program, model_path, count_path);
   std::vector<double> times;
   for (int run = 0; run < 3; ++run) {
     const double start = wall_seconds();
@@ -113,16 +127,12 @@ Result<void> measure_compensation(const std::string& program, const std::string&
 Result<void> measure_qualification(const std::string& program, const std::string& scratch) {
   const std::string folder = scratch + "/qualification";
   std::filesystem::remove_all(folder);
-  if (!succeeds(fmt::format("'{}' --quiet qualify --out '{}' >&2", program, folder)))
+  if (!succeeds(fmt::format("'{}' qualify --quiet --out '{}' >&2", program, folder)))
     return failure(FaultKind::refused, "qualify", "did not succeed");
   const auto timings = read_text_file(folder + "/timings.json");
   if (!timings) return failure(timings.error());
   say_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));
-  std::smatch match;
-  std::optional<double> seconds;
-  if (std::regex_search(*timings, match, std::regex(R"rx("train three models"[^0-9]*([0-9.eE+-]+))rx")))
-    seconds = std::strtod(match[1].str().c_str(), nullptr);
-  print_figure("qualify, training stage (three models, full swarm), s", seconds, at_most(90));
+  print_figure("qualify, training stage (three models, full swarm), s", training_seconds(*timings), at_most(90));
   return {};
 }
 

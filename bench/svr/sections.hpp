@@ -29,13 +29,11 @@ struct ReplayOptions {
   double goal = 50;
   bool without_peer = false;  ///< the trace stands for LIBSVM: nothing is printed but progress
 };
-/// Paired replay, and our whole job against what the replay says LIBSVM would take for it.
+/// Paired replay; our whole job against what the replay says LIBSVM would take for it; and our job on two threads.
 [[nodiscard]] Result<void> measure_tuning(const Bench& bench, const ReplayOptions& options);
 [[nodiscard]] Result<void> measure_replay_alone(const Bench& bench, const ReplayOptions& options);
 /// Our fitness in pagmo's job: the same swarm as the trace's, and its best error.
 [[nodiscard]] Result<void> measure_pagmo_job(const Bench& bench, const std::string& set);
-/// Wall clock of our whole job on one thread and on two, and whether they end the same.
-[[nodiscard]] Result<void> measure_threads(const Bench& bench, const std::string& set);
 
 /// Random positions of the search box: how many trainings miss the certificate.
 [[nodiscard]] Result<void> measure_search_box(const Bench& bench, int positions);
@@ -49,7 +47,7 @@ struct ReplayOptions {
 /// The training stage of `gyrotherm qualify`, as it writes it down itself.
 [[nodiscard]] Result<void> measure_qualification(const std::string& program, const std::string& scratch);
 
-/// Makes a trace: pagmo's job with LIBSVM's fitness, on stdout.
-[[nodiscard]] Result<void> make_trace(const Bench& bench, const std::string& set);
+/// Makes a trace: pagmo's job with LIBSVM's fitness, or with our `own`, on stdout.
+[[nodiscard]] Result<void> make_trace(const Bench& bench, const std::string& set, bool own);
 
 }  // namespace gyrotherm

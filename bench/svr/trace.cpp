@@ -38,9 +38,9 @@ std::string line_of(const TracePosition& p) {
 }
 
 std::vector<TracePosition> spread_over(const std::vector<TracePosition>& trace, std::size_t count) {
-  const std::size_t stride = std::max<std::size_t>(1, trace.size() / std::max<std::size_t>(1, count));
+  count = std::min(count, trace.size());
   std::vector<TracePosition> out;
-  for (std::size_t i = stride / 2; i < trace.size() && out.size() < count; i += stride) out.push_back(trace[i]);
+  for (std::size_t i = 0; i < count; ++i) out.push_back(trace[(2 * i + 1) * trace.size() / (2 * count)]);
   return out;
 }
 

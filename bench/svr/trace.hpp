@@ -25,7 +25,7 @@ struct TracePosition {
 [[nodiscard]] Result<std::vector<TracePosition>> load_trace(const std::string& path);
 [[nodiscard]] std::string line_of(const TracePosition& position);
 
-/// Every `stride`-th position, from the middle of the first stride: `count` of them spread over the whole job.
+/// `count` positions at equal stride over the whole job, from the middle of the first stride; all if there are fewer.
 [[nodiscard]] std::vector<TracePosition> spread_over(const std::vector<TracePosition>& trace, std::size_t count);
 
 }  // namespace gyrotherm

@@ -18,13 +18,14 @@ Clusters two_clusters() {
 }
 
 TEST(Term, IsReadAsItIsWritten) {
-  for (const char* word : {"A", "A-B", "rate:A", "A^2", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap"}) {
+  for (const char* word : {"A", "A-B", "rate:A", "A^2", "A^3", "A-B^2", "rate:A^3", "A*rate:A", "A*A-B", "A^2*rate:B",
+                           "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
     const auto term = parse_term(word, kNames);
     ASSERT_TRUE(term) << word;
     EXPECT_EQ(text(*term), word);
   }
-  EXPECT_EQ(parse_term("die-cap", kNames)->kind, TermKind::temperature) << "a whole name comes first";
-  EXPECT_EQ(*parse_term("die-cap-A", kNames), (Term{TermKind::gradient, "die-cap", "A"}));
+  EXPECT_EQ(*parse_term("die-cap", kNames), temperature_term("die-cap")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("die-cap-A", kNames), (gradient_term("die-cap", "A")));
 }
 
 TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
@@ -35,17 +36,57 @@ TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
   for (const char* word : {"", "-", "rate:", "^2", "A-A", "rate:A-B"}) EXPECT_FALSE(parse_term(word, kNames)) << word;
 }
 
+TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
+  EXPECT_EQ(*parse_term("rate:A*A", kNames), *parse_term("A*rate:A", kNames));
+  EXPECT_EQ(*parse_term("A*A*A", kNames), *parse_term("A^3", kNames));
+  EXPECT_EQ(*parse_term("B*A^2", kNames), *parse_term("A*B*A", kNames));
+  EXPECT_EQ(*parse_term("A^2", {"A", "A^2"}), temperature_term("A^2")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("A*B*A", {"A", "A*B"}), temperature_term("A") * temperature_term("A*B"));
+}
+
+TEST(Term, OfTooManyFactorsOrAnUnknownPowerIsRefused) {
+  for (const char* word : {"A*A*A*A", "A^3*B", "A^2*A^2"}) {
+    const auto term = parse_term(word, kNames);
+    ASSERT_FALSE(term) << word;
+    EXPECT_NE(term.error().what.find("more than 3 factors"), std::string::npos) << text(term.error());
+    EXPECT_EQ(term.error().where, std::string("input \"") + word + "\"");
+  }
+  EXPECT_NE(parse_term("A^4", kNames).error().what.find("^2 or ^3"), std::string::npos);
+  EXPECT_NE(parse_term("A*rate:dye", kNames).error().what.find("did you mean \"die\"?"), std::string::npos);
+  for (const char* word : {"*", "A*", "*A", "A**A", "A*A-A", "A^2^2"}) EXPECT_FALSE(parse_term(word, kNames)) << word;
+}
+
 TEST(Features, AreEvaluatedPerCluster) {
-  const auto values = evaluate({{TermKind::temperature, "B", ""},
-                                {TermKind::gradient, "A", "B"},
-                                {TermKind::rate, "B", ""},
-                                {TermKind::squared, "A", ""}},
-                               two_clusters());
+  const auto values = evaluate(
+      {temperature_term("B"), gradient_term("A", "B"), rate_term("B"), temperature_term("A") * temperature_term("A")},
+      two_clusters());
   ASSERT_TRUE(values);
   SampleMatrix expected(2, 4);
   expected << 4, -3, 0, 1, 7, -4, 1.8, 9;
   EXPECT_EQ(*values, expected);
-  EXPECT_FALSE(evaluate({{TermKind::gradient, "A", "C"}}, two_clusters()));
+  EXPECT_FALSE(evaluate({gradient_term("A", "C")}, two_clusters()));
+}
+
+TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
+  const auto values = evaluate({*parse_term("A^3", kNames), *parse_term("A*rate:B", kNames),
+                                *parse_term("B*A-B", kNames), *parse_term("A-B^2", kNames)},
+                               two_clusters());
+  ASSERT_TRUE(values);
+  SampleMatrix expected(2, 4);
+  expected << 1, 0, -12, 9, 27, 3 * 1.8, -28, 16;
+  EXPECT_EQ(*values, expected);
+}
+
+TEST(Features, ThatAreTheSamePolynomialDoNotRaiseTheRank) {
+  const auto rank = [](std::initializer_list<const char*> words) {
+    std::vector<Term> terms;
+    for (const char* word : words) terms.push_back(*parse_term(word, kNames));
+    return rank_of(terms);
+  };
+  EXPECT_EQ(rank({"A*A-B", "A^2", "A*B"}), 2);
+  EXPECT_EQ(rank({"A-B^2", "A^2", "A*B", "B^2"}), 3);
+  EXPECT_EQ(rank({"A", "A^2", "A^3", "rate:A", "A*rate:A"}), 5);
+  EXPECT_EQ(rank({"A-B^3", "A-B^2", "A-B"}), 3);
 }
 
 TEST(Features, OfEightThermometersHaveTwentyEightGradientsOfRankSeven) {
@@ -53,13 +94,12 @@ TEST(Features, OfEightThermometersHaveTwentyEightGradientsOfRankSeven) {
   EXPECT_EQ(gradients.size(), 28u);
   EXPECT_EQ(rank_of(gradients), 7);
   EXPECT_EQ(rank_of({}), 0);
-  EXPECT_EQ(rank_of({{TermKind::temperature, "A", ""}, {TermKind::squared, "A", ""}, {TermKind::rate, "A", ""}}), 3);
-  EXPECT_EQ(
-      rank_of({{TermKind::temperature, "A", ""}, {TermKind::temperature, "B", ""}, {TermKind::gradient, "A", "B"}}), 2);
+  EXPECT_EQ(rank_of({temperature_term("A"), temperature_term("A") * temperature_term("A"), rate_term("A")}), 3);
+  EXPECT_EQ(rank_of({temperature_term("A"), temperature_term("B"), gradient_term("A", "B")}), 2);
 }
 
 TEST(Scaling, MakesZeroMeanAndUnitStd) {
-  const std::vector<Term> terms = {{TermKind::temperature, "A", ""}, {TermKind::temperature, "B", ""}};
+  const std::vector<Term> terms = {temperature_term("A"), temperature_term("B")};
   const auto values = evaluate(terms, two_clusters());
   const auto scaling = fit_scaling(*values, terms);
   ASSERT_TRUE(scaling);
@@ -70,7 +110,7 @@ TEST(Scaling, MakesZeroMeanAndUnitStd) {
 
 TEST(Scaling, NamesTheInputThatDoesNotVary) {
   SampleMatrix values = SampleMatrix::Constant(3, 1, 20.1);
-  const auto scaling = fit_scaling(values, {{TermKind::gradient, "A", "B"}});
+  const auto scaling = fit_scaling(values, {gradient_term("A", "B")});
   ASSERT_FALSE(scaling);
   EXPECT_EQ(scaling.error().where, "input \"A-B\"");
 }

@@ -42,6 +42,31 @@ TEST(Cholesky, SolvesForEveryColumn) {
   EXPECT_LT((b - wanted).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(Cholesky, InvertsItsMatrixAndKnowsTheDiagonalAlone) {
+  for (const Eigen::Index n : {1, 5, 24, 25, 100, 193, 400}) {
+    SCOPED_TRACE(n);
+    const Eigen::MatrixXd half = random_matrix(n, n, 4);
+    const Eigen::MatrixXd a = half * half.transpose() + Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd factor = a;
+    ASSERT_TRUE(factor_cholesky(factor));
+    const Eigen::MatrixXd lower = inverse_lower(factor);
+    const Eigen::MatrixXd inverse = lower.selfadjointView<Eigen::Lower>();
+    EXPECT_LT((a * inverse - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_LT((inverse_diagonal(factor) - inverse.diagonal()).cwiseAbs().maxCoeff(), 1e-11);
+  }
+}
+
+TEST(Cholesky, SubtractsTheSquareOfAnyShape) {
+  for (const auto& [rows, columns] : {std::pair{1, 1}, {7, 300}, {50, 3}, {221, 1662}}) {
+    const Eigen::MatrixXd a = random_matrix(rows, columns, 5), c = random_matrix(rows, rows, 6);
+    Eigen::MatrixXd result = c;
+    subtract_square(a, result);
+    const Eigen::MatrixXd wanted = c - a * a.transpose();
+    const Eigen::MatrixXd difference = (result - wanted).triangularView<Eigen::Lower>();
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-10) << rows << " x " << columns;
+  }
+}
+
 TEST(Cholesky, RefusesAMatrixThatIsNotPositiveDefinite) {
   for (const Eigen::Index n : {1, 30, 300}) {
     Eigen::MatrixXd a = Eigen::MatrixXd::Identity(n, n);

@@ -11,7 +11,7 @@ namespace gyrotherm {
   model.program_version = "0.1.0";
   model.inputs = "A-B,rate:A";
   model.method = "svr";
-  model.terms = {{TermKind::gradient, "A", "B"}, {TermKind::rate, "A", ""}};
+  model.terms = {gradient_term("A", "B"), rate_term("A")};
   model.scaling = {Eigen::RowVector2d{0.1, 0}, Eigen::RowVector2d{1.0 / 3, 2}};
   model.target_mean_deg_per_h = 0.01;
   model.target_std_deg_per_h = 0.7;
@@ -22,7 +22,7 @@ namespace gyrotherm {
                             .relative_gap = 1e-7,
                             .kkt_violation = 2e-6};
   model.trained_on = {{"run-1", "rate.db", "qualification", true, 2216}};
-  model.selection = {{{TermKind::gradient, "A", "B"}}, 0.9, 1, true, "the °/h statement"};
+  model.selection = {{gradient_term("A", "B")}, 0.9, 1, true, "the °/h statement"};
   model.tuning.best = {4, 1.25, 0.05};
   model.tuning.cross_validation_mse = 1e-5;
   model.tuning.swarm.end = SwarmEnd::stalled;

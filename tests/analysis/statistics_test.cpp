@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "synthetic_run.hpp"
-
 namespace gyrotherm {
 namespace {
 
@@ -40,54 +38,95 @@ TEST(Improvement, IsThePrintedOneOnlyFromRoundedPercentages) {
   EXPECT_NEAR(100 * (multi - three) / three, 40.305, 5e-4);
 }
 
-TEST(AllanDeviation, IsTheNistReference) {
-  Eigen::VectorXd values(1000);
-  std::int64_t n = 1234567890;
-  for (double& value : values) {
-    value = static_cast<double>(n) / 2147483647.0;
-    n = 16807 * n % 2147483647;
-  }
-  EXPECT_NEAR(overlapping_allan_deviation(values, 1), 2.922319e-01, 5e-8);
-  EXPECT_NEAR(overlapping_allan_deviation(values, 10), 9.159953e-02, 5e-9);
-  EXPECT_NEAR(overlapping_allan_deviation(values, 100), 3.241343e-02, 5e-9);
-}
-
-/// Clusters of white noise on a slow drift, one long hold and one ramp.
-Clusters noisy_clusters(Eigen::Index count, double noise) {
-  std::mt19937_64 random(5);
+/// x_k = φ x_{k−1} + white noise, of unit STD.
+Eigen::VectorXd autoregression(double phi, Eigen::Index count, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
+  Eigen::VectorXd values(count);
+  double x = normal(random);
+  for (double& value : values) {
+    value = x;
+    x = phi * x + std::sqrt(1 - phi * phi) * normal(random);
+  }
+  return values;
+}
+
+Eigen::VectorXi counted(Eigen::Index count) {
+  return Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+}
+
+TEST(EffectiveNumber, OfIndependentValuesIsNearlyTheirNumber) {
+  double sum = 0;
+  constexpr int kSeeds = 50;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const EffectiveNumber effective = effective_number(autoregression(0, 500, random), counted(500));
+    EXPECT_GT(effective.of_std, 450) << seed;
+    EXPECT_LE(effective.of_std, 500) << seed;
+    EXPECT_LE(effective.of_mean, 500) << seed;
+    sum += effective.of_std;
+  }
+  EXPECT_GT(sum / kSeeds, 495);
+}
+
+TEST(EffectiveNumber, OfAnAutoregressionIsBartletts) {
+  for (const double phi : {0.5, 0.9}) {
+    double of_std = 0, of_mean = 0;
+    constexpr int kSeeds = 40;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      std::mt19937_64 random(seed);
+      const EffectiveNumber effective = effective_number(autoregression(phi, 4000, random), counted(4000));
+      of_std += effective.of_std / kSeeds;
+      of_mean += effective.of_mean / kSeeds;
+    }
+    EXPECT_NEAR(of_std, 4000 * (1 - phi * phi) / (1 + phi * phi), 0.1 * of_std) << phi;
+    EXPECT_NEAR(of_mean, 4000 * (1 - phi) / (1 + phi), 0.2 * of_mean) << phi;
+  }
+}
+
+TEST(EffectiveNumber, MakesErrorBarsThatHoldTheTruth) {
+  int std_held = 0, mean_held = 0;
+  constexpr int kSeeds = 200;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const Eigen::VectorXd values = autoregression(0.8, 1500, random);
+    Figures figures = figures_of(values);
+    figures.effective = effective_number(values, counted(1500));
+    std_held += std::abs(figures.std - 1) < 2 * std_error(figures) ? 1 : 0;
+    mean_held += std::abs(figures.mean) < 2 * mean_error(figures) ? 1 : 0;
+  }
+  EXPECT_GE(std_held, 178) << "of 200, at 95 %";
+  EXPECT_GE(mean_held, 178) << "of 200, at 95 %";
+}
+
+TEST(EffectiveNumber, CountsOnlyPairsThatStandALagApart) {
+  std::mt19937_64 random(6);
+  const Eigen::VectorXd values = autoregression(0.95, 400, random);
+  EXPECT_LT(effective_number(values, counted(400)).of_std, 200);
+  const EffectiveNumber apart = effective_number(values, 500 * counted(400));
+  EXPECT_EQ(apart.of_std, 400) << "no two of them are neighbours";
+}
+
+TEST(EffectiveNumber, OfFewOrEqualValuesIsTheirNumber) {
+  EXPECT_EQ(effective_number(Eigen::Vector3d{1, 2, 3}, Eigen::Vector3i{0, 1, 2}).of_std, 3);
+  EXPECT_EQ(effective_number(Eigen::VectorXd::Constant(10, 0.1), counted(10)).of_mean, 10);
+  EXPECT_EQ(effective_number(Eigen::VectorXd{}, Eigen::VectorXi{}).of_std, 0);
+}
+
+TEST(Figures, WithoutAnEffectiveNumberHaveNoErrorBar) {
+  EXPECT_TRUE(std::isnan(std_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
+}
+
+TEST(Figures, CorrelateNothingAcrossTwoRecords) {
+  std::mt19937_64 random(8);
   Clusters clusters;
-  clusters.start_s = Eigen::VectorXd::LinSpaced(count, 0, 100.0 * static_cast<double>(count - 1));
-  clusters.bias_deg_per_h = Eigen::VectorXd::NullaryExpr(count, [&] { return noise * normal(random); });
-  clusters.bias_deg_per_h += 1e-7 * clusters.start_s;
-  clusters.segment.setZero(count);
-  clusters.last_segment.setZero(count);
-  return clusters;
-}
-
-TEST(NoiseFloor, IsTheWhiteNoiseUnderADrift) {
-  const Clusters clusters = noisy_clusters(4000, 0.002);
-  Clusters last_hour = clusters;
-  const NoiseFloor floor = noise_floor(last_hour, {});
-  EXPECT_EQ(floor.differences, 35) << "36 clusters in the last hour";
-  EXPECT_NEAR(floor.deg_per_h, 0.002, 0.0008);
-}
-
-TEST(NoiseFloor, LooksOnlyInsideHolds) {
-  Clusters clusters = noisy_clusters(100, 0.002);
-  clusters.segment.tail(50).setOnes();
-  clusters.last_segment.tail(51).setOnes();  // the corner lies inside cluster 49
-  const RunInfo::SegmentInfo hold{"hold", true, {}, {}, -1}, ramp{"ramp", false, {}, {}, -1};
-  EXPECT_EQ(noise_floor(clusters, {hold, ramp}).differences, 35);
-  EXPECT_EQ(noise_floor(clusters, {ramp, hold}).differences, 35);
-  EXPECT_EQ(noise_floor(clusters, {hold, hold}).differences, 70);
-  EXPECT_TRUE(std::isnan(noise_floor(clusters, {ramp, ramp}).deg_per_h));
-}
-
-TEST(NoiseFloor, LeavesOutDifferencesAcrossAGap) {
-  Clusters clusters = noisy_clusters(30, 0.002);
-  clusters.start_s.tail(10).array() += 300;
-  EXPECT_EQ(noise_floor(clusters, {}).differences, 28);
+  clusters.start_s.resize(400);
+  clusters.start_s << Eigen::VectorXd::LinSpaced(200, 0, 19900), Eigen::VectorXd::LinSpaced(200, 0, 19900);
+  const Eigen::VectorXd values = autoregression(0.9, 400, random);
+  const Figures both = figures_of(values, clusters);
+  EXPECT_EQ(both.count, 400);
+  EXPECT_LT(both.effective.of_std, 200);
+  EXPECT_DOUBLE_EQ(std_error(both), both.std / std::sqrt(2 * both.effective.of_std));
 }
 
 }  // namespace

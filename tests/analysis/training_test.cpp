@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "analysis/fitting.hpp"
 #include "analysis/folds.hpp"
@@ -46,7 +47,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
       const auto model = train_on(*dataset, linear(law.inputs));
       ASSERT_TRUE(model) << text(model.error());
       EXPECT_NEAR(model->residual_std_deg_per_h, law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4) << law.inputs;
-      EXPECT_EQ(model->folds, "4 consecutive blocks");
+      EXPECT_EQ(model->folds, "4 consecutive blocks with a guard of 3.33 min");
     }
   }
 }
@@ -54,9 +55,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
 TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
   const Dataset dataset = make_synthetic_run({});
   const auto seven = train_on(dataset, linear("seven-point"));
-  TrainingOptions all = linear("multi-point");
-  all.threshold = 0;  // 28 gradients of rank 7
-  const auto twenty_eight = train_on(dataset, all);
+  const auto twenty_eight = train_on(dataset, linear("gradients"));  // of rank 7
   ASSERT_TRUE(seven);
   ASSERT_TRUE(twenty_eight);
   EXPECT_EQ(twenty_eight->terms.size(), 28u);
@@ -64,53 +63,24 @@ TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
   EXPECT_NEAR(seven->residual_std_deg_per_h, twenty_eight->residual_std_deg_per_h, 1e-12);
 }
 
-TEST(Folds, AreTheCyclesOfEachRecord) {
-  const Clusters a = *make_clusters(make_synthetic_run({}));
-  const auto plan = plan_folds({a, a});
-  ASSERT_TRUE(plan);
-  EXPECT_EQ(plan->count, 8);
-  EXPECT_EQ(plan->statement, "leave one cycle out (8)");
-  std::size_t rows = 0;
-  for (int fold = 0; fold < plan->count; ++fold) {
-    rows += rows_in(*plan, fold).size();
-    EXPECT_EQ(rows_in(*plan, fold).size() + rows_outside(*plan, fold).size(), plan->fold.size());
-  }
-  EXPECT_EQ(rows, plan->fold.size());
-}
-
-TEST(Folds, AreFourBlocksWhereThereAreNoCycles) {
-  Clusters clusters = *make_clusters(make_synthetic_run({}));
-  clusters.cycle.setConstant(-1);
-  const auto plan = plan_folds({clusters});
-  ASSERT_TRUE(plan);
-  EXPECT_EQ(plan->count, 4);
-  EXPECT_TRUE(std::ranges::is_sorted(plan->fold));
-  EXPECT_FALSE(plan_folds({pick(clusters, {0, 1, 2, 3, 4, 5, 6})}));
-}
-
-TEST(Folds, TakeClustersOutsideCyclesWithTheCycleBefore) {
-  Clusters clusters = pick(*make_clusters(make_synthetic_run({})), {0, 1, 2, 3, 4, 5});
-  clusters.cycle << -1, 0, -1, 1, 1, -1;
-  EXPECT_EQ(plan_folds({clusters})->fold, (std::vector<int>{0, 0, 0, 1, 1, 1}));
-}
-
 TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
   const Dataset dataset = make_synthetic_run({});
   const Clusters clusters = *make_clusters(dataset);
   const FoldPlan folds = *plan_folds({clusters});
-  const InputPlan plan = *plan_inputs("multi-point", dataset, 0.9);
-  const auto clean = prepare(plan, pick(clusters, rows_outside(folds, 2)));
   Clusters spoilt = clusters;
-  for (const Eigen::Index k : rows_in(folds, 2)) {
+  for (const Eigen::Index k : folds.folds[2].held_out) {
     spoilt.temperature_c.row(k) *= -3;
     spoilt.bias_deg_per_h(k) += 100;
   }
-  const auto same = prepare(plan, pick(spoilt, rows_outside(folds, 2)));
-  ASSERT_TRUE(clean);
-  ASSERT_TRUE(same);
-  EXPECT_EQ(clean->terms, same->terms);
-  EXPECT_EQ(clean->scaling.mean, same->scaling.mean);
-  EXPECT_EQ(clean->target_std_deg_per_h, same->target_std_deg_per_h);
+  for (const char* rule : {"correlation", "forward:4", "redundancy"}) {
+    const InputPlan plan = *plan_inputs("gradients,temperatures", dataset, *parse_selection(rule));
+    const auto clean = prepare(plan, within({clusters, folds}, folds.folds[2].training));
+    const auto same = prepare(plan, within({spoilt, folds}, folds.folds[2].training));
+    ASSERT_TRUE(clean && same) << rule;
+    EXPECT_EQ(clean->terms, same->terms) << rule;
+    EXPECT_EQ(clean->scaling.mean, same->scaling.mean) << rule;
+    EXPECT_EQ(clean->target_std_deg_per_h, same->target_std_deg_per_h) << rule;
+  }
 }
 
 TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
@@ -133,8 +103,7 @@ TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
   const auto model = train_on(make_synthetic_run({}), linear("three-point"));
   ASSERT_TRUE(model);
   EXPECT_EQ(model->terms,
-            (std::vector<Term>{
-                {TermKind::gradient, "A", "D"}, {TermKind::gradient, "A", "G"}, {TermKind::gradient, "D", "G"}}));
+            (std::vector<Term>{gradient_term("A", "D"), gradient_term("A", "G"), gradient_term("D", "G")}));
   EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find("stands in") != w.npos; }));
 }
 
@@ -148,6 +117,52 @@ TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
   EXPECT_LT(seeing->leave_cycle_out.std, blind->leave_cycle_out.std);
 }
 
+TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
+  Dataset dataset = make_synthetic_run({});
+  dataset.temperature_c(150, 0) = std::nan("");  // cluster 1 is dropped, so cluster 2 has no rate
+  const auto clusters = make_clusters(dataset);
+  const auto model = train_on(dataset, linear("A,rate:A"));
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_EQ(model->in_sample.count, clusters->start_s.size() - 2);
+  EXPECT_EQ(model->trained_on[0].clusters, model->in_sample.count);
+  EXPECT_TRUE(model->leave_cycle_out_residual.allFinite());
+  EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find(": 2 of ") != w.npos; }));
+  EXPECT_EQ(train_on(dataset, linear("A"))->in_sample.count, clusters->start_s.size());
+}
+
+TEST(Training, TakesAnyAssignmentOfFolds) {
+  const Dataset dataset = make_synthetic_run({});
+  const Clusters clusters = *make_clusters(dataset);
+  TrainingOptions options = linear("A,A-B");
+  options.fold_plan = *plan_folds({clusters});
+  options.fold_plan->statement = "the same";
+  const auto given = train_on(dataset, options), planned = train_on(dataset, linear("A,A-B"));
+  ASSERT_TRUE(given && planned);
+  EXPECT_EQ(given->leave_cycle_out_residual, planned->leave_cycle_out_residual);
+  EXPECT_EQ(given->folds, "the same");
+}
+
+TEST(Nested, IsTheSameWhereNothingIsChosen) {
+  TrainingOptions options = linear("multi-point");
+  options.nested = true;
+  const auto model = train_on(make_synthetic_run({}), options);
+  ASSERT_TRUE(model) << text(model.error());
+  ASSERT_TRUE(model->nested_leave_cycle_out);
+  EXPECT_EQ(model->nested_leave_cycle_out->std, model->leave_cycle_out.std);
+  EXPECT_FALSE(train_on(make_synthetic_run({}), linear("A"))->nested_leave_cycle_out);
+}
+
+TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
+  TrainingOptions options = quick_svr("seven-point");
+  options.nested = true;
+  options.tuning.swarm.particles = 4;
+  const auto model = train_on(make_synthetic_run({}), options);
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_EQ(model->nested_leave_cycle_out->count, model->leave_cycle_out.count);
+  EXPECT_GT(model->nested_leave_cycle_out->std, 0.8 * model->leave_cycle_out.std);
+  EXPECT_LT(model->nested_leave_cycle_out->std, 2 * model->leave_cycle_out.std);
+}
+
 TEST(Training, NamesWhatIsWrong) {
   const Dataset dataset = make_synthetic_run({});
   EXPECT_NE(train_on(dataset, linear("multi-piont")).error().what.find("\"multi-point\""), std::string::npos);
@@ -156,6 +171,9 @@ TEST(Training, NamesWhatIsWrong) {
   options.method = "liner";
   EXPECT_NE(train_on(dataset, options).error().what.find("did you mean linear"), std::string::npos);
   EXPECT_FALSE(train({}, {}, {}));
+  TrainingOptions nothing = linear("A,A-B");
+  nothing.select = SelectionRule{};
+  EXPECT_EQ(train_on(dataset, nothing).error().where, "--select");
   Dataset nameless = dataset;
   nameless.three_point.clear();
   EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);

@@ -59,8 +59,8 @@ TEST(HtmlReport, OfARealRigNeverSaysSimulated) {
 TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.input());
-  for (const char* id :
-       {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature", "figure-8", "tuning"}) {
+  for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature",
+                         "figure-8", "allan", "tuning"}) {
     EXPECT_EQ(count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
   }
 }
@@ -104,6 +104,35 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   const std::string page = page_of(input);
   EXPECT_EQ(count_of(page, "<script"), 0);
   EXPECT_EQ(markup_mistake(page), "");
+}
+
+TEST(HtmlReport, PutsAnErrorBesideEachFigureOfMerit) {
+  const SyntheticExperiment experiment;
+  const std::string page = page_of(experiment.input());
+  EXPECT_GE(count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
+  EXPECT_GE(count_of(page, "n<sub>eff</sub>"), 2);
+  EXPECT_GE(count_of(page, "such inputs are moved to the nearer end"), 1);
+}
+
+TEST(HtmlReport, ShowsNoiseThatWasNotSeenByItsLimit) {
+  const std::string page = page_of(SyntheticExperiment().input());
+  EXPECT_GE(count_of(page, "not seen, &lt;"), 1);
+  EXPECT_GE(count_of(page, "<td>angle random walk</td>"), 1);
+}
+
+TEST(HtmlReport, CitesEachSourceOnce) {
+  const std::string page = page_of(SyntheticExperiment().input());
+  EXPECT_EQ(count_of(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
+  EXPECT_EQ(count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
+}
+
+TEST(HtmlReport, OfARecordWithoutHoldsIsStillAReport) {
+  SyntheticExperiment experiment;
+  experiment.random.noise = noise_of_holds(Dataset{});
+  const std::string page = page_of(experiment.input());
+  EXPECT_EQ(markup_mistake(page), "");
+  EXPECT_EQ(count_of(page, "nan"), count_of(page, "Provenance"));
+  EXPECT_GE(count_of(page, "no hold has samples enough without a gap"), 1);
 }
 
 }  // namespace

@@ -65,5 +65,49 @@ TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
   EXPECT_EQ(count_of(svg, ">0<"), 2);
 }
 
+Plot logarithmic_plot() {
+  Curve curve{.name = "σ", .colour = "#123456", .x = {1, 10, 100}, .y = {0.1, 0.01, 0.02}, .marker = Marker::circle};
+  curve.error = {0.01, 0.001, 0.05};
+  curve.line = false;
+  Panel panel;
+  panel.left = {.title = "°/h", .logarithmic = true};
+  panel.curves = {curve};
+  return {.id = "log", .title = "t", .x = {.title = "s", .logarithmic = true}, .panels = {panel}};
+}
+
+TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
+  Plot plot = logarithmic_plot();
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(count_of(svg_of(plot), "inf"), 0);
+  plot.panels[0].curves.clear();
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+}
+
+TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
+  Plot plot = logarithmic_plot();
+  const auto strokes = [&] { return count_of(svg_of(plot), "<line"); };
+  const int with = strokes();
+  plot.panels[0].left.range = Range{0.005, 0.2};
+  const int fixed = strokes();
+  plot.panels[0].curves[0].error.clear();
+  EXPECT_EQ(fixed - strokes(), 3 + 5) << "three bars; the cap of the last one lies below the axis";
+  EXPECT_GT(with, 0);
+}
+
+TEST(LogarithmicPlot, BreaksALineWhereAValueIsNotPositive) {
+  Plot plot = logarithmic_plot();
+  Curve& curve = plot.panels[0].curves[0];
+  curve.line = true;
+  curve.error.clear();
+  curve.x = {1, 10, 100, 1000, 10000};
+  curve.y = {0.1, 0.01, 0, 0.02, 0.03};
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -57,7 +57,26 @@ TEST(ReportJson, HasTheStableKeys) {
                               "/segments/0/duration_s",
                               "/provenance/rate/record_sha256",
                               "/provenance/program_version",
-                              "/methods/3/random/std_deg_per_h"}) {
+                              "/methods/3/random/std_deg_per_h",
+                              "/methods/3/nested_leave_cycle_out/std_deg_per_h",
+                              "/methods/0/stored_numbers",
+                              "/methods/0/citation",
+                              "/methods/0/effective_parameters",
+                              "/models/multi_point/stored_numbers",
+                              "/rate_nested_leave_cycle_out/multi_point",
+                              "/rate/noise_floor_error_deg_per_h",
+                              "/rate/raw/effective_count",
+                              "/random/multi_point_t/std_error_deg_per_h",
+                              "/random/multi_point_t/holds/mean_error_deg_per_h",
+                              "/rate/multi_point/expected_in_sample_std_deg_per_h",
+                              "/random/multi_point/outside/policy",
+                              "/rate/allan/statement",
+                              "/rate/allan/curve/0/error_deg_per_h",
+                              "/rate/allan/coefficients/N/value",
+                              "/rate/allan/coefficients/K/at_most",
+                              "/random/allan/compensated_holds/coefficients/B/at_most",
+                              "/random/allan/misfit",
+                              "/random/allan/whole_run/multi_point_t/0/tau_s"}) {
     EXPECT_TRUE(report.contains(json::json_pointer(pointer))) << pointer;
   }
 }
@@ -147,6 +166,41 @@ TEST(ReportJson, NamesTheCyclesOfTheProgram) {
   ASSERT_EQ(cycles.size(), 4U);
   EXPECT_EQ(cycles[1]["name"], "2 °C/min");
   EXPECT_EQ(cycles[0]["end_s"], cycles[1]["start_s"]);
+}
+
+TEST(ReportJson, GivesTheNoiseOfTheHoldsWithUnitAndReadOffTime) {
+  const SyntheticExperiment experiment;
+  const json noise = json::parse(report_json(experiment.input()))["rate"]["allan"];
+  const json n = noise["coefficients"]["N"];
+  EXPECT_EQ(n["unit"], "°/√h");
+  EXPECT_EQ(n["read_off_s"], 3600.0);
+  EXPECT_EQ(n["seen"], true);
+  EXPECT_NEAR(n["value"].get<double>(), 0.0187 / 60, 4 * n["error"].get<double>());
+  for (const auto& [symbol, coefficient] : noise["coefficients"].items()) {
+    EXPECT_EQ(coefficient["value"].is_null(), !coefficient["seen"].get<bool>()) << symbol;
+  }
+  EXPECT_EQ(noise["fitted_deg_per_h"].size(), noise["curve"].size());
+}
+
+TEST(ReportJson, WritesWhatIsNotKnownAsNull) {
+  SyntheticExperiment experiment;
+  experiment.multi_point.effective_parameters = 0;
+  experiment.multi_point.nested_leave_cycle_out.reset();
+  const json report = json::parse(report_json(experiment.input()));
+  EXPECT_TRUE(report["models"]["multi_point"]["effective_parameters"].is_null());
+  EXPECT_TRUE(report["rate_nested_leave_cycle_out"]["multi_point"].is_null());
+  EXPECT_TRUE(report["methods"][1]["nested_leave_cycle_out"].is_null());
+  EXPECT_TRUE(report["random"]["multi_point"]["expected_in_sample_std_deg_per_h"].is_null());
+  EXPECT_TRUE(report["methods"][3]["in_sample"]["std_error_deg_per_h"].is_null());
+}
+
+TEST(ReportJson, NamesTheSourceOfEachMethod) {
+  const json methods = json::parse(report_json(SyntheticExperiment().input()))["methods"];
+  for (const json& row : methods) {
+    EXPECT_NE(row["title"], "") << row["name"];
+    EXPECT_NE(row["citation"], "") << row["name"];
+    EXPECT_GT(row["stored_numbers"], 0) << row["name"];
+  }
 }
 
 }  // namespace

@@ -28,6 +28,12 @@ TEST(ReportView, ReadsBackWhatWasWritten) {
   EXPECT_EQ(view->rate.series.thermometers_c.front().first, "A");
   EXPECT_EQ(view->rate.series.cycles.size(), 4U);
   EXPECT_EQ(view->models.multi_point.support_vectors, 57);
+  EXPECT_EQ(view->random.residual.multi_point_t.outside, 3);
+  EXPECT_EQ(view->random.raw.effective.of_std, experiment.random.multi_point.raw.effective.of_std);
+  EXPECT_EQ(view->rate.allan.holds.curve.size(), experiment.rate.noise.curve.size());
+  EXPECT_EQ(view->rate.allan.compensated_holds.coefficients.size(), 5U);
+  EXPECT_TRUE(view->methods.back().nested.has_value());
+  EXPECT_FALSE(view->methods.front().nested.has_value());
 }
 
 TEST(ReportView, NamesLineAndColumnOfASyntaxError) {

@@ -131,22 +131,40 @@ Verification verification(const SyntheticExperiment::Run& run, double left_over,
   v.run_id = run.dataset.run_id;
   v.simulated = run.dataset.simulated;
   v.trained_on_this = trained_on_this;
-  v.raw = figures_of(run.clusters.bias_deg_per_h);
+  v.raw = figures_of(run.clusters.bias_deg_per_h, run.clusters);
   v.residual_deg_per_h = left_over * run.clusters.bias_deg_per_h;
   for (double& value : v.residual_deg_per_h) value += 1.85e-3 * noise.normal();
-  v.compensated = figures_of(v.residual_deg_per_h);
+  v.compensated = figures_of(v.residual_deg_per_h, run.clusters);
   std::vector<Eigen::Index> ramps, holds;
   for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
     const bool hold = run.dataset.segments[static_cast<std::size_t>(run.clusters.segment(k))].hold;
     (hold ? holds : ramps).push_back(k);
   }
-  v.ramps = v.corners = figures_of(v.residual_deg_per_h(ramps));
-  v.holds = figures_of(v.residual_deg_per_h(holds));
-  v.floor = {0.00187, 836};
+  v.ramps = v.corners = figures_of(v.residual_deg_per_h(ramps), run.clusters, ramps);
+  v.holds = figures_of(v.residual_deg_per_h(holds), run.clusters, holds);
+  v.floor = {0.00187, 836, 0.00006};
+  v.effective_parameters = 40;
+  v.expected_in_sample_std = expected_in_sample_std(v.floor, trained_on_this ? 40 : 0, v.compensated.count);
+  if (!trained_on_this) v.outside = {Outside::clamp, 3, "A-B", 0.042};
   for (int k = 0; k < static_cast<int>(run.dataset.segments.size()); ++k) {
     v.segments.push_back(segment_figures(run, k, v.residual_deg_per_h));
   }
   return v;
+}
+
+/// White noise of the gyro in holds of an hour, one sample a second.
+HoldNoise hold_noise(Noise& noise) {
+  Dataset holds;
+  constexpr Eigen::Index kHour = 3600, kHolds = 4;
+  holds.time_s = Eigen::VectorXd::LinSpaced(kHolds * kHour, 0, kHolds * kHour - 1);
+  holds.bias_deg_per_h.resize(kHolds * kHour);
+  for (double& value : holds.bias_deg_per_h) value = 0.0187 * noise.normal();
+  holds.segment.resize(kHolds * kHour);
+  for (int k = 0; k < kHolds; ++k) {
+    holds.segments.push_back({"hold", true, {}, {}, -1});
+    holds.segment.segment(k * kHour, kHour).setConstant(k);
+  }
+  return noise_of_holds(holds);
 }
 
 SyntheticExperiment::Run make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained) {
@@ -164,6 +182,7 @@ SyntheticExperiment::Run make_run(const std::vector<Leg>& legs, const std::strin
   run.three_point = verification(run, trained ? 0.14 : 0.33, trained, noise);
   run.multi_point = verification(run, trained ? 0.05 : 0.12, trained, noise);
   run.multi_point_t = verification(run, trained ? 0.01 : 0.03, trained, noise);
+  run.noise = hold_noise(noise);
   return run;
 }
 
@@ -209,7 +228,7 @@ Correlation made_correlation(const Clusters& clusters) {
   return correlation;
 }
 
-Term gradient(const char* first, const char* second) { return {TermKind::gradient, first, second}; }
+Term gradient(const char* first, const char* second) { return gradient_term(first, second); }
 
 }  // namespace
 
@@ -219,7 +238,7 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated)
       correlation(made_correlation(rate.clusters)) {
   const std::vector<Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"), gradient("D", "E")};
   std::vector<Term> with_temperature = pairs;
-  with_temperature.push_back({TermKind::temperature, "A", ""});
+  with_temperature.push_back(temperature_term("A"));
   three_point = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate,
                            rate.three_point, 0.0085);
   multi_point = make_model("multi-point", pairs, rate, rate.multi_point, 0.0052);
@@ -237,7 +256,9 @@ ReportInput SyntheticExperiment::input() const {
                        run.multi_point,
                        run.multi_point_t,
                        std::string(64, *digit),
-                       std::string(64, *(digit + 1))};
+                       std::string(64, *(digit + 1)),
+                       run.noise,
+                       run.noise};
   };
   return {.rig = {.name = "virtual",
                   .title = "Virtual rig: ring laser gyro in a climatic chamber",
@@ -253,7 +274,12 @@ ReportInput SyntheticExperiment::input() const {
                         "linear",
                         {0.0037, 0, 0.0037, 0.012, 200},
                         {0.0038, 0, 0.0038, 0.013, 200},
-                        {0.0030, -0.0002, 0.0030, 0.011, 150}}},
+                        {0.0030, -0.0002, 0.0030, 0.011, 150},
+                        Figures{0.0039, 0, 0.0039, 0.013, 200},
+                        9,
+                        9,
+                        "Multiple linear regression",
+                        "A. Author, J. Tests 1 (2001) <1>"}},
           .accept = {{"random.multi_point_t.std_deg_per_h", 0.003, random.multi_point_t.compensated.std, true}},
           .program_version = "0.1.0",
           .seed = 1,

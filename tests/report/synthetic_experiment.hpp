@@ -18,6 +18,7 @@ class SyntheticExperiment {
     Dataset dataset;
     Clusters clusters;
     Verification three_point, multi_point, multi_point_t;
+    HoldNoise noise;
   };
   Run rate, random;
   Model three_point, multi_point, multi_point_t;

@@ -1,0 +1,180 @@
+#include "analysis/numerics/smo_state.hpp"
+
+#include <array>
+#include <limits>
+
+#include "analysis/numerics/gaussian_samples.hpp"
+#include "analysis/numerics/lanes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// Stands for a slope that no step may climb: β_i is at its bound, or i is padding.
+constexpr float kWall = 1e30F;
+constexpr float kLeastCurvature = 1e-12F;
+constexpr IndexLanes kCount = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+[[gnu::always_inline]] inline const UnalignedFloatLanes& lanes_at(const float* values) {
+  return *reinterpret_cast<const UnalignedFloatLanes*>(values);
+}
+
+// Lanes moved by half, a quarter, … of their number, for reductions in four steps.
+constexpr std::array<IndexLanes, 4> kTurns = {IndexLanes{8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7},
+                                              IndexLanes{4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11},
+                                              IndexLanes{2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13},
+                                              IndexLanes{1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14}};
+
+// The largest of 2 × 16 candidates and where it is.
+[[gnu::always_inline]] inline void reduce_largest(FloatLanes& best, IndexLanes& where, const FloatLanes& other,
+                                                  const IndexLanes& other_where) {
+  IndexLanes better = other > best;
+  best = better ? other : best;
+  where = better ? other_where : where;
+  for (const IndexLanes& turn : kTurns) {
+    const FloatLanes turned = __builtin_shuffle(best, turn);
+    const IndexLanes turned_where = __builtin_shuffle(where, turn);
+    better = turned > best;
+    best = better ? turned : best;
+    where = better ? turned_where : where;
+  }
+}
+
+// g += step (up − down), and the largest u = −g − rise of the new g. `count` is a multiple of two lines of lanes.
+GYROTHERM_CLONES
+void move(float* g, const float* up, const float* down, float step, const float* rise, int count, float& slope,
+          int& index) {
+  FloatLanes best[2] = {FloatLanes{} - kWall, FloatLanes{} - kWall};
+  IndexLanes where[2] = {};
+  IndexLanes at = kCount;
+  for (int i = 0; i < count; i += 2 * kFloatLanes) {
+    for (int half = 0; half < 2; ++half) {
+      const int k = i + half * kFloatLanes;
+      auto& gradient = *reinterpret_cast<UnalignedFloatLanes*>(g + k);
+      gradient += step * (lanes_at(up + k) - lanes_at(down + k));
+      const FloatLanes u = -gradient - lanes_at(rise + k);
+      const IndexLanes better = u > best[half];
+      best[half] = better ? u : best[half];
+      where[half] = better ? at : where[half];
+    }
+    at += 2 * kFloatLanes;
+  }
+  reduce_largest(best[0], where[0], best[1], where[1] + kFloatLanes);
+  slope = best[0][0];
+  index = where[0][0];
+}
+
+// Quotients square/curvature compared crosswise, without a division.
+struct Candidate {
+  FloatLanes square = {};
+  FloatLanes curvature = FloatLanes{} + 1.0F;
+  IndexLanes where = {};
+
+  [[gnu::always_inline]] void take_better(const FloatLanes& other, const FloatLanes& other_curvature,
+                                          const IndexLanes& other_where) {
+    const IndexLanes better = other * curvature > square * other_curvature;
+    square = better ? other : square;
+    curvature = better ? other_curvature : curvature;
+    where = better ? other_where : where;
+  }
+};
+
+// The least v = −g − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is K_i.
+GYROTHERM_CLONES
+void choose_partner(const float* row, const float* g, const float* fall, float u, int count, float& least_slope,
+                    int& index) {
+  FloatLanes least[2] = {FloatLanes{} + kWall, FloatLanes{} + kWall};
+  Candidate best[2];
+  IndexLanes at = kCount;
+  const FloatLanes zero = {};
+  for (int i = 0; i < count; i += 2 * kFloatLanes) {
+    for (int half = 0; half < 2; ++half) {
+      const int k = i + half * kFloatLanes;
+      const FloatLanes v = -lanes_at(g + k) - lanes_at(fall + k);
+      least[half] = v < least[half] ? v : least[half];
+      const FloatLanes difference = u - v;
+      const FloatLanes slack = difference > zero ? difference : zero;
+      best[half].take_better(slack * slack, 1.0F - lanes_at(row + k), at);
+    }
+    at += 2 * kFloatLanes;
+  }
+  least[0] = least[1] < least[0] ? least[1] : least[0];
+  best[0].take_better(best[1].square, best[1].curvature, best[1].where + kFloatLanes);
+  for (const IndexLanes& turn : kTurns) {
+    const FloatLanes turned = __builtin_shuffle(least[0], turn);
+    least[0] = turned < least[0] ? turned : least[0];
+    best[0].take_better(__builtin_shuffle(best[0].square, turn), __builtin_shuffle(best[0].curvature, turn),
+                        __builtin_shuffle(best[0].where, turn));
+  }
+  least_slope = least[0][0];
+  index = best[0].where[0];
+}
+
+// How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by
+// 2ε where one of them passes zero.
+double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
+  const double room = std::min(C - beta_i, beta_j + C);
+  const double whole = slack / curvature;
+  if (beta_i >= 0 && beta_j <= 0) return std::min(room, whole);
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  std::array<double, 2> kinks = {beta_i < 0 ? -beta_i : kNever, beta_j > 0 ? beta_j : kNever};
+  if (kinks[1] < kinks[0]) std::swap(kinks[0], kinks[1]);
+  double step = 0;
+  for (const double kink : kinks) {
+    const double end = std::min(kink, room);
+    if (step + slack / curvature <= end) return step + slack / curvature;
+    slack -= (end - step) * curvature + 2 * epsilon;
+    step = end;
+    if (step == room || slack <= 0) return step;
+  }
+  return std::min(room, step + slack / curvature);
+}
+
+}  // namespace
+
+void SmoState::resize(int count) {
+  stride_ = padded_row(count);
+  g_.assign(stride_, 0);
+  rise_.assign(stride_, kWall);
+  fall_.assign(stride_, -kWall);
+  beta_.assign(count, 0);
+}
+
+void SmoState::place(int i, double beta, float gradient) {
+  g_[i] = gradient;
+  set(i, beta);
+}
+
+void SmoState::set(int i, double beta) {
+  const auto epsilon = static_cast<float>(epsilon_);
+  beta_[i] = beta;
+  rise_[i] = beta >= C_ ? kWall : beta >= 0 ? epsilon : -epsilon;
+  fall_[i] = beta <= -C_ ? -kWall : beta > 0 ? epsilon : -epsilon;
+}
+
+SmoState::Steepest SmoState::steepest() const {
+  Steepest found{-kWall, 0};
+  for (int i = 0; i < static_cast<int>(beta_.size()); ++i) {
+    if (const float u = -g_[i] - rise_[i]; u > found.slope) found = {u, i};
+  }
+  return found;
+}
+
+SmoState::Partner SmoState::partner_of(const Steepest& first, const float* row) const {
+  Partner found{};
+  choose_partner(row, g_.data(), fall_.data(), first.slope, stride_, found.least_slope, found.index);
+  return found;
+}
+
+SmoState::Steepest SmoState::step(const Steepest& first, int second, const float* up, const float* down) {
+  const int i = first.index, j = second;
+  const double slack = double{first.slope} + double{g_[j]} + double{fall_[j]};
+  const double curvature = std::max(2.0F - 2.0F * up[j], kLeastCurvature);
+  const double length = pair_step(beta_[i], beta_[j], slack, curvature, C_, epsilon_);
+  set(i, length == C_ - beta_[i] ? C_ : beta_[i] + length);
+  set(j, length == beta_[j] + C_ ? -C_ : beta_[j] - length);
+  Steepest next{};
+  move(g_.data(), up, down, static_cast<float>(length), rise_.data(), stride_, next.slope, next.index);
+  return next;
+}
+
+}  // namespace gyrotherm

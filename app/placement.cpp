@@ -1,0 +1,207 @@
+#include "analysis/placement.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "analysis/training.hpp"
+#include "analysis/verification.hpp"
+#include "app/command.hpp"
+#include "app/evidence.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kPlacementSchema = "gyrotherm-placement/1";
+
+struct Options {
+  std::vector<std::string> runs, unseen;
+  std::string folds = "cycles", clusters;
+  double guard_minutes = -1;  ///< negative: not given
+  bool confirm = false;
+  TrainingOptions training;
+};
+
+struct Records {
+  std::vector<Dataset> datasets;
+  std::vector<Clusters> clusters;
+};
+
+/// A set of the elimination, tuned anew with support vectors.
+struct Confirmed {
+  Figures held_out;
+  std::vector<Figures> unseen;  ///< one per unseen record
+};
+
+Result<Records> load(const std::vector<std::string>& paths, const std::optional<ClusterRange>& range) {
+  Records records;
+  for (const auto& path : paths) {
+    auto evidence = load_evidence(path, range);
+    if (!evidence) return failure(evidence.error());
+    records.datasets.push_back(std::move(evidence->dataset));
+    records.clusters.push_back(std::move(evidence->clusters));
+  }
+  return records;
+}
+
+Result<Confirmed> confirm(Console& console, const Options& options, const Records& records, const Records& unseen,
+                          const std::vector<std::string>& kept) {
+  TrainingOptions training = options.training;
+  for (const Term& term : placement_terms(kept)) training.inputs += (training.inputs.empty() ? "" : ",") + text(term);
+  const auto stage = fmt::format("support vectors on {} thermometers", kept.size());
+  const auto sink = [&](std::string_view, double fraction) { return console.sink()(stage, fraction); };
+  const auto model = train(records.datasets, records.clusters, training, sink);
+  if (!model) return failure(model.error());
+  Confirmed confirmed{.held_out = model->leave_cycle_out, .unseen = {}};
+  for (std::size_t i = 0; i < unseen.datasets.size(); ++i) {
+    const auto verified = verify(*model, unseen.datasets[i], unseen.clusters[i]);
+    if (!verified) return failure(verified.error());
+    confirmed.unseen.push_back(verified->compensated);
+  }
+  return confirmed;
+}
+
+/// Of the whole set, and of each step of the elimination.
+Result<std::vector<Confirmed>> confirm_all(Console& console, const Options& options, const Records& records,
+                                           const Records& unseen, const Placement& placement) {
+  std::vector<Confirmed> all;
+  if (!options.confirm) return all;
+  std::vector<std::vector<std::string>> sets{placement.all.kept};
+  for (const auto& step : placement.elimination) sets.push_back(step.kept);
+  for (const auto& kept : sets) {
+    auto confirmed = confirm(console, options, records, unseen, kept);
+    if (!confirmed) return failure(confirmed.error());
+    all.push_back(std::move(*confirmed));
+  }
+  return all;
+}
+
+std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
+
+std::string row(const std::string& what, const LeftOut& set, const Confirmed* confirmed) {
+  auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+10.5f} ± {:.5f}", what, set.held_out.std,
+                          std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
+  if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
+  if (confirmed != nullptr) {
+    text += fmt::format(" {:>9.5f}", confirmed->held_out.std);
+    for (const auto& unseen : confirmed->unseen) text += fmt::format(" {:>9.5f}", unseen.std);
+  }
+  return text + "  " + list(set.kept) + "\n";
+}
+
+std::string heading(std::string_view what, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+  auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>10}   {:<7}", what, "held out", "", "price", "");
+  if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
+  if (!confirmed.empty()) {
+    text += fmt::format(" {:>9}", "svr");
+    for (std::size_t i = 0; i < confirmed.front().unseen.size(); ++i) text += fmt::format(" {:>9}", "unseen");
+  }
+  return text + "  kept\n";
+}
+
+std::string words(const Records& records, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+  std::string text;
+  for (const auto& dataset : records.datasets)
+    text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
+  text += fmt::format("STD in °/h; {}; a response surface of second order{}\n", placement.folds,
+                      confirmed.empty() ? "" : ", and support vectors tuned anew by a small swarm (svr)");
+  text += "leaving out one after the other, the cheapest first:\n" + heading("", placement, confirmed) +
+          row("none", placement.all, confirmed.empty() ? nullptr : &confirmed.front());
+  for (std::size_t k = 0; k < placement.elimination.size(); ++k) {
+    const auto& step = placement.elimination[k];
+    text += row("+ " + step.left_out.back(), step, confirmed.empty() ? nullptr : &confirmed[k + 1]);
+  }
+  text += "leaving out one alone:\n";
+  for (const auto& one : placement.alone) text += row(one.left_out.front(), one, nullptr);
+  if (placement.best_pair)
+    text += "cheapest two:\n" + row(list(placement.best_pair->left_out), *placement.best_pair, nullptr);
+  if (placement.best_three)
+    text += "cheapest three:\n" + row(list(placement.best_three->left_out), *placement.best_three, nullptr);
+  const auto spared = static_cast<std::size_t>(placement.spared);
+  const auto& enough = spared == 0 ? placement.all : placement.elimination[spared - 1];
+  return text + fmt::format("{} of {} can be left out at a price within its error; {} would do\n", spared,
+                            placement.all.kept.size(), list(enough.kept));
+}
+
+nlohmann::ordered_json json_of(const Figures& figures) {
+  return {{"std_deg_per_h", figures.std},         {"std_error_deg_per_h", std_error(figures)},
+          {"mean_deg_per_h", figures.mean},       {"rmse_deg_per_h", figures.rmse},
+          {"max_abs_deg_per_h", figures.max_abs}, {"count", figures.count}};
+}
+
+nlohmann::ordered_json json_of(const LeftOut& set, const Confirmed* confirmed = nullptr) {
+  nlohmann::ordered_json json{{"left_out", set.left_out},
+                              {"kept", set.kept},
+                              {"held_out", json_of(set.held_out)},
+                              {"price_deg_per_h", set.price_deg_per_h},
+                              {"price_error_deg_per_h", set.price_error_deg_per_h}};
+  if (set.unseen) json["unseen"] = json_of(*set.unseen);
+  if (confirmed == nullptr) return json;
+  json["svr"] = {{"held_out", json_of(confirmed->held_out)}};
+  for (const auto& unseen : confirmed->unseen) json["svr"]["unseen"].push_back(json_of(unseen));
+  return json;
+}
+
+std::string json(const Records& records, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+  nlohmann::ordered_json json{{"schema", kPlacementSchema}, {"records", nlohmann::ordered_json::array()}};
+  for (const auto& dataset : records.datasets)
+    json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});
+  json["folds"] = placement.folds;
+  json["all"] = json_of(placement.all, confirmed.empty() ? nullptr : &confirmed.front());
+  json["elimination"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < placement.elimination.size(); ++k)
+    json["elimination"].push_back(json_of(placement.elimination[k], confirmed.empty() ? nullptr : &confirmed[k + 1]));
+  json["alone"] = nlohmann::ordered_json::array();
+  for (const auto& one : placement.alone) json["alone"].push_back(json_of(one));
+  if (placement.best_pair) json["best_pair"] = json_of(*placement.best_pair);
+  if (placement.best_three) json["best_three"] = json_of(*placement.best_three);
+  json["spared"] = placement.spared;
+  return json.dump() + "\n";
+}
+
+Result<Exit> study(Console& console, const Options& given) {
+  Options options = given;
+  const auto folds = parse_folds(options.folds);
+  if (!folds) return failure(folds.error());
+  options.training.folds = *folds;
+  if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
+  const auto records = load(options.runs, *range);
+  if (!records) return failure(records.error());
+  const auto unseen = load(options.unseen, {});
+  if (!unseen) return failure(unseen.error());
+  const auto placement = study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
+  if (!placement) return failure(placement.error());
+  const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
+  if (!confirmed) return failure(confirmed.error());
+  console.data(console.json ? json(*records, *placement, *confirmed) : words(*records, *placement, *confirmed));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_placement(Program& program) {
+  auto options = std::make_shared<Options>();
+  options->training.quick = true;
+  auto* command =
+      add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",
+                  "gyrotherm placement rate.db --verify random.db");
+  command->add_option("runs", options->runs, "the records")->required();
+  command->add_option("--verify", options->unseen, "records to report on besides; they decide nothing");
+  command->add_option("--folds", options->folds,
+                      "what is held out together: cycles (default), or blocks[:N], consecutive ones (4)");
+  command
+      ->add_option("--guard", options->guard_minutes,
+                   "minutes around what is held out that are not learnt from either; default: as in train")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
+  command->add_flag("--confirm", options->confirm,
+                    "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+  command->add_option("--seed", options->training.tuning.swarm.seed, "of the swarm")->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", options->training.tuning.swarm.threads,
+                      "of the swarm; 0: all; the result is the same");
+  set_action(command, program, [&program, options] { return study(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "analysis/reduced_set.hpp"
+#include "app/command.hpp"
+#include "app/evidence.hpp"
+#include "core/text_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Options {
+  std::string model, out, clusters;
+  std::vector<std::string> runs;
+  ReductionGoal goal;
+};
+
+std::string words(const Reduction& r) {
+  return fmt::format(
+      "kept {} of {} vectors\n"
+      "  change of the predictions: max {:.3g}, rms {:.3g} °/h over {} clusters; for any input at most {:.3g} °/h\n",
+      r.vectors, r.vectors_before, r.max_change_deg_per_h, r.rms_change_deg_per_h, r.clusters, r.bound_deg_per_h);
+}
+
+std::string without_training(const Model& model, const Evidence& evidence) {
+  for (const TrainingRecord& record : model.trained_on) {
+    if (record.run_id == evidence.dataset.run_id) return {};
+  }
+  return evidence.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
+}
+
+Result<Exit> reduce_and_write(Console& console, const Options& options) {
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
+  std::vector<Clusters> clusters;
+  for (const auto& run : options.runs) {
+    auto evidence = load_evidence(run, *range);
+    if (!evidence) return failure(evidence.error());
+    if (const auto warning = without_training(*model, *evidence); !warning.empty()) console.say("warning: " + warning);
+    clusters.push_back(std::move(evidence->clusters));
+  }
+  const auto all = concatenate(clusters);
+  if (!all) return failure(all.error());
+  const auto smaller = reduce(*model, *all, options.goal);
+  if (!smaller) return failure(smaller.error());
+  const auto json = to_json(*smaller);
+  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
+  console.data(console.json ? json : words(*smaller->reduction));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_reduce(Program& program) {
+  auto options = std::make_shared<Options>();
+  auto* command =
+      add_command(program, "reduce",
+                  "Makes a model of many vectors smaller and says what that changes, measured on the records "
+                  "that it was trained on.",
+                  "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json");
+  command->add_option("model", options->model, "the model")->required();
+  command->add_option("runs", options->runs, "the records that it was trained on")->required();
+  command->add_option("--out", options->out, "the smaller model")->required();
+  auto* keep = command->add_option("--keep", options->goal.vectors, "at most so many vectors");
+  command
+      ->add_option("--within", options->goal.max_change_deg_per_h,
+                   "as few vectors as change no training cluster's prediction by more than this, in °/h")
+      ->excludes(keep);
+  command->add_option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
+  set_action(command, program, [&program, options] { return reduce_and_write(program.console, *options); });
+}
+
+}  // namespace gyrotherm

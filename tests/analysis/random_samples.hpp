@@ -1,0 +1,64 @@
+/// Seeded samples for the tests of the regression methods.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "analysis/method.hpp"
+
+namespace gyrotherm {
+
+[[nodiscard]] inline SampleMatrix normal_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+}
+
+[[nodiscard]] inline Eigen::VectorXd normal_vector(Eigen::Index size, std::uint64_t seed) {
+  return normal_matrix(size, 1, seed).col(0);
+}
+
+/// A, B, C … each a temperature.
+[[nodiscard]] inline std::vector<Term> letters(Eigen::Index count) {
+  std::vector<Term> terms;
+  for (Eigen::Index j = 0; j < count; ++j)
+    terms.push_back(temperature_term(std::string(1, static_cast<char>('A' + j))));
+  return terms;
+}
+
+/// What owns the samples that a TrainingSet refers to.
+struct Samples {
+  SampleMatrix x;
+  Eigen::VectorXd y;
+  std::vector<Term> terms;
+  [[nodiscard]] TrainingSet set() const { return {x, y, terms}; }
+};
+
+/// y of a smooth bend in the first two of the inputs, with noise.
+[[nodiscard]] inline Samples bent_samples(Eigen::Index rows, Eigen::Index columns, double noise, std::uint64_t seed) {
+  Samples samples{normal_matrix(rows, columns, seed), {}, letters(columns)};
+  samples.y = samples.x.col(0).array().tanh() + 0.5 * samples.x.col(0).array() * samples.x.col(1).array() +
+              noise * normal_vector(rows, seed + 1000).array();
+  return samples;
+}
+
+/// The same, dealt into folds of which each is held out once.
+[[nodiscard]] inline std::vector<Fold> folds_of(const Samples& samples, Eigen::Index count) {
+  std::vector<Fold> folds;
+  for (Eigen::Index f = 0; f < count; ++f) {
+    std::vector<Eigen::Index> inside, outside;
+    for (Eigen::Index i = 0; i < samples.y.size(); ++i)
+      (i * count / samples.y.size() == f ? inside : outside).push_back(i);
+    folds.push_back({.train_x = samples.x(outside, Eigen::all),
+                     .train_y = samples.y(outside),
+                     .test_x = samples.x(inside, Eigen::all),
+                     .test_y = samples.y(inside),
+                     .target_scale = 1,
+                     .terms = samples.terms});
+  }
+  return folds;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,68 @@
+#include "tofupilot.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace gyrotherm {
+namespace {
+
+constexpr Eigen::Index kRowsPerCluster = 20;
+constexpr int kFirstGyro = 1, kTemperature = 8, kFields = 9;
+constexpr double kDegPerHourPerRadPerSecond = 3600 * 180 / std::numbers::pi;
+
+/// Temperature and rotation of one row.
+struct Row {
+  double temperature_c{}, rate_rad_per_s{};
+};
+
+std::vector<Row> rows_of(std::istream& file, int axis) {
+  std::vector<Row> rows;
+  std::string line;
+  std::getline(file, line);  // its head
+  while (std::getline(file, line)) {
+    std::istringstream fields(line);
+    double value[kFields];
+    for (double& field : value) fields >> field;
+    rows.push_back({value[kTemperature], value[kFirstGyro + axis]});
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::optional<Clusters> load_tofupilot(int axis) {
+  const char* shared = std::getenv("GYROTHERM_SHARED");
+  if (shared == nullptr) return std::nullopt;
+  std::ifstream file(std::string(shared) + "/data/tofupilot_imu_raw_data.csv");
+  const std::vector<Row> rows = rows_of(file, axis);
+  const Eigen::Index count = static_cast<Eigen::Index>(rows.size()) / kRowsPerCluster;
+  if (count < 2) return std::nullopt;
+  Clusters clusters;
+  clusters.thermometers = {"T", "dT"};
+  clusters.start_s = Eigen::VectorXd::LinSpaced(count, 0, clusters.length_s * static_cast<double>(count - 1));
+  clusters.temperature_c.setZero(count, 2);
+  clusters.rate_c_per_min.setZero(count, 2);
+  clusters.bias_deg_per_h.setZero(count);
+  clusters.set_point_c.setZero(count);
+  clusters.segment.setConstant(count, -1);
+  clusters.last_segment.setConstant(count, -1);
+  clusters.cycle.setConstant(count, -1);
+  clusters.samples.setConstant(count, kRowsPerCluster);
+  for (Eigen::Index k = 0; k < count * kRowsPerCluster; ++k) {
+    clusters.temperature_c(k / kRowsPerCluster, 0) += rows[k].temperature_c / kRowsPerCluster;
+    clusters.bias_deg_per_h(k / kRowsPerCluster) +=
+        rows[k].rate_rad_per_s * kDegPerHourPerRadPerSecond / kRowsPerCluster;
+  }
+  const auto t = clusters.temperature_c.col(0);
+  auto derivative = clusters.temperature_c.col(1);
+  derivative(0) = t(1) - t(0);
+  derivative(count - 1) = t(count - 1) - t(count - 2);
+  derivative.segment(1, count - 2) = (t.tail(count - 2) - t.head(count - 2)) / 2;
+  return clusters;
+}
+
+}  // namespace gyrotherm

@@ -138,7 +138,8 @@ Result<SampleMatrix> clusters_in_lengths(const Model& model, const Clusters& tra
     if (inputs->row(i).allFinite()) whole.push_back(i);
   }
   if (whole.empty()) return refusal("no cluster has a value of every input");
-  const SampleMatrix scaled = apply(model.scaling, (*inputs)(whole, Eigen::all));
+  const SampleMatrix chosen = (*inputs)(whole, Eigen::all);
+  const SampleMatrix scaled = apply(model.scaling, chosen);
   return SampleMatrix(scaled.array().rowwise() / full.lengths.array());
 }
 

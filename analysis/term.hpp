@@ -44,7 +44,7 @@ struct Term {
 /// "A*rate:A" and "A*A-B". A thermometer's name may hold '-', '*' and '^': what can be read as a whole name is. Fails
 /// with usage, naming the nearest thermometer.
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
-/// What parse_term reads as the same term.
+/// What parse_term reads as the same term, unless another thermometer bears that very name.
 [[nodiscard]] std::string text(const Term& term);
 
 }  // namespace gyrotherm

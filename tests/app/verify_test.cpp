@@ -1,0 +1,68 @@
+/// What `verify` tells beside its figures.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A short record, and a straight line fitted to its first cycle, which knows no rate of 5 °C/min.
+class Verify : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    const auto recorded = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
+                                         (*folder_ / "r.db"));
+    ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+    const auto trained =
+        gyrotherm_with("train " + (*folder_ / "r.db") + " --method linear --inputs seven-point --clusters 0:90 --out " +
+                       (*folder_ / "m.json"));
+    ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static Ran verified(const std::string& options) {
+    return gyrotherm_with("verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --clusters 90:160 " +
+                          options);
+  }
+  static nlohmann::json figures(const std::string& options) {
+    const auto ran = verified("--json " + options);
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out);
+  }
+  static inline Folder* folder_ = nullptr;
+};
+
+TEST_F(Verify, DoesWithInputsOutsideTheTrainedRangeWhatItIsTold) {
+  const auto by_default = figures(""), clamped = figures("--outside clamp");
+  const auto refused = figures("--outside refuse"), extrapolated = figures("--outside extrapolate");
+  EXPECT_EQ(by_default, clamped);
+  EXPECT_EQ(clamped["outside"]["policy"], "clamp");
+  const int outside = clamped["outside_trained_range"];
+  EXPECT_GT(outside, 0);
+  EXPECT_EQ(refused["compensated"]["count"].get<int>(), clamped["compensated"]["count"].get<int>() - outside);
+  EXPECT_EQ(extrapolated["outside_trained_range"], outside);
+  EXPECT_NE(extrapolated["compensated"], clamped["compensated"]);
+}
+
+TEST_F(Verify, NamesThePoliciesItKnows) {
+  const auto ran = verified("--outside ignore");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_NE(ran.err.find("clamp, refuse or extrapolate"), std::string::npos) << ran.err;
+}
+
+TEST_F(Verify, GivesNoiseAndErrorBars) {
+  const auto report = figures("");
+  const auto n = report["allan"]["coefficients"]["N"];
+  EXPECT_NEAR(n["value"].get<double>(), 3e-4, 5 * n["error"].get<double>()) << "as the virtual gyro is made";
+  EXPECT_GT(report["compensated"]["std_error_deg_per_h"], 0.0);
+  EXPECT_GT(report["noise_floor_error_deg_per_h"], 0.0);
+  EXPECT_LE(report["compensated"]["effective_count"], report["compensated"]["count"]);
+  const auto words = verified("").out;
+  for (const auto* word : {"n_eff", "angle random walk", "°/√h, read at τ = 3600 s", "noise floor of the record"})
+    EXPECT_NE(words.find(word), std::string::npos) << words;
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -63,22 +63,23 @@ std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_
   return path;
 }
 
-/// True if the squared errors of `few` exceed those of `best` by no more than the standard error of the difference.
-bool as_good(const SurfaceTrial& few, const SurfaceTrial& best, const Clusters& clusters) {
+/// Standard error of the mean squared error, with the effective number of the squared residuals.
+double error_of_mean_square(const SurfaceTrial& trial, const Clusters& clusters) {
   std::vector<Eigen::Index> rows;
-  for (Eigen::Index k = 0; k < best.residual.size(); ++k) {
-    if (std::isfinite(best.residual(k)) && std::isfinite(few.residual(k))) rows.push_back(k);
+  for (Eigen::Index k = 0; k < trial.residual.size(); ++k) {
+    if (std::isfinite(trial.residual(k))) rows.push_back(k);
   }
-  const Eigen::VectorXd excess = few.residual(rows).array().square() - best.residual(rows).array().square();
-  const Figures figures = figures_of(excess, clusters, rows);
-  return figures.mean <= mean_error(figures);
+  return mean_error(figures_of(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
-/// How many steps of the path to keep.
+/// How many steps of the path to keep. The last has the least error.
 std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
-  if (path.empty() || (field.fixed > 0 && as_good(start, path.back().trial, field.lesson.clusters))) return 0;
+  if (path.empty()) return 0;
+  const SurfaceTrial& best = path.back().trial;
+  const double enough = best.mean_square + error_of_mean_square(best, field.lesson.clusters);
+  if (field.fixed > 0 && start.mean_square <= enough) return 0;
   std::size_t kept = 1;
-  while (!as_good(path[kept - 1].trial, path.back().trial, field.lesson.clusters)) ++kept;
+  while (path[kept - 1].trial.mean_square > enough) ++kept;
   return kept;
 }
 

@@ -17,8 +17,8 @@ namespace gyrotherm {
 
 /// One of the two.
 struct ReductionGoal {
-  std::optional<int> vectors;                  ///< at most so many, at least 1
-  std::optional<double> max_change_deg_per_h;  ///< as few as keep every training cluster within this, above 0
+  std::optional<int> vectors = {};                  ///< at most so many, at least 1
+  std::optional<double> max_change_deg_per_h = {};  ///< as few as keep every training cluster within this, above 0
 };
 
 /// The model with fewer vectors, its `reduction` set and all else as it was: its figures are those of the full

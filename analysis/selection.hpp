@@ -48,9 +48,9 @@ struct Selection {
                                               double threshold, int least_rank);
 
 /// forward: grows by the candidate whose response surface (response_surface.hpp) has the least held-out squared error,
-/// while that error falls and fewer than `most` are taken; then keeps the fewest whose squared error exceeds the least
-/// one by no more than the standard error of the difference, cluster by cluster and with its effective number: the
-/// one-standard-error rule (Breiman et al., Classification and Regression Trees, 1984, §3.4.3) on paired errors.
+/// while that error falls and fewer than `most` are taken; then keeps the fewest whose mean squared error is within one
+/// standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3), reckoned with the
+/// effective number of the squared residuals. A lesson of fewer than two folds is cut into blocks.
 [[nodiscard]] Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
                                                const Lesson& lesson, int most);
 

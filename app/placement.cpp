@@ -79,7 +79,7 @@ Result<std::vector<Confirmed>> confirm_all(Console& console, const Options& opti
 std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
 
 std::string row(const std::string& what, const LeftOut& set, const Confirmed* confirmed) {
-  auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+10.5f} ± {:.5f}", what, set.held_out.std,
+  auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
                           std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
   if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
   if (confirmed != nullptr) {
@@ -90,7 +90,7 @@ std::string row(const std::string& what, const LeftOut& set, const Confirmed* co
 }
 
 std::string heading(std::string_view what, const Placement& placement, const std::vector<Confirmed>& confirmed) {
-  auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>10}   {:<7}", what, "held out", "", "price", "");
+  auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>11}   {:<8}", what, "held out", "", "price", "");
   if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
   if (!confirmed.empty()) {
     text += fmt::format(" {:>9}", "svr");

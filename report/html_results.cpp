@@ -105,9 +105,9 @@ std::string noise_section(const ReportView& view) {
                           escaped(rate[k].formula), read_off_text(rate[k]), noise_cell(rate[k]), noise_cell(random[k]),
                           noise_cell(compensated[k])});
   }
-  return html_of(table) + noise_note(view.rate.allan.holds, "Rate, raw") +
-         noise_note(view.random.allan.holds, "Random, raw") +
-         noise_note(view.random.allan.compensated_holds, "Random, compensated") +
+  return html_of(table) + noise_note(view.rate.allan.holds, "Rate run") +
+         noise_note(view.random.allan.holds, "Random run") +
+         noise_note(view.random.allan.compensated_holds, "Random run") +
          "<p class=\"note\">The squares of the coefficients are fitted to σ² by non-negative weighted least squares; a "
          "term counts as seen if its square is at least twice its standard error, else its upper limit of 95&nbsp;% "
          "stands in its place.</p>\n";
@@ -164,7 +164,7 @@ std::string parts_table(const RunView& run) {
 std::string methods_section(const ReportView& view) {
   HtmlTable table{.caption = fmt::format(
                       "STD of every method, °/h. Held-out: {}; parameters chosen with all cycles. Nested: the same, "
-                      "parameters chosen without the held-out cycle too",
+                      "parameters chosen without the held-out cycle too. ±, mean and maximum are of the random run",
                       escaped(view.folds)),
                   .header = {"Inputs", "Method", "Rate, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean",
                              "Max", "Effective par.", "Numbers stored"},

@@ -52,7 +52,7 @@ thead th { text-align: left; font-weight: 600; vertical-align: bottom; border-to
 td { padding: 4px 14px 4px 0; border-bottom: 1px solid #eceff2; vertical-align: top; }
 tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
 th.n, td.n { text-align: right; padding: 4px 0 4px 14px; }
-td.n { white-space: nowrap; }
+table.small td.n { white-space: nowrap; }
 table.small th.n, table.small td.n { padding-left: 8px; }
 th.n { padding: 6px 0 6px 14px; }
 table.even { table-layout: fixed; }

@@ -63,9 +63,8 @@ TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
     RecordProperty("blocks", std::to_string(blocks));
     RecordProperty("guarded", std::to_string(guarded));
     // The reference divides the target by its STD over all clusters, here it is that of the training clusters.
-    EXPECT_NEAR(blocks, blocks_reference[axis], 0.05 * blocks_reference[axis]);
+    EXPECT_NEAR(blocks, blocks_reference[axis], 0.1 * blocks_reference[axis]);
     EXPECT_GE(guarded, 0.95 * blocks);
-    printf("axis %d: random %.4f, blocks %.4f, guarded %.4f\n", axis, random[2], blocks, guarded);
   }
 }
 

@@ -99,10 +99,5 @@ TEST(Run, ARecordIsNeverOverwritten) {
   EXPECT_EQ(shell("cat " + (folder / "run.db")).out, "precious");
 }
 
-TEST(Compensate, ABadRowIsAnsweredWithItsPlace) {
-  const Folder folder;
-  EXPECT_EQ(gyrotherm_with("compensate " + (folder / "none.json")).exit_code, 4);
-}
-
 }  // namespace
 }  // namespace gyrotherm

@@ -1,0 +1,87 @@
+/// The compensation of rows as text: in bulk, one by one, and wrong.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/app/small_record.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+class Compensate : public testing::Test {
+ protected:
+  void SetUp() override { make_small_model(folder_); }
+  [[nodiscard]] Ran compensate(const std::string& rows, const std::string& options = "") const {
+    return gyrotherm_with("compensate " + (folder_ / "model.json") + " " + options, rows);
+  }
+  const Folder folder_;
+};
+
+TEST_F(Compensate, AnswersEachRowWithALine) {
+  const auto ran = compensate(small_rows(300));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto lines = lines_of(ran.out);
+  ASSERT_EQ(lines.size(), 301u);
+  EXPECT_EQ(lines[0], "compensated_bias_deg_per_h");
+  for (int row = 1; row <= 300; ++row) EXPECT_EQ(lines[row].empty(), row < 100) << "the first mean is of 100 rows";
+  EXPECT_NE(ran.err.find("lags by 50 s"), std::string::npos) << ran.err;
+}
+
+TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
+  std::ofstream(folder_ / "rows") << small_rows(101);
+  // The writer keeps its end open and goes on only once its rows have been answered; it gives up after a minute.
+  const auto ran = shell("cd " + (folder_ / ".") +
+                         " && mkfifo in && "
+                         "{ gyrotherm compensate $PWD/model.json < $PWD/in > $PWD/out & } && exec 3> in && "
+                         "answered() { i=0; until [ $(wc -l < out) -ge $1 ]; do i=$((i+1)); [ $i -lt 600 ] || exit 7; "
+                         "sleep 0.1; done; } && head -100 rows >&3 && answered 100 && tail -2 rows | head -1 >&3 && "
+                         "answered 101 && tail -1 rows >&3 && answered 102 && exec 3>&- && wait");
+  EXPECT_EQ(ran.exit_code, 0) << "7: a row was not answered while the input was open\n" << ran.err;
+}
+
+TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
+  const auto bulk = compensate(small_rows(700));
+  const auto single =
+      shell("while IFS= read -r row; do echo \"$row\"; done | gyrotherm compensate " + (folder_ / "model.json"),
+            small_rows(700));
+  EXPECT_EQ(bulk.out, single.out);
+}
+
+TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
+  auto rows = small_rows(150) + "20,warm,1\n";
+  const auto ran = compensate(rows);
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.err.find("stdin:152:4: \"warm\", expected a number"), std::string::npos) << ran.err;
+  EXPECT_EQ(lines_of(ran.out).size(), 151u);
+  EXPECT_EQ(compensate("A,bias\n").exit_code, 2) << "the model needs B";
+  EXPECT_EQ(compensate("A,B\n").exit_code, 4);
+  EXPECT_EQ(compensate("").exit_code, 4);
+  EXPECT_EQ(gyrotherm_with("compensate " + (folder_ / "none.json")).exit_code, 4);
+}
+
+TEST_F(Compensate, AMissingReadingLeavesItsMeansEmpty) {
+  const auto lines = lines_of(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
+  ASSERT_EQ(lines.size(), 402u);
+  for (std::size_t row = 100; row <= 401; ++row) EXPECT_EQ(lines[row].empty(), row > 150 && row <= 250) << row;
+}
+
+TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
+  std::string hot = "A,B,bias\n";
+  for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
+  const auto clamped = compensate(hot), refused = compensate(hot, "--outside refuse");
+  EXPECT_NE(clamped.err.find("21 rows had an input outside"), std::string::npos) << clamped.err;
+  EXPECT_FALSE(lines_of(clamped.out)[120].empty());
+  EXPECT_TRUE(lines_of(refused.out)[120].empty());
+  EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace gyrotherm

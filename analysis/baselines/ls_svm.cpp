@@ -20,11 +20,12 @@ struct Position {
 };
 
 constexpr double kGammaStep = 4, kSigmaStep = 1.5;
+constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
 
 std::vector<Position> coarse_grid() {
   std::vector<Position> grid;
-  for (double gamma = 2; gamma <= 18; gamma += kGammaStep) {
-    for (double sigma = 5.5; sigma >= -0.5; sigma -= kSigmaStep) grid.push_back({gamma, sigma});
+  for (double gamma = kLeast.gamma; gamma <= kLargest.gamma; gamma += kGammaStep) {
+    for (double sigma = kLargest.sigma; sigma >= kLeast.sigma; sigma -= kSigmaStep) grid.push_back({gamma, sigma});
   }
   return grid;
 }
@@ -38,6 +39,12 @@ std::vector<Position> around(Position best, double part) {
     }
   }
   return grid;
+}
+
+/// The best position may lie farther out, or its coordinate mean nothing there: at a large σ the machine is a line.
+void warn_of_edge(const char* name, double at, double least, double largest, std::vector<std::string>& warnings) {
+  if (at > least && at < largest) return;
+  warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
 }
 
 Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, Position at) {
@@ -100,6 +107,8 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
   if (!best) return failure(best.error());
   Choice choice;
   choice.parameters = {{"gamma", std::exp2(best->gamma)}, {"sigma", std::exp2(best->sigma)}};
+  warn_of_edge("gamma", best->gamma, kLeast.gamma, kLargest.gamma, choice.warnings);
+  warn_of_edge("sigma", best->sigma, kLeast.sigma, kLargest.sigma, choice.warnings);
   return choice;
 }
 

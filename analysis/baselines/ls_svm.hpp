@@ -30,9 +30,9 @@ struct LsSvm {
 /// matrix from y to fitted values.
 [[nodiscard]] Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine);
 
-/// "gamma" and "sigma" by held-out error: a grid over log2 γ = 0 … 15 and log2 σ = −1 … 4 in steps of 3 and 1, then
-/// around the best with half and with a quarter of these steps. Folds are scaled each by itself, so each is solved
-/// anew.
+/// "gamma" and "sigma" by held-out error: a grid over log2 γ = 2 … 18 and log2 σ = −½ … 5½ in steps of 4 and 1½, then
+/// around the best with half and with a quarter of these steps (quick: the grid alone). Folds are scaled each by
+/// itself, so each is solved anew. Warns of a choice at the edge of the grid.
 [[nodiscard]] Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options,
                                            const ProgressSink& progress);
 

@@ -14,7 +14,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::array kHidden = {5, 10, 20};
-constexpr std::array kSteps = {5, 10, 15, 20, 30, 40, 60, 80};
+constexpr std::array kSteps = {5, 10, 15, 20, 30, 40, 60};
 constexpr std::size_t kQuickHidden = 2, kQuickSteps = 6;  // how many of them
 constexpr std::size_t kStarts = 10;
 

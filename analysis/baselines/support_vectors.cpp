@@ -1,5 +1,7 @@
 #include "analysis/baselines/support_vectors.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <utility>
 
@@ -44,6 +46,10 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
 }
 
 Result<Fit> fit_svr(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+  if (set.x.rows() < 2) {
+    return failure(FaultKind::usage, "support vector regression",
+                   fmt::format("{} samples, needs at least two", set.x.rows()));
+  }
   const SvrParameters svr{.C = value_of(parameters, "C"),
                           .sigma = value_of(parameters, "sigma"),
                           .epsilon = value_of(parameters, "epsilon")};

@@ -139,14 +139,22 @@ struct PlainLanes {
   }
 };
 
+template <class Line>
+GYROTHERM_INLINE void negate(Line (&lines)[kGaussianTile]) {
+  GYROTHERM_UNROLL
+  for (Line& line : lines) line = -line;
+}
+
 template <class Lanes, class Exponents>
-GYROTHERM_INLINE void add_gaussians(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions,
-                                    const double* points, std::ptrdiff_t stride, double* sums) {
+GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, std::ptrdiff_t count,
+                                    std::ptrdiff_t dimensions, const double* points, std::ptrdiff_t stride,
+                                    double* sums) {
   using Line = typename Lanes::Line;
   Line sum[kGaussianTile];
   GYROTHERM_UNROLL
-  for (int i = 0; i < kGaussianTile; ++i) sum[i] = Line{};
+  for (int i = 0; i < kGaussianTile; ++i) read<Lanes>(sums + i * kGaussianLanes, sum[i]);
   for (std::ptrdiff_t b = 0; b < count; ++b) {
+    if (negative[b]) negate(sum);
     GYROTHERM_UNROLL
     for (std::ptrdiff_t part = 0; part < kGaussianBlock; part += 2 * Lanes::kWidth) {
       Line x[kGaussianTile], y[kGaussianTile];
@@ -154,26 +162,24 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, std::ptrdiff_t count, 
       Lanes::template add_powers<Exponents::kLow>(x, sum);
       Lanes::template add_powers<Exponents::kLow>(y, sum);
     }
+    if (negative[b]) negate(sum);
     blocks += (Exponents::kRowsBefore + dimensions) * kGaussianBlock;
   }
   GYROTHERM_UNROLL
   for (int i = 0; i < kGaussianTile; ++i) {
-    double total = 0;
-    GYROTHERM_UNROLL
-    for (int lane = 0; lane < Lanes::kWidth; ++lane) total += sum[i][lane];
-    sums[i] += total;
+    *reinterpret_cast<typename Lanes::UnalignedLine*>(sums + i * kGaussianLanes) = sum[i];
   }
 }
 
 /// Both loops. The caller's file decides what instructions they are made of.
 #define GYROTHERM_GAUSSIAN_LOOPS(Lanes)                                                                            \
-  void by_products(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,    \
-                   std::ptrdiff_t stride, double* sums) {                                                          \
-    add_gaussians<Lanes, ByProducts<Lanes>>(blocks, count, dimensions, points, stride, sums);                      \
+  void by_products(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,    \
+                   const double* points, std::ptrdiff_t stride, double* sums) {                                    \
+    add_gaussians<Lanes, ByProducts<Lanes>>(blocks, negative, count, dimensions, points, stride, sums);            \
   }                                                                                                                \
-  void by_differences(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points, \
-                      std::ptrdiff_t stride, double* sums) {                                                       \
-    add_gaussians<Lanes, ByDifferences<Lanes>>(blocks, count, dimensions, points, stride, sums);                   \
+  void by_differences(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions, \
+                      const double* points, std::ptrdiff_t stride, double* sums) {                                 \
+    add_gaussians<Lanes, ByDifferences<Lanes>>(blocks, negative, count, dimensions, points, stride, sums);         \
   }                                                                                                                \
   constexpr GaussianLoops kLoops { by_products, by_differences }
 

@@ -61,7 +61,7 @@ struct GaussianSum::Places {
   Columns columns;
   Columns rest;  ///< of each input, outside the centres' space
   std::array<bool, kPointsTogether> near{};
-  std::array<double, kPointsTogether> by_products{}, by_differences{};
+  Eigen::Array<double, kGaussianLanes, kPointsTogether> by_products, by_differences;
 };
 
 GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
@@ -76,11 +76,6 @@ GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Ei
   scale_ = scales.minCoeff();
   one_width_ = scale_ == scales.maxCoeff();
 
-  const Eigen::VectorXd logarithms = (weights.array().abs() / weight_unit_).log() * std::numbers::log2e;
-  std::vector<Eigen::Index> above, below;
-  for (Eigen::Index j = 0; j < weights.size(); ++j) {
-    if (logarithms(j) > kSmallestWeight) (weights(j) > 0 ? above : below).push_back(j);
-  }
   Eigen::MatrixXd coordinates(centres.rows(), rank_ + 2);
   Places places(inputs_, rank_);
   for (Eigen::Index first = 0; first < centres.rows(); first += kPointsTogether) {
@@ -89,8 +84,7 @@ GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Ei
     coordinates.middleRows(first, count) = places.columns.topRows(count);
   }
   radius_ = std::sqrt(coordinates.col(0).maxCoeff());
-  positive_ = pack(coordinates(above, Eigen::all), scales(above), logarithms(above));
-  negative_ = pack(coordinates(below, Eigen::all), scales(below), logarithms(below));
+  pack(coordinates, scales, weights);
 }
 
 void GaussianSum::span(const SampleMatrix& centred) {
@@ -123,53 +117,84 @@ void GaussianSum::place(const Eigen::Ref<const SampleMatrix>& points, Places& pl
   }
 }
 
-GaussianSum::Blocks GaussianSum::pack(const Eigen::MatrixXd& centres, const Eigen::VectorXd& scales,
-                                      const Eigen::VectorXd& logarithms) const {
-  Blocks blocks;
-  blocks.count = (centres.rows() + kGaussianBlock - 1) / kGaussianBlock;
-  const Eigen::Index products = 1 + product_dimensions(), differences = 2 + rank_ + 1;
-  blocks.by_products.assign(static_cast<std::size_t>(blocks.count * products * kGaussianBlock), 0.0);
-  blocks.by_differences.assign(static_cast<std::size_t>(blocks.count * differences * kGaussianBlock), 0.0);
-  for (Eigen::Index place = 0; place < blocks.count * kGaussianBlock; ++place) {
-    const Eigen::Index block = place / kGaussianBlock, lane = place % kGaussianBlock;
-    double* product = blocks.by_products.data() + block * products * kGaussianBlock + lane;
-    double* difference = blocks.by_differences.data() + block * differences * kGaussianBlock + lane;
-    *product = *difference = kNothing;
-    difference[kGaussianBlock] = scale_;
-    if (place >= centres.rows()) continue;
-    const auto coordinates = centres.row(place);
-    const double a = scales(place);
-    *product = logarithms(place) + a * coordinates(0);
-    if (!one_width_) *(product += kGaussianBlock) = a;
-    *difference = logarithms(place);
-    *(difference += kGaussianBlock) = a;
-    for (Eigen::Index k = 1; k <= rank_; ++k) {
-      *(product += kGaussianBlock) = -2 * a * coordinates(k);
-      *(difference += kGaussianBlock) = coordinates(k);
+// A block holds weights of one sign. Blocks of both signs come by turns, so that the sums stay small: the positive and
+// the negative weights of a support vector machine cancel.
+void GaussianSum::pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights) {
+  const Eigen::VectorXd logarithms = (weights.array().abs() / weight_unit_).log() * std::numbers::log2e;
+  std::array<std::vector<Eigen::Index>, 2> signs;  // positive, negative
+  for (Eigen::Index j = 0; j < weights.size(); ++j) {
+    if (logarithms(j) > kSmallestWeight) signs[weights(j) > 0 ? 0 : 1].push_back(j);
+  }
+  const auto blocks_of = [](const std::vector<Eigen::Index>& some) {
+    return (static_cast<Eigen::Index>(some.size()) + kGaussianBlock - 1) / kGaussianBlock;
+  };
+  blocks_.count = blocks_of(signs[0]) + blocks_of(signs[1]);
+  blocks_.negative = std::make_unique<bool[]>(static_cast<std::size_t>(blocks_.count));
+  blocks_.by_products.assign(static_cast<std::size_t>(blocks_.count * product_block()), 0.0);
+  blocks_.by_differences.assign(static_cast<std::size_t>(blocks_.count * difference_block()), 0.0);
+  Eigen::Index block = 0;
+  for (std::size_t from = 0; block < blocks_.count; from += kGaussianBlock) {
+    for (const auto& some : signs) {
+      if (from >= some.size()) continue;
+      blocks_.negative[static_cast<std::size_t>(block)] = &some == &signs[1];
+      for (std::size_t lane = 0; lane < kGaussianBlock; ++lane) {
+        const Eigen::Index slot = block * kGaussianBlock + static_cast<Eigen::Index>(lane);
+        if (from + lane >= some.size()) {
+          pack_nothing(slot);
+          continue;
+        }
+        const Eigen::Index j = some[from + lane];
+        pack_centre(slot, places.row(j), scales(j), logarithms(j));
+      }
+      ++block;
     }
   }
-  return blocks;
+}
+
+void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a,
+                              double logarithm) {
+  const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
+  double* product = blocks_.by_products.data() + block * product_block() + lane;
+  double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
+  *product = logarithm + a * place(0);
+  if (!one_width_) *(product += kGaussianBlock) = a;
+  *difference = logarithm;
+  *(difference += kGaussianBlock) = a;
+  for (Eigen::Index k = 1; k <= rank_; ++k) {
+    *(product += kGaussianBlock) = -2 * a * place(k);
+    *(difference += kGaussianBlock) = place(k);
+  }
+}
+
+// Its power of two is nothing wherever the point is.
+void GaussianSum::pack_nothing(Eigen::Index slot) {
+  const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
+  double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
+  blocks_.by_products[static_cast<std::size_t>(block * product_block() + lane)] = kNothing;
+  difference[0] = kNothing;
+  difference[kGaussianBlock] = scale_;
 }
 
 // A tile takes the loops that its points ask for, both if they differ: what a point gets never depends on the others.
-void GaussianSum::add(const Blocks& blocks, const GaussianLoops& loops, Places& places) const {
-  const Eigen::Index products = (1 + product_dimensions()) * kGaussianBlock;
-  const Eigen::Index differences = (2 + rank_ + 1) * kGaussianBlock;
+void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
   const Eigen::Index together =
-      std::max<Eigen::Index>(1, kBytesTogether / (differences * static_cast<Eigen::Index>(sizeof(double))));
-  for (Eigen::Index block = 0; block < blocks.count; block += together) {
-    const Eigen::Index count = std::min(together, blocks.count - block);
+      std::max<Eigen::Index>(1, kBytesTogether / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
+  places.by_products.setZero();
+  places.by_differences.setZero();
+  for (Eigen::Index first = 0; first < blocks_.count; first += together) {
+    const Eigen::Index count = std::min(together, blocks_.count - first);
+    const bool* negative = blocks_.negative.get() + first;
     for (Eigen::Index point = 0; point < kPointsTogether; point += kGaussianTile) {
       const double* columns = places.columns.data() + point;
       const auto near = std::count(places.near.begin() + point, places.near.begin() + point + kGaussianTile, true);
       if (near > 0) {
-        loops.by_products(blocks.by_products.data() + block * products, count, product_dimensions(),
+        loops.by_products(blocks_.by_products.data() + first * product_block(), negative, count, product_dimensions(),
                           one_width_ ? columns + kPointsTogether : columns, kPointsTogether,
-                          places.by_products.data() + point);
+                          places.by_products.col(point).data());
       }
       if (near < kGaussianTile) {
-        loops.by_differences(blocks.by_differences.data() + block * differences, count, rank_ + 1,
-                             columns + kPointsTogether, kPointsTogether, places.by_differences.data() + point);
+        loops.by_differences(blocks_.by_differences.data() + first * difference_block(), negative, count, rank_ + 1,
+                             columns + kPointsTogether, kPointsTogether, places.by_differences.col(point).data());
       }
     }
   }
@@ -187,15 +212,11 @@ Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, co
   for (Eigen::Index first = 0; first < points.rows(); first += kPointsTogether) {
     const auto some = points.middleRows(first, std::min(kPointsTogether, points.rows() - first));
     place(some, places);
-    places.by_products.fill(0);
-    places.by_differences.fill(0);
-    add(negative_, loops, places);
-    for (double& sum : places.by_products) sum = -sum;
-    for (double& sum : places.by_differences) sum = -sum;
-    add(positive_, loops, places);
+    add(loops, places);
     for (Eigen::Index i = 0; i < some.rows(); ++i) {
       const double part = one_width_ ? std::exp2(scale_ * places.columns(i, 0)) : 1;
-      f(first + i) = weight_unit_ * (places.near[i] ? part * places.by_products[i] : places.by_differences[i]);
+      f(first + i) =
+          weight_unit_ * (places.near[i] ? part * places.by_products.col(i).sum() : places.by_differences.col(i).sum());
       const bool missing = !std::isfinite(places.columns(i, 0)) && !some.row(i).allFinite();
       if (missing) f(first + i) = std::numeric_limits<double>::quiet_NaN();
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "analysis/numerics/gaussian_loops.hpp"
@@ -35,17 +36,21 @@ class GaussianSum {
 
  private:
   struct Places;
-  /// Centres whose weights have one sign, as both loops want them.
+  /// The centres as both loops want them.
   struct Blocks {
     std::vector<double> by_products, by_differences;
+    std::unique_ptr<bool[]> negative;  ///< one for each block: its weights are
     Eigen::Index count{};
   };
   void span(const SampleMatrix& centred);
-  [[nodiscard]] Blocks pack(const Eigen::MatrixXd& centres, const Eigen::VectorXd& scales,
-                            const Eigen::VectorXd& logarithms) const;
+  void pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights);
+  void pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a, double logarithm);
+  void pack_nothing(Eigen::Index slot);
   void place(const Eigen::Ref<const SampleMatrix>& points, Places& places) const;
-  void add(const Blocks& blocks, const GaussianLoops& loops, Places& places) const;
+  void add(const GaussianLoops& loops, Places& places) const;
   [[nodiscard]] Eigen::Index product_dimensions() const { return one_width_ ? rank_ : rank_ + 1; }
+  [[nodiscard]] Eigen::Index product_block() const { return (1 + product_dimensions()) * kGaussianBlock; }
+  [[nodiscard]] Eigen::Index difference_block() const { return (2 + rank_ + 1) * kGaussianBlock; }
 
   Eigen::Index inputs_;
   Eigen::Index rank_{};
@@ -55,7 +60,7 @@ class GaussianSum {
   double scale_{};        ///< −log₂e/(2s²), the largest in size
   double radius_{};       ///< of the farthest centre from the mean
   double weight_unit_{};  ///< the largest |w|
-  Blocks positive_, negative_;
+  Blocks blocks_;
 };
 
 }  // namespace gyrotherm

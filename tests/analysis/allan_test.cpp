@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "simulated_noise.hpp"
 
@@ -100,6 +104,34 @@ TEST(AllanCurve, OfTooLittleIsEmpty) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const Eigen::Vector3d nothing{kNone, kNone, kNone};
   EXPECT_TRUE(cut_at_gaps(Eigen::Vector3d{0, 1, 2}, nothing, 1).values.empty());
+}
+
+/// Rates about x, y and z of the recording of a real laser gyro unit: counts of 0.1 arcsec in 10 ms after fourteen
+/// lines of text.
+Eigen::MatrixXd laser_gyro_rates(const std::string& file) {
+  std::ifstream stream(file);
+  std::string line;
+  constexpr int kHead = 14;
+  for (int k = 0; k < kHead; ++k) std::getline(stream, line);
+  std::vector<double> counts;
+  for (double number{}; stream >> number;) counts.push_back(number);
+  const auto rows = static_cast<Eigen::Index>(counts.size()) / 6;
+  return 10 * Eigen::Map<Eigen::MatrixXd>(counts.data(), 6, rows).topRows(3).transpose();
+}
+
+TEST(AllanDeviation, OfARealLaserGyroIsTheReference) {
+  const char* shared = std::getenv("GYROTHERM_SHARED");
+  if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
+  const Eigen::MatrixXd rates = laser_gyro_rates(std::string(shared) + "/data/lasergyro.imu");
+  ASSERT_EQ(rates.rows(), 184718);
+  const double at_1_10_100_s[3][3] = {{17.3530, 8.4203, 2.0748}, {60.6565, 14.6920, 2.6611}, {8.7062, 1.4945, 0.25052}};
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    int m = 100;
+    for (const double expected : at_1_10_100_s[axis]) {
+      EXPECT_NEAR(overlapping_allan_deviation(rates.col(axis), m), expected, 6e-5) << axis << ", " << m;
+      m *= 10;
+    }
+  }
 }
 
 }  // namespace

@@ -79,6 +79,14 @@ TEST(GaussianSum, LosesNothingOnASmoothModelOfManyVectors) {
   EXPECT_LT(worst_error(problem), 2e-15);
 }
 
+/// As in a support vector machine: weights of ±C that add up to nothing.
+TEST(GaussianSum, LosesLittleWhereLargeWeightsCancel) {
+  std::mt19937_64 generator(8);
+  Problem problem = random_problem(1000, 100, 8, 8, 30, generator);
+  for (Eigen::Index j = 0; j < 1000; ++j) problem.weights(j) = j % 2 == 0 ? 700 : -700;
+  EXPECT_LT(worst_error(problem) * problem.weights.lpNorm<1>(), 1e-10);
+}
+
 TEST(GaussianSum, FindsTheDimensionsThatTheCentresSpan) {
   std::mt19937_64 generator(2);
   const Problem problem = random_problem(200, 1, 13, 7, 1, generator);

@@ -109,7 +109,7 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
   } laws[] = {{replaced(good, "gyrotherm-model/2", "gyrotherm-model/9"), "/schema"},
               {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
               {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "/function/form"},
-              {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/kind"},
+              {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/factors/0/kind"},
               {replaced(good, "\"b\": 0.125", "\"b\": null"), "/function/b"},
               {replaced(good, "\"b\": 0.125,", ""), "/function/b"},
               {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "/function/parameters/sigma"},

@@ -25,9 +25,11 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTER
 }  // namespace
 
 Folder::Folder() {
-  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  path_ = std::filesystem::temp_directory_path() /
-          ("gyrotherm-" + std::string(test->test_suite_name()) + "-" + test->name() + "-" + std::to_string(::getpid()));
+  const auto* unit = ::testing::UnitTest::GetInstance();
+  const auto* test = unit->current_test_info();  // null while a suite is set up
+  const std::string name = unit->current_test_suite()->name() + std::string(test == nullptr ? "" : "-") +
+                           (test == nullptr ? "" : test->name());
+  path_ = std::filesystem::temp_directory_path() / ("gyrotherm-" + name + "-" + std::to_string(::getpid()));
   std::filesystem::create_directories(path_);
 }
 

@@ -93,7 +93,7 @@ TEST(Qualify, AModelGoesOutToLibsvmAndBackTheSame) {
               std, 1e-5);
 }
 
-TEST(Compensate, StreamsRowsAndStatesItsLag) {
+TEST(CompensateOfAnExperiment, StreamsRowsAndStatesItsLag) {
   const Folder folder;
   const auto run =
       "gyrotherm run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " + (folder / "r.db");

@@ -15,7 +15,7 @@ Clusters clusters_of(const SyntheticRun& run) { return *make_clusters(make_synth
 
 /// A bias that one thermometer alone makes.
 void drive_by(Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
   std::normal_distribution<double> noise(0, 1e-3);
   const Eigen::VectorXd t = clusters.temperature_c.col(thermometer).array() / 20;
   clusters.bias_deg_per_h = 0.02 * t + 0.01 * t.cwiseAbs2();

@@ -52,7 +52,7 @@ Lesson lesson_of(Clusters clusters) {
 Lesson made_of_two_gradients(std::uint64_t seed) {
   Clusters clusters = wandering(*make_clusters(make_synthetic_run({.hold_s = 1000})), seed);
   const SampleMatrix x = *evaluate({gradient_term("A", "D"), gradient_term("C", "F")}, clusters);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
   std::normal_distribution<double> noise(0, 1e-3);
   clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
@@ -94,15 +94,11 @@ TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
 }
 
 TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const auto selection = select_forward({}, all_gradients(kNames), made_of_two_gradients(seed), 12);
     ASSERT_TRUE(selection);
-    // They come first; the rule of one standard error lets a third pass by chance in about one draw of six.
     std::vector<std::string> taken = texts(selection->terms);
-    ASSERT_GE(taken.size(), 2u) << selection->statement;
-    EXPECT_LE(taken.size(), 3u) << selection->statement;
-    taken.resize(2);
     std::ranges::sort(taken);
     EXPECT_EQ(taken, (std::vector<std::string>{"A-D", "C-F"})) << selection->statement;
   }

@@ -38,9 +38,9 @@ Result<void> measure_pagmo_job(const Bench& bench, const std::string& name) {
   say_progress(
       material->name(fmt::format("our fitness in pagmo's job: {:.1f} s, each evaluation prepared anew; best "
                                  "error {:.6g}, the trace's {:.6g}; {} not certified",
-                                 seconds, best, material->best_error(), failures)));
-  print_figure(material->name("pagmo's job with our fitness, best error / LIBSVM's"), best / material->best_error(),
-               at_most(kBestErrorRatio), failures == 0);
+                                 seconds, best, material->best().error, failures)));
+  print_figure(material->name("pagmo's job with our fitness, best error / the stored job's"),
+               best / material->best().error, at_most(kBestErrorRatio), failures == 0);
   return {};
 }
 

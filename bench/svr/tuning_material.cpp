@@ -6,7 +6,9 @@
 
 namespace gyrotherm {
 
-double TuningMaterial::best_error() const { return std::ranges::min_element(trace, {}, &TracePosition::error)->error; }
+const TracePosition& TuningMaterial::best() const {
+  return *std::ranges::min_element(trace, {}, &TracePosition::error);
+}
 
 std::string TuningMaterial::name(const std::string& figure) const {
   return fmt::format("n={}: {}", set.y.size(), figure);

@@ -18,7 +18,7 @@ struct TuningMaterial {
   std::vector<Fold> folds;
   std::vector<TracePosition> trace;
 
-  [[nodiscard]] double best_error() const;  ///< of the trace
+  [[nodiscard]] const TracePosition& best() const;  ///< of the trace: where the job ended
   /// "n=600: figure".
   [[nodiscard]] std::string name(const std::string& figure) const;
 };

@@ -17,7 +17,7 @@ namespace {
 // Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
 // Times n. Trainings that need more are faster by Newton steps, small ones sooner.
-constexpr Eigen::Index kSmoIterationsPerPoint = 72;
+constexpr Eigen::Index kSmoIterationsPerPoint = 48;
 constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
 constexpr Eigen::Index kFew = 640;
 // σ/C of the first proximal step after SMO.

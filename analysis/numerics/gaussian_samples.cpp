@@ -1,5 +1,6 @@
 #include "analysis/numerics/gaussian_samples.hpp"
 
+#include <Eigen/QR>
 #include <cassert>
 
 #include "analysis/numerics/lanes_exp.hpp"
@@ -51,14 +52,32 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
   }
 }
 
+// Directions in which the samples reach less than this part of their greatest reach are not theirs.
+constexpr double kFlat = 1e-13;
+
+// The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
+// inputs depend on each other, as all differences of eight thermometers do.
+Eigen::MatrixXd spanned(const Eigen::Ref<const GaussianSamples::Matrix>& x) {
+  if (x.rows() == 0) return x;
+  const GaussianSamples::Matrix centred = x.rowwise() - x.colwise().mean();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(kFlat);
+  qr.compute(centred.transpose());
+  const Eigen::Index rank = qr.rank();
+  if (rank == x.cols()) return x;
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(x.cols(), rank);
+  basis.applyOnTheLeft(qr.householderQ());
+  return centred * basis;
+}
+
 }  // namespace
 
-GaussianSamples::GaussianSamples(const Eigen::Ref<const Matrix>& x)
-    : size_(x.rows()),
-      singles_(Eigen::MatrixXf::Zero(padded_row(x.rows()), x.cols())),
-      doubles_(Eigen::MatrixXd::Zero(padded_column(x.rows()), x.cols())) {
-  doubles_.topRows(size_) = x;
-  singles_.topRows(size_) = x.cast<float>();
+GaussianSamples::GaussianSamples(const Eigen::Ref<const Matrix>& x) : size_(x.rows()) {
+  const Eigen::MatrixXd coordinates = spanned(x);
+  doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
+  singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());
+  doubles_.topRows(size_) = coordinates;
+  singles_.topRows(size_) = coordinates.cast<float>();
 }
 
 void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {

@@ -28,12 +28,13 @@ class GaussianSamples {
   /// exp(−‖x_i − x_j‖²/(2σ²)) for all j, from the differences themselves: 1 where rows are equal. Relative error of a
   /// few 1e-7 where the exponent is small; `out` has padded_row(size()) places.
   void single_row(Eigen::Index i, double sigma, float* out) const;
-  /// The same to a few 1e-16; `out` has padded_column(size()) places.
+  /// The same to a few 1e-16 where inputs are independent, else of the largest exponent; `out` has
+  /// padded_column(size()) places.
   void double_column(Eigen::Index i, double sigma, double* out) const;
 
  private:
   Eigen::Index size_;
-  Eigen::MatrixXf singles_;  // a column per input, padded with zeros
+  Eigen::MatrixXf singles_;  // a column per direction in which the samples differ, padded with zeros
   Eigen::MatrixXd doubles_;
 };
 

@@ -33,6 +33,9 @@ struct RunInfo {
   std::string rig_name;
   std::string rig_text;
   std::string chamber_map_text;  ///< the register map that the rig file names
+  std::string gyro_model;        ///< virtual rig: the thermal model that its gyro stands on, by name; may be empty
+  std::string gyro_film;         ///< … how the air moves around its cabinet: "chamber", "still"
+  std::string gyro_model_text;   ///< … the model's file
   bool simulated{};
   std::uint64_t seed{};
   bool imported{};  ///< rows are a foreign record's, at its own times

@@ -26,6 +26,9 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("rig_name", info.rig_name);
   put("rig_text", info.rig_text);
   put("chamber_map_text", info.chamber_map_text);
+  put("gyro_model", info.gyro_model);
+  put("gyro_film", info.gyro_film);
+  put("gyro_model_text", info.gyro_model_text);
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
   put("imported", info.imported);
@@ -74,6 +77,9 @@ void take(RunInfo& info, std::string_view key, const Statement& row) {
   if (key == "rig_name") info.rig_name = row.text(1);
   if (key == "rig_text") info.rig_text = row.text(1);
   if (key == "chamber_map_text") info.chamber_map_text = row.text(1);
+  if (key == "gyro_model") info.gyro_model = row.text(1);
+  if (key == "gyro_film") info.gyro_film = row.text(1);
+  if (key == "gyro_model_text") info.gyro_model_text = row.text(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
   if (key == "seed") std::from_chars(row.text(1).data(), row.text(1).data() + row.text(1).size(), info.seed);
   if (key == "imported") info.imported = row.integer(1) != 0;

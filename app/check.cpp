@@ -20,14 +20,19 @@ struct Options {
   std::uint64_t seed = 0;
 };
 
+std::string thermal_model(const RigFile& rig) {
+  const auto& model = rig.gyro_model;
+  return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
+}
+
 std::string rig_lines(const RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return fmt::format(
       "{}: {}{}\n  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n"
-      "  {} thermometers, gyro {:g} arcsec per pulse\n",
+      "  {} thermometers, gyro {:g} arcsec per pulse{}\n",
       rig.file, rig.simulated ? "SIMULATED, " : "", rig.title, rig.chamber_map.name, limits.lowest.value,
       limits.highest.value, limits.fastest_heating.value, limits.fastest_cooling.value, rig.safe_set_point.value,
-      channels_of(rig).size(), rig.gyro.scale);
+      channels_of(rig).size(), rig.gyro.scale, thermal_model(rig));
 }
 
 nlohmann::ordered_json rig_json(const RigFile& rig) {
@@ -41,7 +46,9 @@ nlohmann::ordered_json rig_json(const RigFile& rig) {
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
           {"thermometers", channels_of(rig).size()},
-          {"arcsec_per_pulse", rig.gyro.scale}};
+          {"arcsec_per_pulse", rig.gyro.scale},
+          {"gyro_model", rig.gyro_model.name},
+          {"gyro_film", rig.gyro_model.film}};
 }
 
 nlohmann::ordered_json timeline_json(const Profile& profile, const Timeline& timeline) {
@@ -84,7 +91,8 @@ Result<ChamberLimits> check_rig(Console& console, const Options& options, Findin
   const auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
-    if (const auto world = parse_world(rig->text, rig->file); !world) return failure(world.error());
+    if (const auto world = parse_world(rig->text, rig->file, rig->gyro_model.text); !world)
+      return failure(world.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig->chamber_limits;

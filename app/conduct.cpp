@@ -95,7 +95,9 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
   if (!record) return failure(record.error());
   if (record->finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record->info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
-  auto rig = parse_rig(record->info.rig_text, path + " (rig)", record->info.chamber_map_text);
+  const auto& info = record->info;
+  auto rig = parse_rig(info.rig_text, path + " (rig)",
+                       {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text});
   if (!rig) return failure(rig.error());
   auto profile = parse_profile(record->info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());

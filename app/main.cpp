@@ -22,6 +22,7 @@ void add_commands(Program& program) {
   add_check(program);
   add_import(program);
   add_export(program);
+  add_thermal(program);
   add_train(program);
   add_verify(program);
   add_placement(program);

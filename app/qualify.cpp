@@ -35,8 +35,8 @@ using Run = QualificationRun;
 /// True if the record at `path` is (part of) this very experiment.
 bool belongs(const RunInfo& info, const Profile& profile, const RigFile& rig, std::uint64_t seed) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
-         info.chamber_map_text == rig.chamber_map.text && info.program_version == GYROTHERM_VERSION &&
-         (!rig.simulated || info.seed == seed);
+         info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
+         info.program_version == GYROTHERM_VERSION && (!rig.simulated || info.seed == seed);
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.

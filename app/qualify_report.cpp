@@ -29,6 +29,12 @@ ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel
                                                           (models[2].*on).residual_deg_per_h)};
 }
 
+std::string gyro_in_words(const RigFile& rig) {
+  const auto& model = rig.gyro_model;
+  return fmt::format("pulse counts, {:g} arcsec each", rig.gyro.scale) +
+         (model.name.empty() ? "" : fmt::format("; thermal model \"{}\", film \"{}\"", model.name, model.film));
+}
+
 ComparedMethod compared(const TrainedModel& trained) {
   const auto& model = trained.model;
   return compared_method(fmt::format("{}-{}", model.method, model.inputs), model, trained.rate.compensated,
@@ -80,11 +86,15 @@ Result<void> check_accept(const Profile& profile, const std::string& file) {
 
 AssembledReport assemble_report(const Qualification& all) {
   const auto correlation = correlate(all.rate.evidence.clusters, all.rate.evidence.dataset.gradients);
+  const auto& model = all.rig.gyro_model;
   ReportInput input{.rig = {.name = all.rig.name,
                             .title = all.rig.title,
-                            .gyro = fmt::format("pulse counts, {:g} arcsec each", all.rig.gyro.scale),
+                            .gyro = gyro_in_words(all.rig),
                             .sha256 = sha256(all.rig.text),
-                            .is_virtual = all.rig.simulated},
+                            .is_virtual = all.rig.simulated,
+                            .gyro_model = model.name,
+                            .gyro_film = model.film,
+                            .gyro_model_sha256 = model.text.empty() ? "" : sha256(model.text)},
                     .rate = reported(all.rate, all.models, &TrainedModel::rate),
                     .random = reported(all.random, all.models, &TrainedModel::random),
                     .models = {all.models[0].model, all.models[1].model, all.models[2].model},

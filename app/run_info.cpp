@@ -15,8 +15,8 @@ std::string drawn_id() {
 }
 
 std::string derived_id(const RunInfo& info) {
-  const auto all = fmt::format("{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
-                               info.chamber_map_text, info.seed);
+  const auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
+                               info.chamber_map_text, info.gyro_model_text, info.seed);
   return sha256(all).substr(0, 32);
 }
 
@@ -30,6 +30,9 @@ RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed,
   info.rig_name = rig.name;
   info.rig_text = rig.text;
   info.chamber_map_text = rig.chamber_map.text;
+  info.gyro_model = rig.gyro_model.name;
+  info.gyro_film = rig.gyro_model.film;
+  info.gyro_model_text = rig.gyro_model.text;
   info.simulated = rig.simulated;
   info.seed = seed;
   info.started_utc = started_utc;

@@ -230,6 +230,11 @@ bool TomlTable::is_table(std::string_view key) const {
   return node && node->is_table();
 }
 
+bool TomlTable::is_list(std::string_view key) const {
+  const auto* node = find(ask(key).table, key);
+  return node && node->is_array();
+}
+
 double TomlTable::number(std::string_view key) const {
   return read<double>(*this, ask(key).table, key, nullptr, kExpectNumber, as_number);
 }

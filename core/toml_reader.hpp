@@ -23,6 +23,7 @@ class TomlTable {
 
   [[nodiscard]] bool has(std::string_view key) const;
   [[nodiscard]] bool is_table(std::string_view key) const;
+  [[nodiscard]] bool is_list(std::string_view key) const;
 
   [[nodiscard]] double number(std::string_view key) const;
   [[nodiscard]] double number(std::string_view key, double fallback) const;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <string>
 
+#include "report/png.hpp"
+
 namespace gyrotherm {
 
 /// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after
@@ -28,6 +30,9 @@ inline constexpr const char* kSimulated = "#a8371b";
 
 /// A shade from near white (0) to deep blue (1), as "#rrggbb"; outside 0…1 the nearer end.
 [[nodiscard]] std::string shade(double fraction);
+
+/// From cold (0) to hot (1): blue, pale yellow, red, after ColorBrewer's RdYlBu; outside 0…1 the nearer end.
+[[nodiscard]] Rgb heat(double fraction);
 
 /// Whether white text reads better than dark text on shade(fraction).
 [[nodiscard]] bool shade_is_dark(double fraction);

@@ -57,6 +57,7 @@ Json provenance(const ReportInput& input) {
   return {{"program_version", input.program_version},
           {"seed", input.seed},
           {"rig_sha256", input.rig.sha256},
+          {"gyro_model_sha256", input.rig.gyro_model_sha256},
           {"rate", of_run(input.rate)},
           {"random", of_run(input.random)}};
 }
@@ -153,6 +154,8 @@ std::string report_json(const ReportInput& input) {
   lines.add("rig", {{"name", input.rig.name},
                     {"title", input.rig.title},
                     {"gyro", input.rig.gyro},
+                    {"gyro_model", input.rig.gyro_model},
+                    {"gyro_film", input.rig.gyro_film},
                     {"virtual", input.rig.is_virtual || simulated}});
   lines.add("quick", input.models.multi_point.quick);
   lines.add("accept", accept_section(input.accept));

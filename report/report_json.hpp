@@ -47,6 +47,9 @@ struct ReportedRig {
   std::string gyro;    ///< in words: "pulse counts, 0.1 arcsec each"
   std::string sha256;  ///< of the rig file
   bool is_virtual{};
+  std::string gyro_model = {};         ///< the thermal model that a virtual gyro stands on; may be empty
+  std::string gyro_film = {};          ///< how the air moves around it: "chamber", "still"
+  std::string gyro_model_sha256 = {};  ///< of the model's file
 };
 
 /// A method on the same records as the others.

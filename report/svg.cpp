@@ -8,6 +8,7 @@
 
 #include "report/colour.hpp"
 #include "report/format.hpp"
+#include "report/png.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -72,6 +73,9 @@ void SvgWriter::text(double x, double y, std::string_view content, const TextSty
   std::string more;
   if (style.bold) more += " font-weight=\"600\"";
   if (style.opacity < 1) more += fmt::format(" fill-opacity=\"{}\"", style.opacity);
+  if (!style.halo.empty()) {
+    more += fmt::format(" paint-order=\"stroke\" stroke=\"{}\" stroke-width=\"2.6\"", style.halo);
+  }
   if (style.turned_deg != 0) {
     more += fmt::format(" transform=\"rotate({} {} {})\"", pixels(-style.turned_deg), pixels(x), pixels(y));
   }
@@ -89,6 +93,13 @@ void SvgWriter::path(std::string_view data, const Stroke& stroke, std::string_vi
 void SvgWriter::shape(std::string_view data, std::string_view fill, std::string_view outline) {
   fmt::format_to(std::back_inserter(out_), "<path d=\"{}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"1.2\"/>\n", data,
                  fill, outline);
+}
+
+void SvgWriter::picture(double x, double y, double width, double height, std::string_view png) {
+  fmt::format_to(std::back_inserter(out_),
+                 "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
+                 "href=\"data:image/png;base64,{}\"/>\n",
+                 pixels(x), pixels(y), pixels(width), pixels(height), base64(png));
 }
 
 void SvgWriter::clip_region(std::string_view id, double x, double y, double width, double height) {

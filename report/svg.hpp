@@ -16,6 +16,7 @@ struct TextStyle {
   bool bold = false;
   double turned_deg = 0;  ///< counter-clockwise, about the text's own place
   double opacity = 1;
+  std::string halo = {};  ///< colour around the letters, where they stand on lines; empty: none
 };
 
 struct Stroke {
@@ -42,6 +43,8 @@ class SvgWriter {
   /// `data` is the path's own language ("M1 2L3 4"); `clip` names a region of clip_region(), or is empty.
   void path(std::string_view data, const Stroke& stroke, std::string_view clip = {});
   void shape(std::string_view data, std::string_view fill, std::string_view outline);
+  /// A picture, stretched over the region; `png` is the file's bytes.
+  void picture(double x, double y, double width, double height, std::string_view png);
   void clip_region(std::string_view id, double x, double y, double width, double height);
 
   /// Ends the figure; nothing may be drawn after.

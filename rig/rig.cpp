@@ -210,7 +210,7 @@ Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, W
                                                           std::uint16_t first_port) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
-  const auto parameters = parse_world(file.text, file.file);
+  const auto parameters = parse_world(file.text, file.file, file.gyro_model.text);
   if (!parameters) return failure(parameters.error());
   VirtualInstrumentsOptions options{
       .chamber = file.chamber_map, .thermometers = {}, .gyro = file.gyro_frame, .first_port = first_port};

@@ -146,8 +146,7 @@ void settle_simulated(const TomlTable& root, RigFile& rig) {
 
 }  // namespace
 
-Result<RigFile> parse_rig(std::string_view text, const std::string& file,
-                          const std::optional<std::string>& chamber_map_text) {
+Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   RigFile rig;
@@ -165,10 +164,14 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file,
   read_analysis(root->table("analysis"), seen, rig);
   read_limits(root->table("limits"), rig.limits);
   settle_simulated(*root, rig);
-  auto map = read_map(chamber, rig, chamber_map_text);
+  auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
+  if (!rig.simulated) return rig;
+  auto gyro_model = gyro_model_of(text, file, known.gyro_model);
+  if (!gyro_model) return failure(gyro_model.error());
+  rig.gyro_model = std::move(*gyro_model);
   return rig;
 }
 

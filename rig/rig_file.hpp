@@ -13,6 +13,7 @@
 #include "drivers/register_map.hpp"
 #include "rig/interlocks.hpp"
 #include "sequencer/profile.hpp"
+#include "simulator/world.hpp"
 
 namespace gyrotherm {
 
@@ -42,13 +43,19 @@ struct RigFile {
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
   InterlockLimits limits;
-  bool simulated{};  ///< every line is "virtual"; mixed rigs are refused
+  bool simulated{};          ///< every line is "virtual"; mixed rigs are refused
+  GyroModelUsed gyro_model;  ///< of a virtual rig
 };
 
-/// Fails with bad_file, every mistake with its place. `chamber_map_text`: the register map's text where it is already
-/// known (resume: the record's copy); otherwise the file named by [chamber] map is read, relative to `file`.
-[[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file,
-                                        const std::optional<std::string>& chamber_map_text = {});
+/// The texts of the files that a rig file names, where they are already known (resume: the record's copies).
+struct NamedTexts {
+  std::optional<std::string> chamber_map;  ///< [chamber] map
+  std::optional<std::string> gyro_model;   ///< [virtual.thermal] gyro
+};
+
+/// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to
+/// `file`. The rest of [virtual] is checked by parse_world.
+[[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
 [[nodiscard]] Result<RigFile> read_rig(const std::string& file);
 
 /// All channels of all thermometers, in order of the file.

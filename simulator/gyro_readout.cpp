@@ -3,25 +3,47 @@
 #include <cmath>
 
 namespace gyrotherm {
+namespace {
+
+double turn_on(const ReadoutParameters& p, std::uint64_t seed) {
+  RandomStream repeatability(seed, RandomPurpose::turn_on_repeatability);
+  return p.turn_on_deg_per_h + p.turn_on_repeatability_deg_per_h * repeatability.normal();
+}
+
+}  // namespace
 
 GyroReadout::GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed)
     : parameters_(parameters),
       angle_noise_(seed, RandomPurpose::angle_noise),
       drift_noise_(seed, RandomPurpose::drift),
+      walk_noise_(seed, RandomPurpose::rate_random_walk),
+      instability_(flicker_processes(parameters.instability_deg_per_h, parameters.instability_from_s,
+                                     parameters.instability_to_s),
+                   RandomStream(seed, RandomPurpose::bias_instability)),
       drift_memory_(std::exp(-1 / parameters.drift_time_s)),
-      drift_deg_per_h_(parameters.drift_deg_per_h * drift_noise_.normal()) {}
+      drift_deg_per_h_(parameters.drift_deg_per_h * drift_noise_.normal()),
+      turn_on_deg_per_h_(turn_on(parameters, seed)) {}
 
-void GyroReadout::step(DegreesPerHour thermal_bias) {
+void GyroReadout::step(DegreesPerHour bias) {
   const auto& p = parameters_;
-  const DegreesPerHour rate = thermal_bias + drift() + DegreesPerHour{p.earth_rate_deg_per_h};
+  const DegreesPerHour rate = bias + drift() + DegreesPerHour{p.earth_rate_deg_per_h};
   angle_arcsec_ += rate.value + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal();
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));
   ++seconds_;
-  const double fresh = p.drift_deg_per_h * std::sqrt(1 - drift_memory_ * drift_memory_);
-  drift_deg_per_h_ = drift_memory_ * drift_deg_per_h_ + fresh * drift_noise_.normal();
+  wander();
 }
 
-DegreesPerHour GyroReadout::drift() const { return {drift_deg_per_h_ + parameters_.turn_on_deg_per_h}; }
+void GyroReadout::wander() {
+  const double fresh = parameters_.drift_deg_per_h * std::sqrt(1 - drift_memory_ * drift_memory_);
+  drift_deg_per_h_ = drift_memory_ * drift_deg_per_h_ + fresh * drift_noise_.normal();
+  instability_.step();
+  constexpr double kPerSqrtSecond = 1.0 / 60;  // of one per √h
+  walk_deg_per_h_ += parameters_.rate_random_walk_deg_per_h_per_sqrt_h * kPerSqrtSecond * walk_noise_.normal();
+}
+
+DegreesPerHour GyroReadout::drift() const {
+  return {drift_deg_per_h_ + instability_.value() + walk_deg_per_h_ + turn_on_deg_per_h_};
+}
 
 std::int64_t GyroReadout::device_time_us() const {
   return std::llround(static_cast<double>(seconds_) * (1e6 + parameters_.clock_skew_ppm));

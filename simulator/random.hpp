@@ -17,6 +17,14 @@ enum class RandomPurpose : std::uint64_t {
   thermometer_noise = 7,
   angle_noise = 8,
   drift = 9,
+  thermal_spread = 10,
+  thermometer_gain = 11,
+  thermometer_time_constant = 12,
+  thermometer_drift = 13,
+  bias_instability = 14,
+  rate_random_walk = 15,
+  turn_on_repeatability = 16,
+  lead_spread = 17,
 };
 
 /// One step of the splitmix64 mixer (Steele, Lea & Flood 2014).

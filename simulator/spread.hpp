@@ -1,4 +1,4 @@
-/// Draws one gyro of a type: the same network and the same bias law with other numbers.
+/// Draws one gyro of a type: the same body and the same bias law with other numbers.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,10 @@
 
 namespace gyrotherm {
 
-/// Seed 0 is the gyro of the file exactly. Any other seed multiplies every heat capacity, film and bias coefficient by
-/// a log-normal factor of its own, and adds a calibration error to every thermometer and a turn-on offset to the gyro.
+/// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
+/// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
+/// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
+/// a twin's model is perturbed (twin_spread.hpp).
 [[nodiscard]] WorldParameters draw_gyro(WorldParameters type, std::uint64_t seed);
 
 }  // namespace gyrotherm

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "simulator/gyro_thermal.hpp"
+#include "simulator/virtual_gyro.hpp"
 #include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
@@ -22,14 +22,14 @@ struct NetworkEquations {
 /// Where the network rests when the chamber stays at `air`.
 [[nodiscard]] Eigen::VectorXd at_rest(const NetworkEquations& equations, Celsius air);
 
-class ThermalNetwork final : public GyroThermal {
+class ThermalNetwork final {
  public:
   /// Starts at rest at the network's start temperature. `network` must hold the nodes A…H and "air", and every node
   /// must have a way to the chamber (parse_world checks both).
   explicit ThermalNetwork(const NetworkParameters& network);
 
-  void step(Celsius air) override;
-  [[nodiscard]] PlaceTemperatures temperatures_c() const override { return places_c_; }
+  void step(Celsius air);
+  [[nodiscard]] PlaceTemperatures temperatures_c() const { return places_c_; }
 
  private:
   void publish();

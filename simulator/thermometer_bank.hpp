@@ -1,11 +1,11 @@
-/// The virtual thermometers: true temperatures → readings with lag, calibration error, noise and resolution.
+/// The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
-#include "simulator/gyro_thermal.hpp"
 #include "simulator/random.hpp"
+#include "simulator/virtual_gyro.hpp"
 #include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
@@ -13,6 +13,8 @@ namespace gyrotherm {
 /// `value` to the nearest multiple of `resolution` (0: as it is).
 [[nodiscard]] double to_resolution(double value, double resolution);
 
+/// Each thermometer follows its place with a first-order lag and reads, to its resolution,
+/// T + offset + gain·(T − 20 °C) + drift + white noise. The drift is a random walk that began at the calibration.
 class ThermometerBank {
  public:
   /// Starts in equilibrium with `places_c` and reads it once.
@@ -24,11 +26,16 @@ class ThermometerBank {
   [[nodiscard]] PlaceTemperatures readings_c() const { return readings_c_; }
 
  private:
+  void drift();
   void read();
 
   ThermometerParameters parameters_;
-  double follow_;  ///< share of the difference closed in one second
   RandomStream noise_;
+  RandomStream drift_noise_;
+  EachThermometer follow_{};            ///< share of the difference closed in one second
+  EachThermometer drift_per_sqrt_s_{};  ///< K
+  bool drifts_ = false;
+  EachThermometer drift_k_{};
   std::array<double, kThermalPlaces> sensed_c_{};
   std::array<double, kThermalPlaces> readings_c_{};
 };

@@ -3,27 +3,29 @@
 #include <cassert>
 
 #include "simulator/chamber_plant.hpp"
-#include "simulator/gyro_bias.hpp"
 #include "simulator/gyro_readout.hpp"
+#include "simulator/reference_gyro.hpp"
 #include "simulator/spread.hpp"
-#include "simulator/thermal_network.hpp"
 #include "simulator/thermometer_bank.hpp"
+#include "simulator/twin_gyro.hpp"
 
 namespace gyrotherm {
 namespace {
 
 const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
 
+std::unique_ptr<VirtualGyro> make_gyro(const ReferenceGyroParameters& p) { return std::make_unique<ReferenceGyro>(p); }
+std::unique_ptr<VirtualGyro> make_gyro(const TwinGyroParameters& p) { return std::make_unique<TwinGyro>(p); }
+
 }  // namespace
 
 struct World::Parts {
   Parts(const WorldParameters& drawn, std::uint64_t noise_seed);
   void measure_air();
-  [[nodiscard]] DegreesPerHour bias_now() const;
 
-  WorldParameters parameters;
+  PlantParameters plant_parameters;
   ChamberPlant plant;
-  std::unique_ptr<GyroThermal> thermal;
+  std::unique_ptr<VirtualGyro> gyro;
   ThermometerBank thermometers;
   GyroReadout readout;
   RandomStream air_noise;
@@ -33,10 +35,10 @@ struct World::Parts {
 };
 
 World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
-    : parameters(drawn),
+    : plant_parameters(drawn.plant),
       plant(drawn.plant),
-      thermal(std::make_unique<ThermalNetwork>(drawn.network)),
-      thermometers(drawn.thermometers, thermal->temperatures_c(), noise_seed),
+      gyro(std::visit([](const auto& body) { return make_gyro(body); }, drawn.body)),
+      thermometers(drawn.thermometers, gyro->places_c(), noise_seed),
       readout(drawn.gyro, noise_seed),
       air_noise(noise_seed, RandomPurpose::air_noise),
       set_point{drawn.plant.start_c} {
@@ -44,12 +46,8 @@ World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
 }
 
 void World::Parts::measure_air() {
-  const double shown_c = plant.sensed().value + parameters.plant.sensor_noise_k * air_noise.normal();
-  measured_air = {to_resolution(shown_c, parameters.plant.sensor_resolution_k)};
-}
-
-DegreesPerHour World::Parts::bias_now() const {
-  return thermal_bias(parameters.bias, thermal->temperatures_c().first<kBlockPlaces>());
+  const double shown_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
+  measured_air = {to_resolution(shown_c, plant_parameters.sensor_resolution_k)};
 }
 
 World::World(const WorldParameters& parameters, WorldSeed seed)
@@ -59,7 +57,7 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 bool World::accepts(Celsius set_point) const {
-  const auto& plant = parts_->parameters.plant;
+  const auto& plant = parts_->plant_parameters;
   return set_point.value >= plant.lowest_c && set_point.value <= plant.highest_c;
 }
 
@@ -72,10 +70,10 @@ void World::switch_on(bool on) { parts_->on = on; }
 
 void World::step() {
   auto& p = *parts_;
-  p.readout.step(p.bias_now());
-  p.thermal->step(p.plant.air());
+  p.readout.step(p.gyro->bias());
+  p.gyro->step(p.plant.air());
   p.plant.step(p.set_point, p.on);
-  p.thermometers.step(p.thermal->temperatures_c());
+  p.thermometers.step(p.gyro->places_c());
   p.measure_air();
 }
 
@@ -87,6 +85,6 @@ std::span<const double> World::thermometers_as_measured_c() const { return parts
 const std::vector<std::string>& World::thermometer_names() const { return kThermometerNames; }
 std::int64_t World::pulses() const { return parts_->readout.pulses(); }
 std::int64_t World::device_time_us() const { return parts_->readout.device_time_us(); }
-DegreesPerHour World::true_bias() const { return parts_->bias_now() + parts_->readout.drift(); }
+DegreesPerHour World::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
 
 }  // namespace gyrotherm

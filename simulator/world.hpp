@@ -1,10 +1,11 @@
-/// The virtual laboratory, one second at a time: a chamber's air, the gyro's thermal network, its bias and its
+/// The virtual laboratory, one second at a time: a chamber's air, the gyro as a thermal body, its bias and its
 /// read-out. Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its
 /// seed and the set points of its steps alone.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -17,9 +18,24 @@ namespace gyrotherm {
 
 struct WorldParameters;  // simulator/world_parameters.hpp
 
-/// Reads the [virtual] table of a rig file (the rest of the file is someone else's). Fails with bad_file, every mistake
-/// with its place.
-[[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file);
+/// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
+/// rig file holds whole.
+struct GyroModelUsed {
+  std::string name;  ///< of the reduced gyro's file, without its endings: "calibrated"
+  std::string film;  ///< "chamber" or "still": how the air moves around the cabinet
+  std::string text;  ///< the file, as read
+};
+
+/// What the [virtual] table of a rig file names. `known`: the reduced gyro's text where it is already known (resume:
+/// the record's copy); otherwise the file is read, relative to `file`. Fails with bad_file if it cannot be read; other
+/// mistakes are for parse_world to tell.
+[[nodiscard]] Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
+                                                  const std::optional<std::string>& known = {});
+
+/// Reads the [virtual] table of a rig file (the rest of the file is someone else's), and the reduced gyro that it names
+/// like gyro_model_of. Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file,
+                                                  const std::optional<std::string>& gyro_model_text = {});
 
 /// Which gyro, and which of its runs: two runs of one gyro share its physics and none of its noise.
 struct WorldSeed {

@@ -4,7 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <variant>
 #include <vector>
+
+#include "simulator/bias_parameters.hpp"
+#include "simulator/thermal/reduced_model.hpp"
+#include "simulator/thermal/twin_spread.hpp"
 
 namespace gyrotherm {
 
@@ -47,8 +52,8 @@ struct NetworkParameters {
   std::vector<ThermalLink> links;       ///< by conduction
 };
 
-/// [virtual.bias]: the gyro's bias as a function of its temperatures (gyro_bias.hpp has the formula).
-struct BiasParameters {
+/// [virtual.bias] of the reference simulation (reference_gyro.hpp has the formula).
+struct ReferenceBias {
   double scale = 1;                     ///< s, of everything below
   double linear_deg_per_h_per_k{};      ///< k1
   double quadratic_deg_per_h_per_k2{};  ///< k2
@@ -59,38 +64,74 @@ struct BiasParameters {
   double arm_growth_per_k{};     ///< relative growth of the arm term per kelvin of mean block temperature
 };
 
-/// [virtual.gyro]: rotation, noise and read-out.
+/// body = "reference": the reference simulation's gyro.
+struct ReferenceGyroParameters {
+  NetworkParameters network;
+  ReferenceBias bias;
+};
+
+/// How the left and the right half of a gyro's thermal body differ; the finite elements make them alike.
+struct UnequalArms {
+  double gain_left_over_right = 1;  ///< power; the sum is kept
+  double ballast_left_over_right = 1;
+  double left_lead_w_per_k{};  ///< conduction from the gain arm along its anode's lead to the cabinet
+  double right_lead_w_per_k{};
+};
+
+/// body = "twin": the finite-element gyro, reduced, and the physics of its bias.
+struct TwinGyroParameters {
+  ReducedModel model;
+  double start_c{};  ///< chamber temperature at which the gyro rests at the start
+  GyroFilm film{};
+  UnequalArms arms;
+  BiasPhysics bias;
+  ThermalSpread spread;
+  double lead_spread{};  ///< sigma of ln of each lead's factor
+};
+
+/// [virtual.gyro]: rotation, noise and read-out (gyro_readout.hpp).
 struct ReadoutParameters {
   double arcsec_per_pulse = 1;
   double earth_rate_deg_per_h{};  ///< on the input axis
   double angle_random_walk_deg_per_sqrt_h{};
-  double drift_deg_per_h{};    ///< standard deviation of the first-order Markov drift
-  double drift_time_s = 3600;  ///< its correlation time
-  double turn_on_deg_per_h{};  ///< constant offset of this turn-on
-  double clock_skew_ppm{};     ///< of the gyro's clock; positive runs fast
+  double drift_deg_per_h{};        ///< standard deviation of the first-order Markov drift
+  double drift_time_s = 3600;      ///< its correlation time
+  double instability_deg_per_h{};  ///< B of the bias instability, from instability_from_s on
+  double instability_from_s = 10;  ///< shortest correlation time of its processes
+  double instability_to_s = 1e6;   ///< and the longest
+  double rate_random_walk_deg_per_h_per_sqrt_h{};
+  double turn_on_deg_per_h{};                ///< constant offset of this gyro
+  double turn_on_repeatability_deg_per_h{};  ///< standard deviation from turn-on to turn-on: drawn for each run
+  double clock_skew_ppm{};                   ///< of the gyro's clock; positive runs fast
 };
 
-/// [virtual.thermometers]: A…H and "shell" alike.
+using EachThermometer = std::array<double, 9>;  ///< A…H, shell
+
+/// [virtual.thermometers]
 struct ThermometerParameters {
-  double noise_k{};  ///< standard deviation, white
-  double resolution_k{};
-  double time_constant_s{};          ///< 0: none
-  std::array<double, 9> offset_k{};  ///< calibration error of A…H, shell
+  EachThermometer noise_k{};               ///< standard deviation, white
+  EachThermometer resolution_k{};          ///< 0: none
+  EachThermometer time_constant_s{};       ///< 0: none
+  EachThermometer offset_k{};              ///< calibration error at 20 °C
+  EachThermometer gain{};                  ///< calibration error, relative, about 20 °C
+  EachThermometer drift_k_per_sqrt_day{};  ///< random walk since the calibration
+  double days_since_calibration{};         ///< at the start of each run
 };
 
 /// [virtual.spread]: how much the gyros of seeds other than 0 differ from the one of the file. Factors are log-normal.
 struct SpreadParameters {
-  double capacity{};           ///< sigma of ln of each heat capacity's factor
-  double film{};               ///< … of each film's
+  double capacity{};           ///< reference: sigma of ln of each heat capacity's factor
+  double film{};               ///< reference: … of each film's
   double bias{};               ///< … of each bias coefficient's
   double offset_k{};           ///< standard deviation of each thermometer's calibration error
-  double turn_on_deg_per_h{};  ///< standard deviation of the turn-on offset
+  double gain{};               ///< … of each thermometer's relative error of gain
+  double time_constant{};      ///< sigma of ln of each thermometer's time constant's factor
+  double turn_on_deg_per_h{};  ///< standard deviation of the gyro's constant offset
 };
 
 struct WorldParameters {
   PlantParameters plant;
-  NetworkParameters network;
-  BiasParameters bias;
+  std::variant<ReferenceGyroParameters, TwinGyroParameters> body;
   ReadoutParameters gyro;
   ThermometerParameters thermometers;
   SpreadParameters spread;

@@ -8,7 +8,7 @@
 
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

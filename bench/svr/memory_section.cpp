@@ -1,29 +1,12 @@
 #include <fmt/format.h>
 
-#include <fstream>
-
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
 
 namespace gyrotherm {
-namespace {
-
-/// VmHWM of this process: the most memory it has held, bytes; 0 if the system does not tell.
-double peak_memory() {
-  std::ifstream status("/proc/self/status");
-  std::string key;
-  double kibibytes = 0;
-  while (status >> key) {
-    if (key == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
-    status.ignore(1 << 20, '\n');
-  }
-  return 0;
-}
-
-}  // namespace
 
 Result<void> measure_memory(const Bench& bench) {
   const PeerParameters hard{.C = 100, .gamma = 0.1, .epsilon = 0.01};

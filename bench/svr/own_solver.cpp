@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

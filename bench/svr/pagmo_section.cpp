@@ -4,11 +4,11 @@
 #include <limits>
 #include <tuple>
 
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/pagmo_job.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {

@@ -4,11 +4,11 @@
 #include <random>
 
 #include "analysis/function.hpp"
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 #include "bench/svr/judge.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

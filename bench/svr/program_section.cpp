@@ -11,9 +11,9 @@
 #include <regex>
 
 #include "analysis/training.hpp"
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {

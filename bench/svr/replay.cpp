@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "bench/svr/own_solver.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

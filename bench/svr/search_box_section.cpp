@@ -3,11 +3,11 @@
 #include <cmath>
 #include <random>
 
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/trace.hpp"
 
 namespace gyrotherm {

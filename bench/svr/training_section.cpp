@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

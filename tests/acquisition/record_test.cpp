@@ -19,6 +19,9 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_EQ(info.id, given.id);
   EXPECT_EQ(info.profile_text, given.profile_text);
   EXPECT_EQ(info.rig_text, given.rig_text);
+  EXPECT_EQ(info.gyro_model, given.gyro_model);
+  EXPECT_EQ(info.gyro_film, given.gyro_film);
+  EXPECT_EQ(info.gyro_model_text, given.gyro_model_text);
   EXPECT_EQ(info.seed, given.seed);
   EXPECT_TRUE(info.simulated);
   EXPECT_FALSE(info.imported);

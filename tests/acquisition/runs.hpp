@@ -40,6 +40,9 @@ inline RunInfo two_thermometers() {
   info.rig_name = "a rig";
   info.rig_text = std::string("text with a zero \0 in it", 24);
   info.simulated = true;
+  info.gyro_model = "calibrated";
+  info.gyro_film = "chamber";
+  info.gyro_model_text = "schema = \"gyrotherm-reduced-gyro/1\"\n";
   info.seed = 0xfedcba9876543210u;
   info.started_utc = kVirtualEpoch;
   info.thermometers = {{"A", "a bridge", Kelvins{0.1}}, {"shell-1.b", "another", Kelvins{-0.25}}};

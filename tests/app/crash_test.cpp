@@ -79,5 +79,21 @@ TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
 }
 
+/// A virtual run is replayed: from what the record holds, not from files that may have changed since.
+TEST(Crash, ResumeNeedsNoFileBesideTheRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  const auto profiles = folder / "profiles";
+  ASSERT_EQ(shell("cp -r profiles " + profiles).exit_code, 0);
+  Background run({"run", "profiles/random.toml", "--rig", profiles + "/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  ASSERT_EQ(run.wait(), 5) << run.output();
+  std::filesystem::remove_all(profiles);
+  const auto resumed = gyrotherm_with("resume " + path);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+}
+
 }  // namespace
 }  // namespace gyrotherm

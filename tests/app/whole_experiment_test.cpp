@@ -29,7 +29,9 @@ TEST(WholeExperiment, OneSeedGivesOneReport) {
 
 TEST(WholeExperiment, WithTheTemperatureTheRandomRunComesNearTheNoiseFloor) {
   const Folder folder;
-  ASSERT_EQ(gyrotherm_with("qualify --seed 1 --out " + (folder / "out")).exit_code, 0);
+  ASSERT_EQ(
+      gyrotherm_with("qualify --rig profiles/rigs/virtual-reference.toml --seed 1 --out " + (folder / "out")).exit_code,
+      0);
   const auto report = report_of(folder / "out");
   EXPECT_LT(std_of(report, "random", "multi_point_t"), 1.5 * report["noise_floor_deg_per_h"].get<double>());
   EXPECT_LT(std_of(report, "random", "multi_point_t"), std_of(report, "random", "three_point"));

@@ -48,6 +48,7 @@ class Laboratory {
     info.profile_text = profile_.text;
     info.rig_text = file_.text;
     info.chamber_map_text = file_.chamber_map.text;
+    info.gyro_model_text = file_.gyro_model.text;
     info.simulated = true;
     info.seed = seed_;
     info.thermometers = channels_of(file_);

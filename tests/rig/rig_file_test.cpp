@@ -24,7 +24,7 @@ std::string mistake_in(const std::string& text) {
 }
 
 TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
-  for (const auto* name : {"virtual.toml", "virtual-gradients.toml"}) {
+  for (const auto* name : {"virtual.toml", "virtual-reference.toml", "virtual-gradients.toml"}) {
     const auto rig = read_rig(kRigs + name);
     ASSERT_TRUE(rig) << text(rig.error());
     EXPECT_TRUE(rig->simulated);
@@ -78,9 +78,21 @@ TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
-TEST(RigFile, TheRecordsCopyOfTheMapIsEnough) {
+TEST(RigFile, TheRecordsCopiesOfTheFilesItNamesAreEnough) {
   const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
-  EXPECT_TRUE(parse_rig(virtual_rig(), "elsewhere/rig.toml", map));
+  const auto gyro = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value();
+  const auto rig = parse_rig(virtual_rig(), "elsewhere/rig.toml", {.chamber_map = map, .gyro_model = gyro});
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->gyro_model.text, gyro);
+  EXPECT_FALSE(parse_rig(virtual_rig(), "elsewhere/rig.toml", {.chamber_map = map, .gyro_model = {}}));
+}
+
+TEST(RigFile, AMissingGyroModelIsNamed) {
+  const auto rig = parse_rig(replaced(virtual_rig(), "gyros/calibrated", "gyros/none"), kRigs + "virtual.toml");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
+  EXPECT_NE(rig.error().where.find("virtual.toml:"), std::string::npos);
+  EXPECT_NE(rig.error().what.find("none.reduced.toml"), std::string::npos);
 }
 
 }  // namespace

@@ -43,6 +43,44 @@ TEST(GyroReadout, DriftsWithTheDeviationAndCorrelationTimeAsked) {
   EXPECT_NEAR(mean_of(now_and_10_s_ago) / 9e-8, std::exp(-1), 0.03);
 }
 
+TEST(GyroReadout, WalksAwayWithTheSquareRootOfTime) {
+  constexpr double kWalk = 1e-3;
+  std::vector<double> after_a_quarter;
+  std::vector<double> after_an_hour;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    GyroReadout readout({.rate_random_walk_deg_per_h_per_sqrt_h = kWalk}, seed);
+    for (int t = 0; t < 900; ++t) readout.step(kNoBias);
+    after_a_quarter.push_back(readout.drift().value);
+    for (int t = 900; t < 3600; ++t) readout.step(kNoBias);
+    after_an_hour.push_back(readout.drift().value);
+  }
+  const double tolerance = 4 / std::sqrt(800.0);
+  EXPECT_NEAR(standard_deviation_of(after_a_quarter) / kWalk, 0.5, 0.5 * tolerance);
+  EXPECT_NEAR(standard_deviation_of(after_an_hour) / kWalk, 1, tolerance);
+}
+
+TEST(GyroReadout, DrawsEachTurnOnAnew) {
+  std::vector<double> offsets;
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    const GyroReadout readout({.turn_on_deg_per_h = 0.01, .turn_on_repeatability_deg_per_h = 0.002}, seed);
+    offsets.push_back(readout.drift().value);
+  }
+  EXPECT_NEAR(mean_of(offsets), 0.01, 4 * 0.002 / std::sqrt(2000.0));
+  EXPECT_NEAR(standard_deviation_of(offsets), 0.002, 4 * 0.002 / std::sqrt(4000.0));
+}
+
+TEST(GyroReadout, CarriesTheBiasInstabilityAsked) {
+  std::vector<double> drift;
+  GyroReadout readout({.instability_deg_per_h = 1e-3, .instability_from_s = 1, .instability_to_s = 100}, 3);
+  for (int t = 0; t < 100000; ++t) {
+    drift.push_back(readout.drift().value);
+    readout.step(kNoBias);
+  }
+  double variance = 0;
+  for (const auto& process : flicker_processes(1e-3, 1, 100)) variance += process.sigma * process.sigma;
+  EXPECT_NEAR(standard_deviation_of(drift) / std::sqrt(variance), 1, 0.1);
+}
+
 TEST(GyroReadout, KeepsATimeOfItsOwn) {
   GyroReadout readout({.clock_skew_ppm = 5}, 0);
   for (int t = 0; t < 1000; ++t) readout.step(kNoBias);

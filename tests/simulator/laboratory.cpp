@@ -46,11 +46,21 @@ constexpr std::array<Leg, 29> kRandomLegs{
 
 }  // namespace
 
-std::string rig_text(const std::string& name) {
-  return must(read_text_file(std::string(GYROTHERM_SOURCE_DIR) + "/profiles/rigs/" + name + ".toml"));
+std::string rig_path(const std::string& name) {
+  return std::string(GYROTHERM_SOURCE_DIR) + "/profiles/rigs/" + name + ".toml";
 }
 
-WorldParameters world_of_rig(const std::string& name) { return must(parse_world(rig_text(name), name)); }
+std::string rig_text(const std::string& name) { return must(read_text_file(rig_path(name))); }
+
+WorldParameters world_of_rig(const std::string& name) { return must(parse_world(rig_text(name), rig_path(name))); }
+
+ReferenceGyroParameters reference_of_rig(const std::string& name) {
+  return std::get<ReferenceGyroParameters>(world_of_rig(name).body);
+}
+
+TwinGyroParameters twin_of_rig(const std::string& name) {
+  return std::get<TwinGyroParameters>(world_of_rig(name).body);
+}
 
 FrameFormat gyro_of_rig(const std::string& name) {
   return read_frame_format(must(TomlTable::parse(rig_text(name), name)).table("gyro").table("frame"));

@@ -16,8 +16,10 @@ std::array<double, kThermalPlaces> everywhere(double celsius) {
   return places;
 }
 
+EachThermometer each(double value) { return everywhere(value); }
+
 TEST(ThermometerBank, RoundsToItsResolution) {
-  const ThermometerBank bank({.resolution_k = 0.01}, everywhere(21.23678), 0);
+  const ThermometerBank bank({.resolution_k = each(0.01)}, everywhere(21.23678), 0);
   EXPECT_DOUBLE_EQ(bank.readings_c()[3], 21.24);
 }
 
@@ -29,13 +31,53 @@ TEST(ThermometerBank, AddsEachThermometersOwnError) {
 }
 
 TEST(ThermometerBank, FollowsWithItsTimeConstant) {
-  ThermometerBank bank({.time_constant_s = 30}, everywhere(0), 0);
+  ThermometerBank bank({.time_constant_s = each(30)}, everywhere(0), 0);
   for (int t = 0; t < 30; ++t) bank.step(everywhere(1));
   EXPECT_NEAR(bank.readings_c()[0], 1 - std::exp(-1), 1e-12);
 }
 
+TEST(ThermometerBank, FollowsEachWithItsOwnTimeConstant) {
+  ThermometerParameters parameters;
+  for (std::size_t i = 0; i < kThermalPlaces; ++i) parameters.time_constant_s[i] = 10.0 * static_cast<double>(i);
+  ThermometerBank bank(parameters, everywhere(0), 0);
+  for (int t = 0; t < 20; ++t) bank.step(everywhere(1));
+  EXPECT_EQ(bank.readings_c()[0], 1) << "none";
+  for (std::size_t i = 1; i < kThermalPlaces; ++i)
+    EXPECT_NEAR(bank.readings_c()[i], 1 - std::exp(-2 / static_cast<double>(i)), 1e-12);
+}
+
+TEST(ThermometerBank, HasItsErrorOfGainAbout20Degrees) {
+  ThermometerParameters parameters;
+  parameters.gain = {0, 1e-3, -1e-3, 0, 0, 0, 0, 0, 0};
+  EXPECT_EQ(ThermometerBank(parameters, everywhere(20), 0).readings_c()[1], 20);
+  const ThermometerBank hot(parameters, everywhere(60), 0);
+  EXPECT_NEAR(hot.readings_c()[0], 60, 1e-12);
+  EXPECT_NEAR(hot.readings_c()[1], 60.04, 1e-12);
+  EXPECT_NEAR(hot.readings_c()[2], 59.96, 1e-12);
+}
+
+/// A random walk: its variance is that of the days since the calibration, and grows by that of the days of the run.
+TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
+  const ThermometerParameters parameters{.drift_k_per_sqrt_day = each(0.01), .days_since_calibration = 4};
+  std::vector<double> at_start_k;
+  std::vector<double> in_an_hour_k;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    ThermometerBank bank(parameters, everywhere(20), seed);
+    const auto start = bank.readings_c();
+    const std::vector<double> before(start.begin(), start.end());
+    for (int t = 0; t < 3600; ++t) bank.step(everywhere(20));
+    for (std::size_t i = 0; i < kThermalPlaces; ++i) {
+      at_start_k.push_back(before[i] - 20);
+      in_an_hour_k.push_back(bank.readings_c()[i] - before[i]);
+    }
+  }
+  const double tolerance = 4 / std::sqrt(1800.0);
+  EXPECT_NEAR(standard_deviation_of(at_start_k) / 0.02, 1, tolerance);
+  EXPECT_NEAR(standard_deviation_of(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
+}
+
 TEST(ThermometerBank, HasTheNoiseAsked) {
-  ThermometerBank bank({.noise_k = 0.01}, everywhere(20), 1);
+  ThermometerBank bank({.noise_k = each(0.01)}, everywhere(20), 1);
   std::vector<double> readings;
   for (int t = 0; t < 20000; ++t) {
     bank.step(everywhere(20));

@@ -3,38 +3,99 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
 #include "tests/simulator/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
 
-/// The shipped rig with one piece of its text replaced.
-Result<WorldParameters> with(const std::string& piece, const std::string& replacement) {
-  auto text = rig_text("virtual");
+/// A shipped rig with one piece of its text replaced.
+Result<WorldParameters> rig_with(const std::string& rig, const std::string& piece, const std::string& replacement) {
+  auto text = rig_text(rig);
   const auto at = text.find(piece);
   EXPECT_NE(at, std::string::npos) << piece;
-  return parse_world(text.replace(at, piece.size(), replacement), "rig.toml");
+  return parse_world(text.replace(at, piece.size(), replacement), "rig.toml", "");
 }
 
-void expect_mistake(const Result<WorldParameters>& world, const std::string& what) {
+Result<WorldParameters> with(const std::string& piece, const std::string& replacement) {
+  return rig_with("virtual-reference", piece, replacement);
+}
+
+void expect_mistake(const Result<WorldParameters>& world, const std::string& what,
+                    const std::string& where = "rig.toml:") {
   ASSERT_FALSE(world);
   EXPECT_EQ(world.error().kind, FaultKind::bad_file);
-  EXPECT_TRUE(world.error().where.starts_with("rig.toml:")) << world.error().where;
+  EXPECT_TRUE(world.error().where.starts_with(where)) << world.error().where;
   EXPECT_NE(world.error().what.find(what), std::string::npos) << world.error().what;
 }
 
-TEST(WorldFile, OfEveryShippedRigIsRead) {
-  for (const char* name : {"virtual", "virtual-gradients"}) {
+TEST(WorldFile, OfEveryReferenceRigIsRead) {
+  for (const char* name : {"virtual-reference", "virtual-gradients"}) {
     const auto world = parse_world(rig_text(name), name);
     ASSERT_TRUE(world) << text(world.error());
-    EXPECT_EQ(world->network.nodes.size(), 11U);
-    EXPECT_EQ(world->network.links.size(), 13U);
+    const auto& gyro = std::get<ReferenceGyroParameters>(world->body);
+    EXPECT_EQ(gyro.network.nodes.size(), 11U);
+    EXPECT_EQ(gyro.network.links.size(), 13U);
   }
 }
 
+TEST(WorldFile, OfTheDefaultRigStandsOnTheTwin) {
+  const auto gyro = twin_of_rig("virtual");
+  EXPECT_GT(gyro.model.conduction.rows(), 0);
+  EXPECT_EQ(gyro.film, GyroFilm::chamber);
+  EXPECT_EQ(gyro.bias.mode_hops.kelvin_per_mode, 0) << "off by default";
+}
+
+TEST(WorldFile, FindsTheGyroBesideItsRig) {
+  const auto used = gyro_model_of(rig_text("virtual"), rig_path("virtual"));
+  ASSERT_TRUE(used) << text(used.error());
+  EXPECT_EQ(used->name, "calibrated");
+  EXPECT_EQ(used->film, "chamber");
+  EXPECT_EQ(used->text, read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value());
+}
+
+TEST(WorldFile, TheRecordsCopyOfTheGyroIsEnough) {
+  const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
+  EXPECT_TRUE(parse_world(rig_text("virtual"), "elsewhere/rig.toml", gyro));
+}
+
+TEST(WorldFile, NamesAGyroThatIsNotThere) {
+  const auto world = parse_world(rig_text("virtual"), "elsewhere/rig.toml");
+  expect_mistake(world, "calibrated.reduced.toml", "elsewhere/rig.toml:");
+}
+
+TEST(WorldFile, OfTheReferenceNamesNoGyro) {
+  const auto used = gyro_model_of(rig_text("virtual-reference"), "elsewhere/rig.toml");
+  ASSERT_TRUE(used);
+  EXPECT_EQ(used->name + used->film + used->text, "");
+}
+
+TEST(WorldFile, TakesOneNumberForAllThermometersOrOneForEach) {
+  const auto all = with("\nnoise_k = 0.01 ", "\nnoise_k = 0.02 ");
+  const auto each = with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1, 2, 3, 4, 5, 6, 7, 8] ");
+  ASSERT_TRUE(all) << text(all.error());
+  ASSERT_TRUE(each) << text(each.error());
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(all->thermometers.noise_k[i], 0.02);
+    EXPECT_EQ(each->thermometers.noise_k[i], static_cast<double>(i));
+  }
+  expect_mistake(with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1] "), "expected 9");
+  expect_mistake(with("\nnoise_k = 0.01 ", "\nnoise_k = -1 "), "at least 0");
+}
+
+TEST(WorldFile, NamesABodyThatItDoesNotKnow) {
+  expect_mistake(with("body = \"reference\"", "body = \"referenc\""), "reference");
+}
+TEST(WorldFile, NamesAFilmThatItDoesNotKnow) {
+  expect_mistake(rig_with("virtual", "film = \"chamber\"", "film = \"stil\""), "still");
+}
+TEST(WorldFile, NamesAModeHopThatWouldNeverEnd) {
+  expect_mistake(rig_with("virtual", "reach_modes = 1.5", "reach_modes = 0.4"), "half mode");
+}
+
 TEST(WorldFile, HasTheEarthRateOfItsRigsGeometry) {
-  for (const char* name : {"virtual", "virtual-gradients"}) {
+  for (const char* name : {"virtual", "virtual-reference", "virtual-gradients"}) {
     const auto gyro = TomlTable::parse(rig_text(name), name)->table("gyro");
     const auto radians = [&](const char* key) { return gyro.number(key) * std::numbers::pi / 180; };
     const double latitude = radians("latitude");

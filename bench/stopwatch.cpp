@@ -1,4 +1,4 @@
-#include "bench/svr/stopwatch.hpp"
+#include "bench/stopwatch.hpp"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 
 namespace gyrotherm {
 namespace {
@@ -42,6 +43,17 @@ double median_seconds(int least, const std::function<void()>& work) {
     total += times.back();
   }
   return median(times);
+}
+
+double peak_memory() {
+  std::ifstream status("/proc/self/status");
+  std::string key;
+  double kibibytes = 0;
+  while (status >> key) {
+    if (key == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+    status.ignore(1 << 20, '\n');
+  }
+  return 0;
 }
 
 void say_progress(const std::string& text) {

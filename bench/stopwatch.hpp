@@ -1,4 +1,4 @@
-/// Time as the benchmark takes it: of one thread's processor for one thread, of the wall for more.
+/// Time as the benchmarks take it, of one thread's processor for one thread, of the wall for more; and memory.
 #pragma once
 
 #include <functional>
@@ -18,6 +18,9 @@ namespace gyrotherm {
 /// Median thread_seconds() of `work`, which runs at least `least` times and, up to 100 times, for at least a fifth of a
 /// second.
 [[nodiscard]] double median_seconds(int least, const std::function<void()>& work);
+
+/// The most memory that this process has held, bytes (VmHWM); 0 if the system does not tell.
+[[nodiscard]] double peak_memory();
 
 /// Says one line of progress on stderr, with the load average of the last minute.
 void say_progress(const std::string& text);

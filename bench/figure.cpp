@@ -1,4 +1,4 @@
-#include "bench/svr/figure.hpp"
+#include "bench/figure.hpp"
 
 #include <fmt/format.h>
 

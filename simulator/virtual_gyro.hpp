@@ -1,5 +1,4 @@
-/// The gyro as a thermal body: what a lumped network, or a reduced finite-element model, must offer to the virtual
-/// laboratory.
+/// The gyro as the virtual laboratory needs it: a body in the chamber's air, with true temperatures and a true bias.
 #pragma once
 
 #include <array>
@@ -12,7 +11,7 @@
 namespace gyrotherm {
 
 inline constexpr std::size_t kBlockPlaces = 8;    ///< A…H, on the block
-inline constexpr std::size_t kThermalPlaces = 9;  ///< and "shell", the air inside the cabinet
+inline constexpr std::size_t kThermalPlaces = 9;  ///< and "shell": the cabinet's, or the air in it
 
 /// The names of the places, in their order everywhere in this room.
 inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "B", "C", "D",    "E",
@@ -21,13 +20,15 @@ inline constexpr std::array<std::string_view, kThermalPlaces> kPlaceNames{"A", "
 using BlockTemperatures = std::span<const double, kBlockPlaces>;    ///< °C
 using PlaceTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
 
-class GyroThermal {
+class VirtualGyro {
  public:
-  virtual ~GyroThermal() = default;
+  virtual ~VirtualGyro() = default;
   /// Lets one second pass with the chamber's air at `air`.
   virtual void step(Celsius air) = 0;
-  /// True temperatures at the places now; the bias depends on the block's.
-  [[nodiscard]] virtual PlaceTemperatures temperatures_c() const = 0;
+  /// True temperatures at the places now: what the thermometers are at.
+  [[nodiscard]] virtual PlaceTemperatures places_c() const = 0;
+  /// What its temperatures, now and before, make of its bias; without noise, turn-on and rotation.
+  [[nodiscard]] virtual DegreesPerHour bias() const = 0;
 };
 
 }  // namespace gyrotherm

@@ -1,0 +1,60 @@
+/// The thermal image, as a user asks for it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/text_file.hpp"
+#include "tests/app/program.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string content(const std::string& path) { return read_text_file(path).value_or(""); }
+
+TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
+  const Folder folder;
+  const auto ran = gyrotherm_with("thermal --mesh coarse --json --out " + (folder / "image"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  auto facts = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(facts["schema"], "gyrotherm-thermal/1");
+  EXPECT_TRUE(facts["simulated"]);
+  EXPECT_NEAR(facts["difference_k"].get<double>(), 3.5, 0.1) << "calibrated, on a coarse mesh";
+  EXPECT_NEAR(facts["power_in_w"].get<double>(), facts["power_out_w"].get<double>(), 1e-6);
+  const auto& t = facts["temperatures_c"];
+  for (const char* place : {"A", "B", "C", "D", "E", "F", "H"}) EXPECT_GT(t[place], t["G"]) << "G is the coldest";
+  EXPECT_GT(facts["wall_s"], 0);
+  EXPECT_GT(facts["peak_memory_mb"], 0);
+  facts.erase("wall_s");
+  facts.erase("peak_memory_mb");
+  EXPECT_EQ(facts, nlohmann::json::parse(content(folder / "image/thermal.json")));
+  for (const char* view : {"top-face", "bores", "section"}) {
+    const auto name = folder / (std::string("image/") + view);
+    EXPECT_NE(content(name + ".svg").find("SIMULATED"), std::string::npos) << view;
+    EXPECT_EQ(content(name + ".png").substr(1, 3), "PNG") << view;
+  }
+  EXPECT_EQ(content(folder / "image/gyro.vtu").rfind("<?xml", 0), 0U);
+  EXPECT_NE(content(folder / "image/gyro.inp").find("*HEAT TRANSFER"), std::string::npos);
+}
+
+TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {
+  const Folder folder;
+  const auto ran = gyrotherm_with("thermal --mesh coarse --film 25 --ambient -40 --out " + (folder / "image"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  for (const char* word : {"SIMULATED", "hottest", "coldest", "rate x volume", "unknowns", "-40"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << word;
+}
+
+TEST(Thermal, NamesWhatItCannotUse) {
+  const Folder folder;
+  EXPECT_EQ(gyrotherm_with("thermal --mesh rough --out " + (folder / "a")).exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("thermal --film 0 --out " + (folder / "a")).exit_code, 2);
+  const auto missing = gyrotherm_with("thermal --gyro nowhere.toml --out " + (folder / "a"));
+  EXPECT_EQ(missing.exit_code, 4);
+  EXPECT_NE(missing.err.find("nowhere.toml"), std::string::npos);
+  const auto rig = gyrotherm_with("thermal --gyro profiles/rigs/virtual.toml --out " + (folder / "a"));
+  EXPECT_EQ(rig.exit_code, 4) << rig.err;
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,87 @@
+/// What the default rig promises of its gyro: over the four rate cycles, in the chamber's air, free of noise.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simulator/chamber_plant.hpp"
+#include "simulator/gyro_readout.hpp"
+#include "simulator/twin_gyro.hpp"
+#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/statistics.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct PartSeries {
+  std::vector<double> gas_flow, deformation, temperature, backscatter, hysteresis, total;
+
+  void add(const BiasParts& parts, DegreesPerHour sum) {
+    gas_flow.push_back(parts.gas_flow);
+    deformation.push_back(parts.deformation);
+    temperature.push_back(parts.temperature);
+    backscatter.push_back(parts.backscatter);
+    hysteresis.push_back(parts.hysteresis);
+    total.push_back(sum.value);
+  }
+};
+
+double deviation(const std::vector<double>& seconds) { return standard_deviation_of(clusters_of(seconds)); }
+
+const PartSeries& rate_cycles() {
+  static const PartSeries series = [] {
+    const auto world = world_of_rig("virtual");
+    ChamberPlant plant(world.plant);
+    TwinGyro gyro(std::get<TwinGyroParameters>(world.body));
+    PartSeries all;
+    for (const double rate : {1.0, 2.0, 3.0, 5.0})
+      for (const double set_point_c : rate_cycle_c(rate)) {
+        all.add(gyro.bias_parts(), gyro.bias());
+        gyro.step(plant.air());
+        plant.step({set_point_c}, true);
+      }
+    return all;
+  }();
+  return series;
+}
+
+/// The paper's 0.0258 °/h, less the noise of 100-s means in quadrature.
+TEST(DefaultRig, DeviatesAsThePapersGyro) {
+  EXPECT_NEAR(deviation(rate_cycles().total), std::sqrt(0.0258 * 0.0258 - 0.0019 * 0.0019), 0.0003);
+}
+
+TEST(DefaultRig, GradientsAndGasFlowDominate) {
+  const auto& parts = rate_cycles();
+  const double least = std::min(deviation(parts.gas_flow), deviation(parts.deformation));
+  for (const auto* other : {&parts.temperature, &parts.backscatter, &parts.hysteresis})
+    EXPECT_LT(deviation(*other), least);
+}
+
+/// As the rig file states it: ±0.0008 °/h between heating and cooling.
+TEST(DefaultRig, HysteresisIsAsLargeAsStated) {
+  double largest = 0;
+  for (const double part : rate_cycles().hysteresis) largest = std::max(largest, std::abs(part));
+  EXPECT_NEAR(largest, 8e-4, 1e-5);
+}
+
+/// From differences of neighbours, as a record's floor is read: 0.0019 °/h, that of the reference simulation.
+TEST(DefaultRig, HasTheNoiseFloorOfTheReference) {
+  const auto readout_of = [](const char* rig) { return GyroReadout(world_of_rig(rig).gyro, 1); };
+  for (const auto* rig : {"virtual", "virtual-reference"}) {
+    auto readout = readout_of(rig);
+    double squares = 0;
+    constexpr int kMeans = 4000;
+    double before = 0;
+    std::int64_t last = 0;
+    for (int i = 0; i <= kMeans; ++i) {
+      for (int t = 0; t < 100; ++t) readout.step({});
+      const double mean = 0.1 * static_cast<double>(readout.pulses() - last) / 100;
+      last = readout.pulses();
+      if (i > 0) squares += (mean - before) * (mean - before);
+      before = mean;
+    }
+    EXPECT_NEAR(std::sqrt(squares / 2 / kMeans), 0.0019, 4 * 0.0019 / std::sqrt(2.0 * kMeans)) << rig;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,11 @@
+/// A reduced gyro of nine nodes, for tests whose subject is not the finite elements: A…H on a ring of Zerodur, and the
+/// shell around them. Left and right are alike.
+#pragma once
+
+#include "simulator/thermal/reduced_model.hpp"
+
+namespace gyrotherm {
+
+[[nodiscard]] ReducedModel small_gyro();
+
+}  // namespace gyrotherm

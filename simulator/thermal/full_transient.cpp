@@ -35,22 +35,27 @@ Result<Eigen::VectorXd> FullTransient::solve(const Eigen::VectorXd& right, const
   return std::move(solution->x);
 }
 
+Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalInputValues& to) {
+  return step(from, to, step_s_ * rate_c_per_s_);
+}
+
 // With A = C/h + K/2 the step is A d = B ū − K T and T⁺ = T + d, and K T = 2 A T − 2 C T/h: the change is solved for,
 // so that the tolerance counts against it and not against the level.
-Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalInputValues& to) {
+Result<void> FullTransient::step(const ThermalInputValues& from, const ThermalInputValues& to,
+                                 const Eigen::VectorXd& guess_c) {
   assert(solver_);
   const Eigen::VectorXd stored = system_.capacity * field_c_;
   const Eigen::VectorXd right = load((from + to) / 2) - 2 * (*matrix_ * field_c_) + (2 / step_s_) * stored;
-  const auto change = solve(right, step_s_ * rate_c_per_s_);
+  const auto change = solve(right, guess_c);
   if (!change) return failure(change.error());
   field_c_ += *change;
   rate_c_per_s_ = *change / step_s_;
   return {};
 }
 
-Result<void> FullTransient::step_after_jump(const ThermalInputValues& u) {
+Result<void> FullTransient::damped_step(const ThermalInputValues& from, const ThermalInputValues& to) {
   assert(solver_);
-  for (int half = 0; half < 2; ++half) {
+  for (const ThermalInputValues& u : {ThermalInputValues((from + to) / 2), to}) {
     const Eigen::VectorXd stored = system_.capacity * field_c_;
     // C/(h/2) + K = 2 A, so 2 A d = B u − K T.
     const Eigen::VectorXd right = load(u) / 2 - *matrix_ * field_c_ + stored / step_s_;

@@ -23,8 +23,12 @@ class FullTransient final {
   /// One step while the inputs go linearly from one to the other: (C/h + K/2) T⁺ = (C/h − K/2) T + B (u + u⁺)/2.
   /// Conjugate gradients start where the last step points to. Fails with numeric.
   [[nodiscard]] Result<void> step(const ThermalInputValues& from, const ThermalInputValues& to);
-  /// The step after a jump of the inputs to `u`: two backward Euler halves, which damp what the jump excites.
-  [[nodiscard]] Result<void> step_after_jump(const ThermalInputValues& u);
+  /// The same with a better start: a guess of the change, °C.
+  [[nodiscard]] Result<void> step(const ThermalInputValues& from, const ThermalInputValues& to,
+                                  const Eigen::VectorXd& guess_c);
+  /// The same by two backward Euler halves, which damp what a jump or a longer step has excited and the trapezoidal
+  /// rule would let ring: for the step after one.
+  [[nodiscard]] Result<void> damped_step(const ThermalInputValues& from, const ThermalInputValues& to);
 
   [[nodiscard]] const Eigen::VectorXd& field_c() const { return field_c_; }
   [[nodiscard]] Eigen::VectorXd outputs_c() const { return system_.outputs * field_c_; }

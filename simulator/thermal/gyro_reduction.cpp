@@ -40,12 +40,12 @@ Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& sourc
   auto what = about(gyro, source_sha256);
   what.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
   const auto solve = multigrid_solver();
-  auto model = reduce(system, what, options, solve, progress);
-  if (!model) return model;
-  const auto error = measure(system, *model, {}, solve, progress);
+  auto reduced = reduce(system, what, options, solve, progress);
+  if (!reduced) return failure(reduced.error());
+  const auto error = measure(system, *reduced, {}, solve, progress);
   if (!error) return failure(error.error());
-  model->error = *error;
-  return model;
+  reduced->model.error = *error;
+  return std::move(reduced->model);
 }
 
 }  // namespace gyrotherm

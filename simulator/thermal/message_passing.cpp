@@ -57,7 +57,8 @@ class Session {
     MPI_Initialized(&running);
     if (running == 0) {
       const SignalHandlers handlers;
-      const Setting transport("OMPI_MCA_btl", "self");  // no network is looked for
+      const Setting alone("OMPI_MCA_ess_singleton_isolated", "1");  // no daemon, which would want a network
+      const Setting transport("OMPI_MCA_btl", "self");
       const Setting messages("OMPI_MCA_pml", "ob1");
       MPI_Init(nullptr, nullptr);
       ours_ = true;

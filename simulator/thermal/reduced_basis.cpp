@@ -99,7 +99,7 @@ void ReducedBasis::project(Eigen::Index from) {
   model_.outputs.rightCols(added) = system_.outputs * fields;
 }
 
-Eigen::Vector<double, kThermalInputs> ReducedBasis::residuals(const ThermalPoint& point) const {
+Eigen::VectorXd ReducedBasis::residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const {
   const auto& c = point.coefficients;
   Eigen::MatrixXd balance = sketched_parts_[1].leftCols(states_);
   if (point.rate_per_s != 0) balance += point.rate_per_s * sketched_parts_[0].leftCols(states_);
@@ -107,7 +107,7 @@ Eigen::Vector<double, kThermalInputs> ReducedBasis::residuals(const ThermalPoint
   Eigen::MatrixXd residual = sketched_inputs_;
   residual.col(0) += c[static_cast<std::size_t>(ThermalCoefficient::film)] * sketched_film_;
   residual -= balance * states_at(model_, c, point.rate_per_s);
-  return residual.colwise().norm();
+  return (residual * loads).colwise().norm();
 }
 
 ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {

@@ -22,10 +22,10 @@ class ReducedBasis final {
   /// Makes the fields orthonormal and takes what is new of them; returns how many that were.
   Eigen::Index grow(Eigen::MatrixXd fields);
 
-  /// Estimate, within some per cent, of sqrt(rᵀ W r) of each input's residual r = B − (K + s C) V x: the residual is
-  /// sketched by random signs into few sums (Charikar, Chen & Farach-Colton 2004; for reduced bases Balabanov & Nouy
-  /// 2019), each of which costs as much as the states and not as the unknowns.
-  [[nodiscard]] Eigen::Vector<double, kThermalInputs> residuals(const ThermalPoint& point) const;
+  /// Estimate, within some per cent, of sqrt(rᵀ W r) for each column u of `loads` (inputs × columns), r the residual
+  /// B u − (K + s C) V x: it is sketched by random signs into few sums (Charikar, Chen & Farach-Colton 2004; for reduced
+  /// bases Balabanov & Nouy 2019), so that an estimate costs as the states do and not as the unknowns.
+  [[nodiscard]] Eigen::VectorXd residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const;
 
   [[nodiscard]] const ReducedModel& model() const { return model_; }
   [[nodiscard]] auto basis() const { return basis_.leftCols(states_); }

@@ -11,23 +11,26 @@
 
 #include "simulator/thermal/affine_matrix.hpp"
 #include "simulator/thermal/reduced_basis.hpp"
+#include "simulator/thermal/thermal_modes.hpp"
 #include "simulator/thermal/thermal_samples.hpp"
 
 namespace gyrotherm {
 namespace {
 
-using InputScale = Eigen::Vector<double, kThermalInputs>;
+using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
 constexpr double kWorthSolving = 0.25;  ///< of the worst input's error at a point, for another input there
-constexpr double kMargin = 0.1;         ///< of the goal, for the errors within the reduction
+constexpr double kMargin = 0.05;        ///< of the goal, for the errors within the reduction
 constexpr int kFewestStates = 8;
+constexpr double kRange_k = 100;   ///< of the ambient, over a chamber's programs
+constexpr double kAmbient_k = 50;  ///< at which errors are told
 
 std::string place(const ThermalPoint& p) {
   return fmt::format("gaps {:.4f} {:.4f} {:.4f} W/(m·K), film {:.1f} W/(m²·K), s = {:.2g} 1/s", p.coefficients[0],
                      p.coefficients[1], p.coefficients[2], p.coefficients[3], p.rate_per_s);
 }
 
-/// What the basis' answer to each column of `loads` (inputs × columns) leaves of it.
+/// What the basis' answer to each of `loads` leaves of it.
 Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& matrix, const ReducedBasis& basis,
                             const ThermalPoint& p, const Eigen::MatrixXd& loads) {
   const double film = p.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
@@ -40,16 +43,17 @@ Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& mat
 /// the two is learnt, rate by rate, from the points solved so far.
 class Choice final {
  public:
-  Choice(std::vector<ThermalPoint> candidates, InputScale scale) : candidates_(std::move(candidates)), scale_(scale) {}
+  Choice(std::vector<ThermalPoint> candidates, const Loads& loads)
+      : candidates_(std::move(candidates)), loads_(loads) {}
 
   struct Worst {
     ThermalPoint point;
-    InputScale error_k;  ///< of each input, estimated
+    Eigen::VectorXd error_k;  ///< of each load, estimated
   };
   [[nodiscard]] Worst worst(const ReducedBasis& basis) {
     std::optional<Worst> found;
     for (const auto& point : candidates_) {
-      const InputScale error_k = k_per_residual(point.rate_per_s) * basis.residuals(point).cwiseProduct(scale_);
+      const Eigen::VectorXd error_k = k_per_residual(point.rate_per_s) * basis.residuals(point, loads_);
       if (!found || error_k.maxCoeff() > found->error_k.maxCoeff()) found = Worst{point, error_k};
     }
     return *found;
@@ -69,20 +73,18 @@ class Choice final {
   }
 
   std::vector<ThermalPoint> candidates_;
-  InputScale scale_;
+  Loads loads_;
   std::map<double, double> ratios_;
 };
 
-/// Unit loads of the inputs that are worth solving for.
-Eigen::MatrixXd loads_of(const InputScale& error_k, Eigen::Index most) {
-  std::vector<Eigen::Index> inputs;
+/// The loads that are worth solving for, the worst first.
+Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, Eigen::Index most) {
+  std::vector<Eigen::Index> chosen;
   for (Eigen::Index i = 0; i < error_k.size(); ++i)
-    if (error_k[i] >= kWorthSolving * error_k.maxCoeff()) inputs.push_back(i);
-  std::ranges::sort(inputs, [&](auto a, auto b) { return error_k[a] > error_k[b]; });
-  const auto count = std::min<Eigen::Index>(most, std::ssize(inputs));
-  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(kThermalInputs, count);
-  for (Eigen::Index j = 0; j < count; ++j) loads(inputs[static_cast<std::size_t>(j)], j) = 1;
-  return loads;
+    if (error_k[i] >= kWorthSolving * error_k.maxCoeff()) chosen.push_back(i);
+  std::ranges::sort(chosen, [&](auto a, auto b) { return error_k[a] > error_k[b]; });
+  if (std::ssize(chosen) > most) chosen.resize(static_cast<std::size_t>(most));
+  return loads(Eigen::all, chosen);
 }
 
 class Reduction final {
@@ -93,11 +95,11 @@ class Reduction final {
         options_(options),
         solve_(solve),
         progress_(progress),
-        scale_(usual_inputs(about)),
+        loads_(usual_loads(about)),
         matrices_(system),
         basis_(system, about, weights(about), 1 + options.most_fields) {}
 
-  Result<ReducedModel> run() {
+  Result<ReducedSystem> run() {
     if (const auto found = find_fields(); !found) return failure(found.error());
     return compress(dense_points(basis_.model()));
   }
@@ -118,53 +120,75 @@ class Reduction final {
     return failure(FaultKind::interrupted, "reduction", fmt::format("stopped while {}", stage));
   }
   Result<void> find_fields();
-  [[nodiscard]] ReducedModel compress(const std::vector<ThermalPoint>& points) const;
+  [[nodiscard]] ReducedSystem compress(const std::vector<ThermalPoint>& points) const;
 
   const ThermalSystem& system_;
   const ReductionOptions& options_;
   const SolveColumns& solve_;
   const ProgressSink& progress_;
-  InputScale scale_;
+  Loads loads_;
   AffineMatrix matrices_;
   ReducedBasis basis_;
 };
 
 Result<void> Reduction::find_fields() {
-  Choice choice(candidate_points(basis_.model()), scale_);
+  Choice choice(candidate_points(basis_.model()), loads_);
   while (true) {
     const auto found = static_cast<double>(basis_.basis().cols() - 1);
     if (const auto go = interrupted_or("solving for fields", found / options_.most_fields); !go) return go;
     const auto worst = choice.worst(basis_);
     const auto room = options_.most_fields + 1 - basis_.basis().cols();
     if (room == 0 || (found > 0 && worst.error_k.maxCoeff() < kMargin * options_.goal_k)) return {};
-    const auto loads = loads_of(worst.error_k, room);
+    const auto loads = worst_loads(loads_, worst.error_k, room);
     const auto& matrix = matrix_at(worst.point);
     auto missing = solve_(matrix, residual_of(system_, matrix, basis_, worst.point, loads));
     if (!missing) return failure(missing.error());
-    const Eigen::MatrixXd outputs = system_.outputs * *missing * (loads.transpose() * scale_).asDiagonal();
+    const Eigen::MatrixXd outputs = system_.outputs * *missing;
     choice.learn(worst.point, worst.error_k.maxCoeff(), outputs.cwiseAbs().maxCoeff());
     if (basis_.grow(std::move(*missing)) == 0) return {};  // nothing new even where the answer is worst
   }
 }
 
-/// Sums of x xᵀ over the answers x to the inputs, and of z zᵀ over those z to the outputs as if they were sources.
+/// The real and the imaginary part of (K + iω)⁻¹ F, side by side.
+class OscillatingAnswer final {
+ public:
+  OscillatingAnswer(const ThermalModes& modes, double omega) : modes_(modes) {
+    const Eigen::ArrayXd size = modes.rates_per_s.array().square() + omega * omega;
+    real_ = modes.rates_per_s.array() / size;
+    imaginary_ = -omega / size;
+  }
+  [[nodiscard]] Eigen::MatrixXd to(const Eigen::MatrixXd& forces) const {
+    const Eigen::MatrixXd modal = modes_.shapes.transpose() * forces;
+    Eigen::MatrixXd parts(forces.rows(), 2 * forces.cols());
+    parts << modes_.shapes * (real_.matrix().asDiagonal() * modal),
+        modes_.shapes * (imaginary_.matrix().asDiagonal() * modal);
+    return parts;
+  }
+
+ private:
+  const ThermalModes& modes_;
+  Eigen::ArrayXd real_, imaginary_;
+};
+
+/// Sums of x xᵀ over the answers x to the loads, and of z zᵀ over those z to the outputs as if they were sources; the
+/// points' rates are angular frequencies, so that the sums stand for what happens in time.
 struct Grams {
-  Eigen::MatrixXd inputs;
+  Eigen::MatrixXd loads;
   Eigen::MatrixXd outputs;
 };
 
-Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points, InputScale scale) {
-  constexpr double kAmbient = 3;  // ramps go on for 100 K, and their errors add up
-  scale[0] *= kAmbient;
+Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points, const Loads& usual) {
+  constexpr double kCorner_per_s = 4e-3;  // a chamber's ramps move the ambient no faster with any strength
   const auto states = rich.conduction.rows();
   Grams grams{Eigen::MatrixXd::Zero(states, states), Eigen::MatrixXd::Zero(states, states)};
   for (const auto& p : points) {
-    Eigen::MatrixXd balance = conduction_at(rich, p.coefficients);
-    balance.diagonal().array() += p.rate_per_s;
-    const Eigen::LDLT<Eigen::MatrixXd> factor(balance);
-    const Eigen::MatrixXd x = factor.solve(inputs_at(rich, p.coefficients)) * scale.asDiagonal();
-    const Eigen::MatrixXd z = factor.solve(rich.outputs.transpose());
-    grams.inputs += x * x.transpose();
+    const auto modes = modes_of(rich, p.coefficients);
+    const OscillatingAnswer answer(modes, p.rate_per_s);
+    Loads loads = usual;
+    if (p.rate_per_s > kCorner_per_s) loads.col(0) *= kCorner_per_s / p.rate_per_s;
+    const Eigen::MatrixXd x = answer.to(inputs_at(rich, p.coefficients) * loads);
+    const Eigen::MatrixXd z = answer.to(rich.outputs.transpose());
+    grams.loads += x * x.transpose();
     grams.outputs += z * z.transpose();
   }
   return grams;
@@ -173,13 +197,13 @@ Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points
 /// Orthonormal, most telling first. An output's error is the product of what is missing of the answer to the input and
 /// of the answer to the output, so both count; their weights are found by trial (errors in time at equal states).
 Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
-                                   const InputScale& scale) {
-  constexpr double kOutputShare = 3e-4;
-  const auto grams = grams_of(rich, points, scale);
+                                   const Loads& loads) {
+  constexpr double kOutputShare = 1e-4;
+  const auto grams = grams_of(rich, points, loads);
   const auto varying = rich.conduction.rows() - 1;  // beside the constant field, which is the first state and stays
-  const Eigen::MatrixXd inputs = grams.inputs.bottomRightCorner(varying, varying) / grams.inputs.trace();
+  const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
   const Eigen::MatrixXd outputs = grams.outputs.bottomRightCorner(varying, varying);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inputs + kOutputShare / outputs.trace() * outputs);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(answers + kOutputShare / outputs.trace() * outputs);
   Eigen::MatrixXd directions = Eigen::MatrixXd::Identity(varying + 1, varying + 1);
   directions.bottomRightCorner(varying, varying) = eigen.eigenvectors().rowwise().reverse();
   return directions;
@@ -187,32 +211,33 @@ Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<T
 
 /// Largest difference of an output between two models, or the first that passes `limit_k`.
 double difference(const ReducedModel& a, const ReducedModel& b, const std::vector<ThermalPoint>& points,
-                  const InputScale& scale, double limit_k) {
+                  const Loads& loads, double limit_k) {
   double largest_k = 0;
   for (const auto& p : points) {
     const Eigen::MatrixXd apart =
         a.outputs * states_at(a, p.coefficients, p.rate_per_s) - b.outputs * states_at(b, p.coefficients, p.rate_per_s);
-    largest_k = std::max(largest_k, (apart * scale.asDiagonal()).cwiseAbs().maxCoeff());
+    largest_k = std::max(largest_k, (apart * loads).cwiseAbs().maxCoeff());
     if (largest_k > limit_k) break;
   }
   return largest_k;
 }
 
-ReducedModel Reduction::compress(const std::vector<ThermalPoint>& points) const {
+ReducedSystem Reduction::compress(const std::vector<ThermalPoint>& points) const {
   const auto& rich = basis_.model();
-  const auto directions = telling_directions(rich, points, scale_);
+  const auto directions = telling_directions(rich, points, loads_);
   const auto largest = std::min<Eigen::Index>(options_.states, rich.conduction.rows());
   const double limit_k = kMargin * options_.goal_k;
   for (auto kept = std::min<Eigen::Index>(kFewestStates, largest);; kept = std::min(kept + 4, largest)) {
     auto model = projected(rich, directions.leftCols(kept));
-    if (kept == largest || difference(model, rich, points, scale_, limit_k) <= limit_k) return model;
+    if (kept == largest || difference(model, rich, points, loads_, limit_k) <= limit_k)
+      return {std::move(model), basis_.basis() * directions.leftCols(kept)};
   }
 }
 
 Result<void> Reduction::check(ReducedModel& model) {
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kThermalInputs, 2);
   both.col(0) = switched_on(model, 0);
-  both(0, 1) = scale_[0];
+  both(0, 1) = kAmbient_k;
   const auto points = check_points(model);
   std::string where;
   model.error = {};
@@ -241,26 +266,31 @@ Result<void> Reduction::check(ReducedModel& model) {
 
 }  // namespace
 
-InputScale usual_inputs(const ReducedModel& about) {
-  constexpr double kAmbient_k = 50;
-  InputScale scale = switched_on(about, kAmbient_k);
-  const double all_w = scale.tail(kThermalInputs - 1).sum();
-  assert(all_w > 0);
-  for (std::size_t i = 1; i < kThermalInputs; ++i) {
-    auto& w = scale[static_cast<Eigen::Index>(i)];
-    w = std::max(w, all_w / 10);
-  }
-  return scale;
+Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about) {
+  Loads loads = Loads::Zero();
+  loads.diagonal() = switched_on(about, kRange_k);
+  auto powers = loads.diagonal().tail<kThermalInputs - 1>();
+  assert(powers.sum() > 0);
+  powers = powers.cwiseMax(powers.sum() / 10).eval();
+  const auto pair = [&](ThermalInput left, ThermalInput right) {
+    const auto l = static_cast<Eigen::Index>(left);
+    const auto r = static_cast<Eigen::Index>(right);
+    loads(r, l) = loads(r, r);
+    loads(l, r) = -loads(l, l);
+  };
+  pair(ThermalInput::gain_left, ThermalInput::gain_right);
+  pair(ThermalInput::ballast_left, ThermalInput::ballast_right);
+  return loads;
 }
 
-Result<ReducedModel> reduce(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
-                            const SolveColumns& solve, const ProgressSink& progress) {
+Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+                             const SolveColumns& solve, const ProgressSink& progress) {
   assert(options.states >= kFewestStates && options.most_fields >= kFewestStates && options.goal_k > 0);
   Reduction reduction(system, about, options, solve, progress);
-  auto model = reduction.run();
-  if (!model) return model;
-  if (const auto good = reduction.check(*model); !good) return failure(good.error());
-  return model;
+  auto reduced = reduction.run();
+  if (!reduced) return reduced;
+  if (const auto good = reduction.check(reduced->model); !good) return failure(good.error());
+  return reduced;
 }
 
 }  // namespace gyrotherm

@@ -64,11 +64,11 @@ std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<do
 }  // namespace
 
 std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 5e-2, 8));
+  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
 }
 
 std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 8e-2, 24));
+  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
 }
 
 std::vector<ThermalPoint> check_points(const ReducedModel& about) {

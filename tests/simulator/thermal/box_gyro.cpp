@@ -177,14 +177,16 @@ SolveColumns direct_solver() {
   };
 }
 
-const ReducedModel& reduced_box_gyro() {
-  static const ReducedModel model = [] {
+const ReducedSystem& reduced_box_system() {
+  static const ReducedSystem reduced = [] {
     auto made =
         reduce(box_gyro(), about_box_gyro(), {.states = 60, .most_fields = 90, .goal_k = 1e-4}, direct_solver());
     if (!made) std::abort();
     return *made;
   }();
-  return model;
+  return reduced;
 }
+
+const ReducedModel& reduced_box_gyro() { return reduced_box_system().model; }
 
 }  // namespace gyrotherm

@@ -203,7 +203,7 @@ double difference_after_jump(const ThermalSystem& system, const ReducedModel& mo
   Eigen::VectorXd states = states_at(model, c, 0).col(0) * 20;
   FullTransient full(system, Eigen::VectorXd::Constant(system.capacity.rows(), 20));
   EXPECT_TRUE(full.set(step_s, c));
-  EXPECT_TRUE(full.step_after_jump(on));
+  EXPECT_TRUE(full.damped_step(on, on));
   double largest = 0;
   for (int t = 1; t <= 1200; ++t) {
     states = (second.carry * states + (second.before + second.after) * 20 + second.powers).eval();

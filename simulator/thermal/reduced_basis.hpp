@@ -23,8 +23,8 @@ class ReducedBasis final {
   Eigen::Index grow(Eigen::MatrixXd fields);
 
   /// Estimate, within some per cent, of sqrt(rᵀ W r) for each column u of `loads` (inputs × columns), r the residual
-  /// B u − (K + s C) V x: it is sketched by random signs into few sums (Charikar, Chen & Farach-Colton 2004; for reduced
-  /// bases Balabanov & Nouy 2019), so that an estimate costs as the states do and not as the unknowns.
+  /// B u − (K + s C) V x: it is sketched by random signs into few sums (Charikar, Chen & Farach-Colton 2004; for
+  /// reduced bases Balabanov & Nouy 2019), so that an estimate costs as the states do and not as the unknowns.
   [[nodiscard]] Eigen::VectorXd residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const;
 
   [[nodiscard]] const ReducedModel& model() const { return model_; }

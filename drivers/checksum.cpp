@@ -16,7 +16,7 @@ std::uint32_t mirrored(std::uint32_t value, int bits) {
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
-  // The register is kept at the top of 32 bits, so that one loop serves both widths.
+  // The register is kept at the top of 32 bits, so that one loop serves every width.
   const int spare = 32 - model.width;
   const std::uint32_t polynomial = model.polynomial << spare;
   std::uint32_t value = model.initial << spare;
@@ -26,13 +26,20 @@ std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
     for (int bit = 0; bit < 8; ++bit) value = value & 0x80000000u ? value << 1 ^ polynomial : value << 1;
   }
   value >>= spare;
-  return (model.reflected ? mirrored(value, model.width) : value) ^ model.final_xor;
+  return (model.reflected_out.value_or(model.reflected) ? mirrored(value, model.width) : value) ^ model.final_xor;
 }
 
 std::uint8_t sum8(std::span<const std::byte> bytes) {
   unsigned sum = 0;
   for (const auto byte : bytes) sum += std::to_integer<unsigned>(byte);
   return static_cast<std::uint8_t>(sum);
+}
+
+std::uint16_t sum16(std::span<const std::byte> bytes, bool big_endian) {
+  unsigned sum = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    sum += std::to_integer<unsigned>(bytes[i]) << ((i % 2 == 0) == big_endian ? 8 : 0);
+  return static_cast<std::uint16_t>(sum);
 }
 
 std::uint8_t xor8(std::span<const std::byte> bytes) {

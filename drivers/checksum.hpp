@@ -3,23 +3,27 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace gyrotherm {
 
 /// A cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection algorithms",
-/// 1993), reflected in and out alike. CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.
+/// 1993). CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.
 struct Crc {
-  int width{};  ///< 16 or 32
+  int width{};  ///< 3 to 32
   std::uint32_t polynomial{};
   std::uint32_t initial{};
-  bool reflected{};
+  bool reflected{};  ///< bytes enter with their lowest bit first
   std::uint32_t final_xor{};
+  std::optional<bool> reflected_out{};  ///< the result is mirrored; by default as `reflected`
 };
 [[nodiscard]] std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes);
 
 /// The sum modulo 256.
 [[nodiscard]] std::uint8_t sum8(std::span<const std::byte> bytes);
+/// The sum of 16-bit words modulo 65536; an odd last byte counts as a word with a zero behind it.
+[[nodiscard]] std::uint16_t sum16(std::span<const std::byte> bytes, bool big_endian);
 /// All bytes by exclusive or.
 [[nodiscard]] std::uint8_t xor8(std::span<const std::byte> bytes);
 

@@ -3,143 +3,164 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
 
 #include "drivers/description.hpp"
+#include "drivers/frame_field_reader.hpp"
 
 namespace gyrotherm {
 
 namespace {
 
-constexpr std::size_t kMostSyncBytes = 8, kLongestFrame = 1024;
-
-constexpr Vocabulary<FieldRole, 5> kRoles{{{"pulse_count", FieldRole::pulse_count},
-                                           {"increment", FieldRole::increment},
-                                           {"sequence", FieldRole::sequence},
-                                           {"timestamp", FieldRole::timestamp},
-                                           {"status", FieldRole::status}}};
-constexpr Vocabulary<FieldType, 8> kTypes{{{"u8", FieldType::u8},
-                                           {"u16", FieldType::u16},
-                                           {"u24", FieldType::u24},
-                                           {"u32", FieldType::u32},
-                                           {"i8", FieldType::i8},
-                                           {"i16", FieldType::i16},
-                                           {"i24", FieldType::i24},
-                                           {"i32", FieldType::i32}}};
-constexpr Vocabulary<CheckKind, 5> kKinds{{{"none", CheckKind::none},
-                                           {"sum8", CheckKind::sum8},
-                                           {"xor8", CheckKind::xor8},
-                                           {"crc16", CheckKind::crc16},
-                                           {"crc32", CheckKind::crc32}}};
+constexpr std::size_t kMostSyncBytes = 8, kLongestFrame = 4096;
 constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
-constexpr Vocabulary<double, 4> kUnits{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
+constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
 
-std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
-  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
+std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {
+  std::vector<std::byte> bytes;
+  for (const auto value : read_whole_numbers(table, key, 255, "bytes")) bytes.push_back(static_cast<std::byte>(value));
+  if (bytes.size() > kMostSyncBytes)
+    table.mistake(key, fmt::format("\"{}\" has {} bytes, expected at most {}", key, bytes.size(), kMostSyncBytes));
+  return bytes;
 }
 
-std::vector<std::byte> read_sync(const TomlTable& table) {
-  std::vector<std::byte> sync;
-  for (const double value : table.numbers("sync")) {
-    if (value < 0 || value > 255 || value != std::floor(value))
-      table.mistake("sync", fmt::format("\"sync\" holds {}, expected bytes 0 to 255", value));
-    else
-      sync.push_back(static_cast<std::byte>(value));
-  }
-  if (sync.empty() || sync.size() > kMostSyncBytes)
-    table.mistake("sync", fmt::format("\"sync\" has {} bytes, expected 1 to {}", sync.size(), kMostSyncBytes));
-  return sync;
+HeadNumber read_head_number(const TomlTable& table) {
+  HeadNumber number;
+  number.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, 255);
+  number.bytes = bounded<std::size_t>(table, "bytes", table.integer("bytes", 1), 1, 4);
+  number.big_endian = one_of(kEndians, table, "endian", "little");
+  return number;
 }
 
-FrameField read_field(const TomlTable& table, const FrameFormat& format) {
-  FrameField field{.role = one_of(kRoles, table, "role"), .type = one_of(kTypes, table, "type")};
-  field.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, kLongestFrame);
-  field.big_endian = one_of(kEndians, table, "endian", "little");
-  if (field.role == FieldRole::timestamp) field.unit_s = one_of(kUnits, table, "unit", "us");
-  if (field.role == FieldRole::status) {
-    field.mask = word32(table, "mask", 0xFFFFFFFF);
-    field.good = word32(table, "good", 0);
-  }
-  if (field.offset < format.sync.size() || field.offset + byte_count(field.type) > format.length)
-    table.mistake("offset", "the field lies outside the frame, or over its sync bytes");
-  const bool counts = field.role == FieldRole::pulse_count || field.role == FieldRole::increment;
-  if (!counts && is_signed(field.type))
-    table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
-  return field;
+/// Bytes that must be seen before a frame's length is known.
+std::size_t head_size(const FrameFormat& format) {
+  auto head = format.sync.size();
+  for (const auto& number : {format.id, format.length_at})
+    if (number) head = std::max(head, number->offset + number->bytes);
+  return head;
 }
 
-std::size_t check_size(CheckKind kind) {
-  switch (kind) {
-    case CheckKind::none: return 0;
-    case CheckKind::sum8:
-    case CheckKind::xor8: return 1;
-    case CheckKind::crc16: return 2;
-    case CheckKind::crc32: return 4;
+void read_variants(const TomlTable& table, FrameFormat& format) {
+  for (const auto& each : table.tables("message")) {
+    FrameVariant variant;
+    variant.id = bounded<std::uint32_t>(each, "id", each.integer("id"), 0, 0xFFFFFFFF);
+    const auto fallback = format.length_at ? 0 : static_cast<std::int64_t>(format.length);
+    variant.length = bounded<std::size_t>(each, "length", each.integer("length", fallback), 0, kLongestFrame);
+    if (variant.length < head_size(format) && (variant.length != 0 || !format.length_at))
+      each.mistake("length", fmt::format("{} bytes, expected at least the frame's head", variant.length));
+    if (each.has("check"))
+      variant.check = read_frame_check(each.table("check"), variant.length ? variant.length : format.length, false);
+    each.ignore("meaning");
+    format.variants.push_back(std::move(variant));
   }
-  return 0;
+  if (!format.variants.empty() && !format.id)
+    table.mistake("message", "several messages and no id, expected a table [frame.id]");
 }
 
-FrameCheck read_check(const TomlTable& table, const FrameFormat& format) {
-  FrameCheck check{.kind = one_of(kKinds, table, "kind")};
-  if (check.kind == CheckKind::none) return check;
-  check.from = bounded<std::size_t>(table, "from", table.integer("from", 0), 0, kLongestFrame);
-  check.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, kLongestFrame);
-  check.big_endian = one_of(kEndians, table, "endian", "little");
-  if (check.kind == CheckKind::crc16 || check.kind == CheckKind::crc32) {
-    check.polynomial = word32(table, "polynomial", 0);
-    if (check.polynomial == 0)
-      table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
-    check.initial = word32(table, "initial", 0);
-    check.reflected = table.boolean("reflected", false);
-    check.final_xor = word32(table, "final_xor", 0);
+void read_framing(const TomlTable& table, FrameFormat& format) {
+  format.sync = read_bytes(table, "sync");
+  format.tail = read_bytes(table, "tail");
+  if (table.has("id")) format.id = read_head_number(table.table("id"));
+  if (table.has("length_at")) {
+    const auto at = table.table("length_at");
+    format.length_at = read_head_number(at);
+    format.length_plus = bounded<std::size_t>(at, "plus", at.integer("plus", 0), 0, kLongestFrame);
   }
-  if (check.from >= check.offset || check.offset + check_size(check.kind) > format.length)
-    table.mistake("offset", "the check lies outside the frame, or covers nothing");
-  return check;
+  const bool by_message = format.id && !table.has("length");
+  format.length = bounded<std::size_t>(table, "length", by_message ? 1 : table.integer("length"), 1, kLongestFrame);
+  read_variants(table, format);
+  if (by_message && format.variants.empty())
+    table.mistake("length", "no length, expected one here or in every [[frame.message]]");
+  if (by_message && !format.variants.empty()) format.length = format.variants.front().length;
+  if (head_size(format) > format.length) table.mistake("length", "the frame is shorter than its head");
+  format.lock_frames = bounded<std::size_t>(table, "lock_frames", table.integer("lock_frames", 0), 0, 1000);
+  if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
+    table.mistake("sync", "\"sync\" has 0 bytes: expected some, message ids, or \"lock_frames\"");
+  if (format.length_at && format.lock_frames > 0)
+    table.mistake("lock_frames", "frames in a row are for frames of fixed length");
+}
+
+std::size_t shortest_frame(const FrameFormat& format) {
+  auto shortest = format.length;
+  for (const auto& variant : format.variants)
+    if (variant.length != 0 && !variant.check) shortest = std::min(shortest, variant.length);
+  return shortest;
+}
+
+/// No message may have both.
+bool collide(const FrameField& one, const FrameField& other) {
+  if (one.ids.empty() || other.ids.empty()) return true;
+  return std::any_of(one.ids.begin(), one.ids.end(),
+                     [&](auto id) { return std::find(other.ids.begin(), other.ids.end(), id) != other.ids.end(); });
+}
+
+bool is_single(FieldRole role) {
+  return is_gyro(role) || role == FieldRole::sequence || role == FieldRole::timestamp || role == FieldRole::temperature;
 }
 
 void check_roles(const TomlTable& table, const FrameFormat& format) {
-  for (const auto& [name, role] : kRoles) {
-    const auto count =
-        std::count_if(format.fields.begin(), format.fields.end(), [&](auto& f) { return f.role == role; });
-    if (count > 1) table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", count, name));
+  bool two_kinds = false;
+  for (const auto& field : format.fields) {
+    if (!is_single(field.role)) continue;
+    const auto same = std::count_if(format.fields.begin(), format.fields.end(), [&](const auto& other) {
+      return other.role == field.role && collide(field, other) && other.every == field.every &&
+             other.turn == field.turn;
+    });
+    if (same > 1)
+      table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", same, name(field.role)));
+    two_kinds = two_kinds || (is_gyro(field.role) && field.role != format.gyro()->role);
   }
-  if ((format.find(FieldRole::pulse_count) != nullptr) == (format.find(FieldRole::increment) != nullptr))
-    table.mistake("", "the frame needs either a field with the role \"pulse_count\" or one with \"increment\"");
+  if (!format.gyro() || two_kinds)
+    table.mistake("",
+                  "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
+                  "\"integrated_angle\"");
+  if (format.clocked_by_sequence && (!format.find(FieldRole::sequence) || format.rate_hz <= 0))
+    table.mistake("clock", "the clock is the sequence, expected a field with that role and \"rate_hz\"");
+}
+
+/// Fields of other axes are values like any other.
+void choose_axis(const TomlTable& table, const std::string& wanted, FrameFormat& format) {
+  std::vector<std::string> axes;
+  for (const auto& field : format.fields)
+    if (is_gyro(field.role) && !field.axis.empty()) axes.push_back(field.axis);
+  format.axis = wanted.empty() ? table.text("axis", axes.empty() ? "" : axes.front()) : wanted;
+  if (!wanted.empty()) table.ignore("axis");
+  if (!format.axis.empty() && std::find(axes.begin(), axes.end(), format.axis) == axes.end())
+    table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", format.axis));
+  for (auto& field : format.fields)
+    if (is_gyro(field.role) && field.axis != format.axis) field.role = FieldRole::value;
 }
 
 }  // namespace
-
-std::size_t byte_count(FieldType type) {
-  switch (type) {
-    case FieldType::u8:
-    case FieldType::i8: return 1;
-    case FieldType::u16:
-    case FieldType::i16: return 2;
-    case FieldType::u24:
-    case FieldType::i24: return 3;
-    case FieldType::u32:
-    case FieldType::i32: return 4;
-  }
-  return 0;
-}
-
-bool is_signed(FieldType type) { return type >= FieldType::i8; }
 
 const FrameField* FrameFormat::find(FieldRole role) const {
   const auto found = std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.role == role; });
   return found == fields.end() ? nullptr : &*found;
 }
 
-FrameFormat read_frame_format(const TomlTable& table) {
+const FrameField* FrameFormat::gyro() const {
+  const auto found = std::find_if(fields.begin(), fields.end(), [](const auto& field) { return is_gyro(field.role); });
+  return found == fields.end() ? nullptr : &*found;
+}
+
+FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
   FrameFormat format;
   format.name = table.text("name");
-  format.sync = read_sync(table);
-  format.length = bounded<std::size_t>(table, "length", table.integer("length"), 0, kLongestFrame);
-  for (const auto& field : table.tables("field")) format.fields.push_back(read_field(field, format));
-  if (table.has("check")) format.check = read_check(table.table("check"), format);
+  if (table.has("line")) {
+    format.line = read_line_format(table.table("line"));
+    format.length = format.line->longest;
+  } else {
+    read_framing(table, format);
+  }
+  format.rate_hz = table.number("rate_hz", 0);
+  if (!(format.rate_hz >= 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
+  format.clocked_by_sequence = one_of(kClocks, table, "clock", "device");
+  for (const auto& field : table.tables("field")) format.fields.push_back(read_frame_field(field, format));
+  if (table.has("check"))
+    format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
+  if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
+    table.mistake("line", "a check and the mark before it belong together");
+  choose_axis(table, axis, format);
   check_roles(table, format);
   return format;
 }

@@ -114,7 +114,8 @@ TEST(WorldFile, DescribesAFrameThatCarriesItsGyro) {
   EXPECT_EQ(format.length, 16U);
   ASSERT_NE(format.find(FieldRole::pulse_count), nullptr);
   ASSERT_NE(format.find(FieldRole::timestamp), nullptr);
-  EXPECT_EQ(format.check.kind, CheckKind::crc16);
+  EXPECT_EQ(format.check.kind, CheckKind::crc);
+  EXPECT_EQ(format.check.model.width, 16);
 }
 
 TEST(WorldFile, NamesAMissingTable) { expect_mistake(parse_world("name = \"real\"", "rig.toml"), "[virtual]"); }

@@ -1,0 +1,23 @@
+/// RH Systems PT12: twelve platinum thermometers on one line.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "drivers/instruments.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+/// The manual states no times.
+struct Pt12Timing {
+  Duration within = std::chrono::milliseconds(700);  ///< for a whole answer
+  Duration pause = std::chrono::milliseconds(10);    ///< the line must be silent this long before a question
+};
+
+/// Identifies itself by its serial number. `place` names the instrument in its faults.
+[[nodiscard]] std::unique_ptr<Thermometer> make_pt12(std::unique_ptr<ByteStream> line, std::string place,
+                                                     Pt12Timing timing = {});
+
+}  // namespace gyrotherm

@@ -1,0 +1,32 @@
+/// RH Systems PT12, twelve platinum thermometers on one serial line: text ↔ values, both ends of the line (manual of
+/// 7/20/2021, chapter 5). Lines come without their CR LF.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+inline constexpr std::size_t kPt12Inputs = 12;
+
+/// "25.38095, 25.26928, NaN, …" → twelve readings of `T?`. Numbers are standard or scientific; blanks may stand around
+/// them. NaN, in any case, is an input without a probe: out_of_range in its place, like a reading that no platinum
+/// thermometer has (IEC 60751: −200 to 850 °C). Inputs are named "T1" to "T12". Fails with corrupted if the line is not
+/// twelve numbers.
+[[nodiscard]] Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line);
+/// The one reading of `Tn?`, n = `input` from 1.
+[[nodiscard]] Result<Celsius> decode_pt12_temperature(std::string_view line, std::size_t input);
+/// "1, 2, 3, 8" → the numbers of the inputs that have a probe, ascending, of `CONNECTED?`; none if the line is empty.
+/// Fails with corrupted if they are anything else.
+[[nodiscard]] Result<std::vector<std::size_t>> decode_pt12_connected(std::string_view line);
+
+/// The instrument's side; an absent reading is an input without a probe.
+[[nodiscard]] std::string encode_pt12_temperatures(std::span<const std::optional<double>> celsius);
+
+}  // namespace gyrotherm

@@ -1,0 +1,27 @@
+/// What a sensor can report; a reading outside it is a fault, whatever the instrument says.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+struct TemperatureRange {
+  Celsius lowest, highest;
+  auto operator<=>(const TemperatureRange&) const = default;
+};
+
+/// `reading` itself, or out_of_range at `where`; a reading that is not a number is outside every range.
+[[nodiscard]] inline Result<Celsius> within(const TemperatureRange& range, Celsius reading, std::string where) {
+  if (reading >= range.lowest && reading <= range.highest) return reading;
+  return failure(
+      FaultKind::out_of_range, std::move(where),
+      fmt::format("{} °C cannot be, expected {} to {} °C", reading.value, range.lowest.value, range.highest.value));
+}
+
+}  // namespace gyrotherm

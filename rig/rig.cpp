@@ -4,11 +4,11 @@
 
 #include <utility>
 
-#include "drivers/framed_gyro.hpp"
-#include "drivers/lakeshore_218.hpp"
-#include "drivers/modbus_chamber.hpp"
-#include "drivers/modbus_tcp.hpp"
-#include "drivers/tcp_stream.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
+#include "drivers/line/modbus_tcp.hpp"
+#include "drivers/line/tcp_stream.hpp"
+#include "drivers/thermometer/lakeshore_218.hpp"
 #include "simulator/world.hpp"
 
 namespace gyrotherm {

@@ -7,7 +7,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "drivers/register_map.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "simulator/world.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/frame_format.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "simulator/sockets.hpp"
 
 namespace gyrotherm {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/lakeshore_218_codec.hpp"
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
 #include "simulator/session.hpp"
 #include "simulator/world.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "drivers/modbus_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 
 namespace gyrotherm {
 namespace {

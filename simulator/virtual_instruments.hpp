@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/frame_format.hpp"
-#include "drivers/register_map.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "simulator/world.hpp"
 #include "simulator/world_parameters.hpp"
 

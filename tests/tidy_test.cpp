@@ -163,7 +163,7 @@ TEST(House, BannedWordsAreNotUsed) {
       {std::regex(R"(\b\w*(Manager|Helper|Utils|Impl)\b)"), "say what it is", {}},
       {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"), "name the thing, not the getting", {}},
       {std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
-      {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/register_value", {}},
+      {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_value", {}},
       {std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
       {std::regex(R"(\bthrow\b)"), "Result", {}},
       {std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"app"}},

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/frame_format.hpp"
-#include "drivers/register_map.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "simulator/world.hpp"
 #include "simulator/world_parameters.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/modbus_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 #include "simulator/modbus_server.hpp"
 #include "tests/simulator/laboratory.hpp"
 

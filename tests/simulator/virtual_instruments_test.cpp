@@ -10,7 +10,7 @@
 #include <deque>
 #include <string>
 
-#include "drivers/modbus_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 #include "tests/simulator/laboratory.hpp"
 
 namespace gyrotherm {

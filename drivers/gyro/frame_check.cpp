@@ -1,0 +1,152 @@
+#include "drivers/gyro/frame_check.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/description.hpp"
+#include "drivers/gyro/frame_fields.hpp"
+
+namespace gyrotherm {
+
+namespace {
+
+constexpr std::int64_t kFarthest = 4096;
+
+struct KindWord {
+  CheckKind kind;
+  int width;  // of a crc; 0: said apart
+};
+constexpr Vocabulary<KindWord, 10> kKinds{{{"none", {CheckKind::none, 0}},
+                                           {"sum8", {CheckKind::sum8, 0}},
+                                           {"sum16", {CheckKind::sum16, 0}},
+                                           {"xor8", {CheckKind::xor8, 0}},
+                                           {"crc", {CheckKind::crc, 0}},
+                                           {"crc8", {CheckKind::crc, 8}},
+                                           {"crc16", {CheckKind::crc, 16}},
+                                           {"crc32", {CheckKind::crc, 32}},
+                                           {"odd_parity", {CheckKind::odd_parity, 0}},
+                                           {"even_parity", {CheckKind::even_parity, 0}}}};
+constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
+
+std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
+  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
+}
+
+Crc read_crc(const TomlTable& table, int width) {
+  Crc model;
+  model.width = width != 0 ? width : bounded<int>(table, "width", table.integer("width"), 3, 32);
+  model.polynomial = word32(table, "polynomial", 0);
+  if (model.polynomial == 0)
+    table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
+  model.initial = word32(table, "initial", 0);
+  model.reflected = table.boolean("reflected", false);
+  model.reflected_out = table.boolean("reflected_out", model.reflected);
+  model.final_xor = word32(table, "final_xor", 0);
+  return model;
+}
+
+bool is_parity(CheckKind kind) { return kind == CheckKind::odd_parity || kind == CheckKind::even_parity; }
+
+/// From the start of a frame; a place before it is left negative.
+std::ptrdiff_t absolute(std::ptrdiff_t place, std::size_t length) {
+  return place < 0 ? place + static_cast<std::ptrdiff_t>(length) : place;
+}
+
+struct Extent {
+  std::size_t from, to, stored;
+};
+
+/// Nothing if the check does not lie within a frame of this length, or covers nothing.
+std::optional<Extent> extent_of(const FrameCheck& check, std::size_t length) {
+  const auto from = absolute(check.from, length), to = absolute(check.to, length),
+             stored = absolute(check.offset, length), end = static_cast<std::ptrdiff_t>(length);
+  if (from < 0 || from >= to || to > end || stored < 0) return std::nullopt;
+  if (stored + static_cast<std::ptrdiff_t>(byte_count(check)) > end) return std::nullopt;
+  return Extent{static_cast<std::size_t>(from), static_cast<std::size_t>(to), static_cast<std::size_t>(stored)};
+}
+
+bool odd_bits(std::span<const std::byte> bytes) { return std::popcount(xor8(bytes)) % 2 != 0; }
+
+}  // namespace
+
+std::size_t byte_count(const FrameCheck& check) {
+  switch (check.kind) {
+    case CheckKind::none: return 0;
+    case CheckKind::sum8:
+    case CheckKind::xor8:
+    case CheckKind::odd_parity:
+    case CheckKind::even_parity: return 1;
+    case CheckKind::sum16: return 2;
+    case CheckKind::crc: return static_cast<std::size_t>(check.model.width + 7) / 8;
+  }
+  return 0;
+}
+
+FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line) {
+  const auto word = one_of(kKinds, table, "kind");
+  FrameCheck check{.kind = word.kind};
+  if (check.kind == CheckKind::none) return check;
+  if (check.kind == CheckKind::crc) check.model = read_crc(table, word.width);
+  check.from = bounded<std::ptrdiff_t>(table, "from", table.integer("from", 0), -kFarthest, kFarthest);
+  if (in_line) {
+    if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
+    if (check.from < 0) table.mistake("from", "expected a place from the line's start");
+    return check;
+  }
+  check.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kFarthest, kFarthest);
+  const auto end = is_parity(check.kind) ? static_cast<std::int64_t>(shortest) : check.offset;
+  check.to = bounded<std::ptrdiff_t>(table, "to", table.integer("to", end), -kFarthest, kFarthest);
+  check.big_endian = one_of(kEndians, table, "endian", "little");
+  check.padded_to = bounded<std::size_t>(table, "padded_to", table.integer("padded_to", 1), 1, 64);
+  check.mask = word32(table, "mask", 0xFFFFFFFF);
+  if (is_parity(check.kind)) check.bit = bounded<unsigned>(table, "bit", table.integer("bit"), 0, 7);
+  if (!extent_of(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
+  return check;
+}
+
+std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> bytes) {
+  std::vector<std::byte> padded;
+  if (bytes.size() % check.padded_to != 0) {
+    padded.assign(bytes.begin(), bytes.end());
+    padded.resize((bytes.size() / check.padded_to + 1) * check.padded_to);
+    bytes = padded;
+  }
+  switch (check.kind) {
+    case CheckKind::none:
+    case CheckKind::odd_parity:
+    case CheckKind::even_parity: return 0;
+    case CheckKind::sum8: return sum8(bytes);
+    case CheckKind::sum16: return sum16(bytes, check.big_endian);
+    case CheckKind::xor8: return xor8(bytes);
+    case CheckKind::crc: return crc(check.model, bytes);
+  }
+  return 0;
+}
+
+bool passes(const FrameCheck& check, std::span<const std::byte> frame) {
+  if (check.kind == CheckKind::none) return true;
+  const auto extent = extent_of(check, frame.size());
+  if (!extent) return false;
+  const auto covered = frame.subspan(extent->from, extent->to - extent->from);
+  if (is_parity(check.kind)) return odd_bits(covered) == (check.kind == CheckKind::odd_parity);
+  const auto stored = load_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian);
+  return ((stored ^ check_value(check, covered)) & check.mask) == 0;
+}
+
+void seal(const FrameCheck& check, std::span<std::byte> frame) {
+  const auto extent = extent_of(check, frame.size());
+  if (check.kind == CheckKind::none || !extent) return;
+  const auto covered = frame.subspan(extent->from, extent->to - extent->from);
+  if (is_parity(check.kind)) {
+    if (!passes(check, frame)) frame[extent->stored] ^= static_cast<std::byte>(1u << check.bit);
+    return;
+  }
+  const auto value = check_value(check, covered) & check.mask;
+  store_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian, value);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,62 @@
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <optional>
+
+namespace gyrotherm {
+
+namespace {
+
+constexpr Celsius kAbsoluteZero{-273.15};
+constexpr Celsius kHottest{1000};  ///< above every sensor that the instrument takes
+
+/// A sign, digits, a point, digits; nothing else.
+std::optional<double> parse_reading(std::string_view text) {
+  if (text.size() < 2 || (text[0] != '+' && text[0] != '-')) return std::nullopt;
+  const auto digits = text.substr(1);
+  if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
+  double value{};
+  const auto [end, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
+  return text[0] == '-' ? -value : value;
+}
+
+Result<Celsius> plausible(Celsius reading, std::size_t input) {
+  if (reading >= kAbsoluteZero && reading <= kHottest) return reading;
+  return failure(FaultKind::out_of_range, fmt::format("input {}", input),
+                 fmt::format("{} °C cannot be", reading.value));
+}
+
+}  // namespace
+
+Result<std::vector<Result<Celsius>>> decode_crdg(std::string_view line) {
+  const auto wrong = [&] {
+    return failure(FaultKind::corrupted, "CRDG?", fmt::format("\"{}\" is not {} readings", line, kLakeshore218Inputs));
+  };
+  std::vector<Result<Celsius>> readings;
+  readings.reserve(kLakeshore218Inputs);
+  for (auto rest = line; readings.size() < kLakeshore218Inputs;) {
+    const auto comma = rest.find(',');
+    const auto value = parse_reading(rest.substr(0, comma));
+    if (!value) return wrong();
+    readings.push_back(plausible({*value}, readings.size() + 1));
+    const bool last = readings.size() == kLakeshore218Inputs;
+    if (last != (comma == std::string_view::npos)) return wrong();
+    if (!last) rest.remove_prefix(comma + 1);
+  }
+  return readings;
+}
+
+std::string encode_crdg(std::span<const double> celsius, int decimals) {
+  std::string line;
+  for (const double reading : celsius) {
+    if (!line.empty()) line += ',';
+    line += fmt::format("{:+0{}.{}f}", reading, decimals + 5, decimals);
+  }
+  return line;
+}
+
+}  // namespace gyrotherm

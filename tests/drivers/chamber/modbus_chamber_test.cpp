@@ -1,0 +1,144 @@
+#include "drivers/chamber/modbus_chamber.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/drivers/fakes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kMap = R"(schema = "gyrotherm-chamber/1"
+name = "oven"
+vendor = "test"
+source = "none"
+[link]
+one_block = {}
+[[register]]
+name = "identity"
+address = 0
+type = "u16"
+[[register]]
+name = "air_temperature"
+address = 1
+type = "f32"
+[[register]]
+name = "set_point"
+address = 3
+type = "s16"
+scale = 0.1
+access = "rw"
+[[register]]
+name = "mode"
+address = 4
+type = "u16"
+access = "rw"
+codes = {{ off = 62, auto = 10 }}
+[[register]]
+name = "mode_active"
+address = 5
+type = "u16"
+[identity]
+register = "identity"
+value = 570
+[control]
+commanded = "mode"
+active = "mode_active"
+on = "auto"
+)";
+
+/// A chamber on registers in memory: 21.5 °C, heading for 20.0 °C, off.
+class OnFakeRegisters : public testing::Test {
+ protected:
+  void connect(bool one_block = true) {
+    auto map = parse_register_map(fmt::format(fmt::runtime(kMap), one_block), "map.toml");
+    ASSERT_TRUE(map) << text(map.error());
+    auto made = std::make_unique<FakeRegisters>();
+    registers = made.get();
+    registers->words = {{0, 570}, {1, 0x41AC}, {2, 0}, {3, 200}, {4, 62}, {5, 62}};
+    chamber = make_modbus_chamber(std::move(*map), std::move(made));
+  }
+  FakeRegisters* registers{};
+  std::unique_ptr<Chamber> chamber;
+};
+using ModbusChamber = OnFakeRegisters;
+
+TEST_F(ModbusChamber, ReadsAirAndSetPointInOneBlockIfItsMapSaysSo) {
+  connect(true);
+  EXPECT_EQ(chamber->read().value(), (ChamberState{{21.5}, {20.0}}));
+  EXPECT_EQ(registers->reads, 1);
+}
+
+TEST_F(ModbusChamber, ReadsOneByOneOtherwise) {
+  connect(false);
+  EXPECT_EQ(chamber->read().value(), (ChamberState{{21.5}, {20.0}}));
+  EXPECT_EQ(registers->reads, 2);
+}
+
+TEST_F(ModbusChamber, KnowsItsInstrumentByTheFingerprint) {
+  connect();
+  EXPECT_EQ(chamber->identify().value(), "test oven (identity = 570)");
+  registers->words[0] = 571;
+  EXPECT_EQ(chamber->identify().error().kind, FaultKind::mismatch);
+  EXPECT_EQ(chamber->read().error().kind, FaultKind::mismatch) << "each block holds the fingerprint";
+}
+
+TEST_F(ModbusChamber, HeadsForASetPointThatItReadsBack) {
+  connect();
+  ASSERT_TRUE(chamber->head_for({-40.04}));
+  EXPECT_EQ(registers->words[3], 0xFE70) << "-40.0 at the register's resolution";
+  EXPECT_EQ(chamber->read().value().set_point, Celsius{-40.0});
+}
+
+TEST_F(ModbusChamber, AnAcknowledgedWriteThatDidNothingIsAMismatch) {
+  connect();
+  registers->ignore_writes();
+  const auto done = chamber->head_for({-40});
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, FaultKind::mismatch);
+  EXPECT_EQ(text(done.error()), "chamber register 3 (set_point): reads 20 after -40 was written");
+}
+
+TEST_F(ModbusChamber, AnIgnoredStepOfOneCountIsAMismatchToo) {
+  connect();
+  registers->ignore_writes();
+  EXPECT_EQ(chamber->head_for({20.1}).error().kind, FaultKind::mismatch);
+}
+
+TEST_F(ModbusChamber, WritesNothingThatTheRegisterCannotHold) {
+  connect();
+  EXPECT_EQ(chamber->head_for({4000}).error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(registers->words[3], 200);
+}
+
+TEST_F(ModbusChamber, StartAndStopAreSeenInTheActiveMode) {
+  connect();
+  EXPECT_EQ(chamber->start().error().kind, FaultKind::mismatch) << "commanded, but the mode did not follow";
+  EXPECT_EQ(registers->words[4], 10);
+  registers->words[5] = 10;
+  EXPECT_TRUE(chamber->start());
+  EXPECT_FALSE(chamber->stop());
+  registers->words[5] = 62;
+  EXPECT_TRUE(chamber->stop());
+  EXPECT_EQ(registers->words[4], 62);
+}
+
+TEST_F(ModbusChamber, AFaultOfTheWireIsItsOwn) {
+  connect();
+  registers->fall_silent();
+  EXPECT_EQ(chamber->read().error().kind, FaultKind::timeout);
+  registers->disconnect();
+  EXPECT_EQ(chamber->head_for({10}).error().kind, FaultKind::disconnected);
+  registers->recover();
+  EXPECT_TRUE(chamber->read());
+}
+
+TEST_F(ModbusChamber, ALateAcknowledgementIsAFaultAlthoughTheWriteWasCarriedOut) {
+  connect();
+  registers->answer_late();
+  EXPECT_EQ(chamber->head_for({10}).error().kind, FaultKind::timeout);
+  EXPECT_EQ(chamber->read().value().set_point, Celsius{10});
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,302 @@
+#include "drivers/gyro/frame_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/drivers/fakes.hpp"
+#include "tests/drivers/gyro/frame_streams.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::vector<std::byte> operator+(std::vector<std::byte> one, const std::vector<std::byte>& other) {
+  one.insert(one.end(), other.begin(), other.end());
+  return one;
+}
+
+// Published frames.
+
+constexpr const char* kKvh1775 = "FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D 0028 4BFA34D8";
+constexpr const char* kKvh1750a = "FE81FF55 B606D81E B6C4940F 36D95A83 3C61AD86 3BE5D086 3F7FDCD4 77 72 0026 C0F2D540";
+constexpr const char* kKvh1750b = "FE81FF55 B3D0BBE7 32193EF4 30AC19A5 BA8F78D6 3A290594 3F7ECBD4 77 68 001D ADC5F651";
+constexpr const char* kKvhInvalid =
+    "FE81FF55 3B041F78 B9B96613 BA234B38 BB7C0410 B8DEF480 3F7F4B7B 70 1F 001D F12FB6EE";
+constexpr const char* kKvhBadCheck =
+    "FE81FF55 B46B86C6 B44F5B83 B4106D09 BB713CB7 BBABD914 3F7E319A 77 69 001D 95BBDB4F";
+constexpr const char* kKvhTest = "FE8100AB 7F7F7F7F7F7F377F DA";
+
+struct KvhFrame {
+  const char* bytes;
+  double gyro[3], acceleration[3];
+  std::uint32_t status, sequence;
+  double temperature;
+};
+
+TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
+  const KvhFrame frames[] = {
+      {kKvh1775, {2.0195930e-5, 5.1599109e-5, -1.3111248e-5}, {-1.0019064, -0.0034950468, 0.0021090312}, 0x77, 61, 40},
+      {kKvh1750a, {-2.0093353e-6, -5.8584915e-6, 6.4776409e-6}, {0.013774281, 0.0070133833, 0.99946332}, 0x77, 114, 38},
+      {kKvh1750b,
+       {-9.7199340e-8, 8.9200860e-9, 1.2521936e-9},
+       {-0.0010946046, 0.00064476696, 0.99529767},
+       0x77,
+       104,
+       29},
+      {kKvhInvalid,
+       {0.0020160358, -0.00035362001, -0.00062291650},
+       {-0.0038454570, -0.00010631327, 0.99724545},
+       0x70,
+       31,
+       29}};
+  const auto format = shipped_stream("kvh-17xx-a").frame;
+  const auto near = [](double found, double expected) { EXPECT_NEAR(found, expected, 5e-8 * std::abs(expected)); };
+  for (const auto& expected : frames) {
+    const Fed fed(format, from_hex(expected.bytes));
+    ASSERT_EQ(fed.frames.size(), 1u) << expected.bytes;
+    const char* axes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3; ++i) {
+      near(fed.value(std::string("gyro_") + axes[i]), expected.gyro[i]);
+      near(fed.value(std::string("acceleration_") + axes[i]), expected.acceleration[i]);
+    }
+    EXPECT_EQ(fed.frames[0].gyro, fed.value("gyro_z"));
+    EXPECT_EQ(fed.value("status"), expected.status);
+    EXPECT_EQ(fed.frames[0].sequence, expected.sequence);
+    EXPECT_EQ(fed.frames[0].temperature, expected.temperature);
+    EXPECT_EQ(fed.frames[0].good, expected.status == 0x77);
+  }
+}
+
+TEST(GyroStream, RejectsThePublishedKvhFrameWithABadCheck) {
+  const Fed fed(shipped_stream("kvh-17xx-a").frame, from_hex(kKvhBadCheck) + from_hex(kKvh1750b));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.frames[0].sequence, 104u);
+  EXPECT_EQ(fed.rejected, 36u);
+}
+
+TEST(GyroStream, PassesOverThePublishedKvhTestMessage) {
+  const Fed fed(shipped_stream("kvh-17xx-a").frame, from_hex(kKvh1750a) + from_hex(kKvhTest) + from_hex(kKvh1775));
+  ASSERT_EQ(fed.frames.size(), 3u);
+  EXPECT_EQ(fed.rejected, 0u);
+  EXPECT_FALSE(fed.frames[1].gyro);
+}
+
+TEST(GyroStream, AnyAxisMayBeTheGyro) {
+  for (const auto* axis : {"x", "y", "z"}) {
+    const Fed fed(shipped_stream("kvh-17xx-a", axis).frame, from_hex(kKvh1775));
+    EXPECT_EQ(fed.frames.at(0).gyro, fed.value(std::string("gyro_") + axis));
+  }
+}
+
+TEST(GyroStream, DecodesThePublishedLineOfTheDsp3000) {
+  const Fed fed(shipped_stream("kvh-dsp-3000-ascii").frame, bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
+  ASSERT_EQ(fed.frames.size(), 2u) << "the first line may have lost its beginning";
+  EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), 0.015733);
+  EXPECT_TRUE(fed.frames[0].good);
+  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), -1.5);
+  EXPECT_FALSE(fed.frames[1].good);
+}
+
+constexpr const char* kNovatelLine =
+    "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895"
+    "*a5db8c7b\r\n";
+
+TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
+  const struct {
+    const char* axis;
+    std::int64_t raw;
+    double deg_per_h;
+  } axes[] = {{"z", -215194, -516.7}, {"y", -41188, 98.9}, {"x", -9895, -23.8}};  // Y is sent negative
+  for (const auto& expected : axes) {
+    const auto format = shipped_stream("hg1700-rawimusxa", expected.axis).frame;
+    const Fed fed(format, bytes_of(kNovatelLine));
+    ASSERT_EQ(fed.frames.size(), 1u);
+    EXPECT_EQ(fed.frames[0].pulses, expected.raw);
+    const double arcsec = *fed.frames[0].gyro * *arcsec_per(format.gyro()->unit, format.gyro()->role);
+    EXPECT_NEAR(arcsec * 100, expected.deg_per_h, 0.05);
+    EXPECT_EQ(fed.frames[0].temperature, 21.0);
+    EXPECT_EQ(fed.frames[0].timestamp, 484620'664'389'000u);
+    EXPECT_TRUE(fed.frames[0].good);
+  }
+}
+
+TEST(GyroStream, RejectsALineWithAnyOtherDigit) {
+  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const std::string line = kNovatelLine;
+  for (std::size_t i = 1; i < line.size() - 2; ++i) {
+    auto falsified = line;
+    falsified[i] = falsified[i] == '7' ? '8' : '7';
+    EXPECT_TRUE(Fed(format, bytes_of(falsified)).frames.empty()) << i;
+  }
+}
+
+// The example of the VN-100 manual, an attitude message: it settles what the check covers, and in which byte order.
+TEST(GyroStream, ChecksThePublishedVectorNavMessage) {
+  const auto check = shipped_stream("vectornav").frame.check;
+  EXPECT_TRUE(passes(check, from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 9288")));
+  EXPECT_FALSE(passes(check, from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 8892")));
+}
+
+// Frames generated from the instruments' tables by a program of its own (Python's struct), as no published ones are
+// known.
+
+constexpr const char* kStim = "94004000FFC000FFFF850014801482F5C0001001F463BD8987";
+constexpr const char* kStimOverload = "94004000FFC000FFFF85 10 14801482F5C0001801F4D685788B";
+
+TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
+  const Fed fed(shipped_stream("stim300").frame, from_hex(kStim) + bytes_of("\r\n") + from_hex(kStimOverload));
+  ASSERT_EQ(fed.frames.size(), 2u);
+  EXPECT_EQ(fed.rejected, 0u);
+  EXPECT_EQ(fed.value("gyro_x"), 1);
+  EXPECT_EQ(fed.value("gyro_y"), -1);
+  EXPECT_EQ(fed.frames[0].gyro, -123.0 / 16384);
+  EXPECT_EQ(fed.frames[0].temperature, -10.25);
+  EXPECT_EQ(fed.frames[0].sequence, 16u);
+  EXPECT_EQ(fed.value("latency_us"), 500);
+  EXPECT_TRUE(fed.frames[0].good);
+  EXPECT_FALSE(fed.frames[1].good);
+}
+
+TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
+  const Fed fed(
+      shipped_stream("hg4930").frame,
+      from_hex("0E01640038FF2C01E8030000FFFF02005555145B") +
+          from_hex("0E02640038FF2C01E8030000FFFF01005555E803000030F8FFFF711B0D00010000000200000003000000AE73"));
+  ASSERT_EQ(fed.frames.size(), 2u);
+  EXPECT_FALSE(fed.frames[0].gyro);
+  EXPECT_EQ(fed.frames[1].pulses, 858993);
+  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 858993.0 / 8589934592.0);
+  EXPECT_DOUBLE_EQ(fed.value("rate_z", 1), 300 * 600.0 / 1048576);
+  EXPECT_DOUBLE_EQ(fed.value("acceleration_x", 1), 1000 * 600.0 / 16384 * 0.3048);
+}
+
+TEST(GyroStream, DecodesAGeneratedFrameOfTheHg1120) {
+  const Fed fed(shipped_stream("hg1120").frame,
+                from_hex("0E050000000000000000000000000000000000000000000007000000F8FFFFFF0900000001000000020000000300"
+                         "00001B05"));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.frames[0].pulses, 9);
+}
+
+TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
+  std::vector<std::byte> bytes = from_hex("00 39");  // the end of a frame that began before
+  for (int i = 0; i < 60; ++i) bytes = bytes + from_hex(i % 2 == 0 ? "8FFFFFE7" : "8C003039");
+  const Fed fed(shipped_stream("kvh-dsp-3000-binary").frame, bytes);
+  ASSERT_EQ(fed.frames.size(), 60u);
+  EXPECT_EQ(fed.rejected, 2u);
+  EXPECT_EQ(fed.frames[0].pulses, -25);
+  EXPECT_EQ(fed.frames[1].pulses, 12345);
+  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 12345 * 6e-6);
+  EXPECT_TRUE(fed.frames[1].good);
+}
+
+TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
+  const auto frame = [](int count) {
+    auto bytes = from_hex(count % 2 == 0 ? "1000003FF7CF" : "100000000008");
+    bytes[0] |= static_cast<std::byte>(count % 4 << 6);
+    return bytes;
+  };
+  std::vector<std::byte> bytes = from_hex("00 00 08");
+  for (int i = 0; i < 20; ++i) bytes = bytes + frame(i);
+  const Fed fed(shipped_stream("kvh-dsp-1750").frame, bytes);
+  ASSERT_EQ(fed.frames.size(), 20u);
+  EXPECT_EQ(fed.rejected, 3u);
+  EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), -2097 * 1000.0 / 2097152);
+  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 8 * 1000.0 / 2097152);
+
+  bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);  // a count is missed: the lock is dropped
+  EXPECT_EQ(Fed(shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
+}
+
+TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
+  const Fed fed(shipped_stream("vectornav").frame,
+                from_hex("FA01010C081A99BE1C0000000000803E000000BF0000003E0000FC410080CA420AD7233C0000003F000080BE0000"
+                         "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.frames[0].timestamp, 123456789000u);
+  EXPECT_EQ(fed.frames[0].gyro, 0.0009765625);
+  EXPECT_EQ(fed.frames[0].temperature, 31.5);
+  EXPECT_EQ(fed.value("gyro_x"), 0.5);
+}
+
+TEST(GyroStream, DecodesGeneratedFramesOfKvhFormatsBAndC) {
+  const Fed b(shipped_stream("kvh-17xx-b").frame,
+              from_hex("FE81FF563727C5ACB7A7C5AC3800000000000000000000003F800000EE6B28007705FFD8CAD73754"));
+  ASSERT_EQ(b.frames.size(), 1u);
+  EXPECT_EQ(b.frames[0].gyro, 3.0517578125e-05);
+  EXPECT_EQ(b.frames[0].timestamp, 4'000'000'000u);
+  EXPECT_EQ(b.frames[0].temperature, -40.0);
+  const Fed c(shipped_stream("kvh-17xx-c").frame,
+              from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
+  ASSERT_EQ(c.frames.size(), 1u);
+  EXPECT_EQ(c.value("multiplexed_3"), 23.5);
+  EXPECT_TRUE(std::isnan(c.value("multiplexed_0")));
+}
+
+TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
+  const Fed fed(shipped_stream("hg1700-rawimusx").frame,
+                from_hex("AA441304E7039C0601000000010203045EF82C73") +  // another message of the receiver
+                    from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFCFF66B7FCFF1"
+                             "C5FFFFF59D9FFFF475FAFBA"));
+  ASSERT_EQ(fed.frames.size(), 2u);
+  EXPECT_EQ(fed.rejected, 0u);
+  EXPECT_FALSE(fed.frames[0].pulses);
+  EXPECT_EQ(fed.frames[1].pulses, -215194);
+  EXPECT_EQ(fed.frames[1].temperature, 21.0);
+  EXPECT_EQ(fed.frames[1].timestamp, 484620'664'389'000u);
+}
+
+TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
+  const auto names = shipped_streams();
+  EXPECT_EQ(names.size(), 13u);
+  for (const auto& name : names) {
+    const auto stream = shipped_stream(name);
+    EXPECT_FALSE(stream.source.empty());
+    std::vector<std::byte> bytes = stream.frame.line ? bytes_of("\r\n") : std::vector<std::byte>();
+    constexpr std::size_t kFrames = 200;
+    const auto* sequence = stream.frame.find(FieldRole::sequence);
+    for (std::size_t i = 0; i < kFrames; ++i) {
+      const auto count = sequence ? i * sequence->step % sequence->range : i;
+      const double value = (static_cast<double>(i) - 100) / 1024;
+      const auto pulses = static_cast<std::int64_t>(i) - 100;
+      const GyroFrame frame{.pulses = is_real(stream.frame.gyro()->type) ? std::nullopt : std::optional(pulses),
+                            .sequence = static_cast<std::uint32_t>(count),
+                            .timestamp = 1'000'000 * i,
+                            .good = i % 3 != 0,
+                            .gyro = value};
+      bytes = bytes + encode_frame(stream.frame, frame) + stream.frame.tail;
+    }
+    const Fed fed(stream.frame, bytes);
+    ASSERT_EQ(fed.frames.size(), kFrames) << name;
+    for (std::size_t i = 0; i < kFrames; ++i) {
+      if (is_real(stream.frame.gyro()->type))
+        EXPECT_NEAR(fed.frames[i].gyro.value(), (static_cast<double>(i) - 100) / 1024, 1e-9) << name;
+      else
+        EXPECT_EQ(fed.frames[i].pulses, static_cast<std::int64_t>(i) - 100) << name;
+    }
+  }
+}
+
+TEST(GyroStream, NamesEachMistake) {
+  const std::string good = shipped_stream("kvh-17xx-a").text;
+  const auto mistake = [&](const std::string& was, const std::string& is) {
+    auto changed = good;
+    const auto place = changed.find(was);
+    if (place == std::string::npos) return "no \"" + was + "\" in the file";
+    changed.replace(place, was.size(), is);
+    const auto stream = parse_gyro_stream(changed, "g.toml");
+    return stream ? std::string() : text(stream.error());
+  };
+  EXPECT_EQ(mistake("axis = \"z\"", "axis = \"x\""), "");
+  EXPECT_NE(mistake("axis = \"z\"", "axis = \"w\"").find("no gyro's field has the axis \"w\""), std::string::npos);
+  EXPECT_NE(mistake("unit = \"rad\"", "unit = \"furlong\"").find("expected \"rad\""), std::string::npos);
+  EXPECT_NE(mistake("length = 36", "length = 30").find("outside the frame"), std::string::npos);
+  EXPECT_NE(mistake("offset = -4", "offset = -3").find("check lies outside"), std::string::npos);
+  EXPECT_NE(mistake("ids = [0xFF55]", "ids = [0xFF59]").find("no message has the id"), std::string::npos);
+  EXPECT_NE(mistake("modulus = 128", "modulus = 1").find("whole number from 2"), std::string::npos);
+  EXPECT_NE(mistake("baud = 921600", "baud = 1").find("baud"), std::string::npos);
+  EXPECT_NE(mistake("confidence = \"verified\"", "confidence = \"sure\"").find("sure"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyrotherm

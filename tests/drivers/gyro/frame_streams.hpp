@@ -1,0 +1,78 @@
+/// The shipped descriptions of gyro streams, and bytes written in hexadecimal.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/gyro/frame_stream.hpp"
+
+namespace gyrotherm {
+
+[[nodiscard]] inline std::vector<std::string> shipped_streams() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams"))
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+[[nodiscard]] inline GyroStream shipped_stream(const std::string& name, const std::string& axis = "") {
+  std::ifstream file(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams/" + name + ".toml");
+  std::stringstream text;
+  text << file.rdbuf();
+  auto stream = parse_gyro_stream(text.str(), name + ".toml", axis);
+  if (!stream) throw std::runtime_error(gyrotherm::text(stream.error()));
+  return *stream;
+}
+
+/// "FE 81 …"; anything but digits is passed over.
+[[nodiscard]] inline std::vector<std::byte> from_hex(std::string_view text) {
+  std::vector<std::byte> bytes;
+  std::string digits;
+  for (const char c : text) {
+    if (std::isxdigit(static_cast<unsigned char>(c))) digits += c;
+    if (digits.size() < 2) continue;
+    bytes.push_back(static_cast<std::byte>(std::stoi(digits, nullptr, 16)));
+    digits.clear();
+  }
+  return bytes;
+}
+
+/// A decoder that has been fed, and what it gave.
+class Fed {
+ public:
+  Fed(const FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
+    decoder_.feed(bytes);
+    while (const auto frame = decoder_.take()) {
+      frames.push_back(*frame);
+      values_.push_back(decoder_.values());
+      complaints.push_back(decoder_.complaints());
+    }
+    rejected = decoder_.rejected_bytes();
+  }
+  /// The field of this name in a frame; NaN if the frame lacks it.
+  [[nodiscard]] double value(const std::string& name, std::size_t frame = 0) const {
+    for (std::size_t i = 0; i < format_.fields.size(); ++i)
+      if (format_.fields[i].name == name && values_.at(frame)[i]) return *values_.at(frame)[i];
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  std::vector<GyroFrame> frames;
+  std::vector<std::vector<std::string>> complaints;
+  std::uint64_t rejected{};
+
+ private:
+  FrameFormat format_;
+  FrameDecoder decoder_;
+  std::vector<std::vector<std::optional<double>>> values_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,198 @@
+#include "drivers/gyro/framed_gyro.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "tests/drivers/fakes.hpp"
+#include "tests/drivers/gyro/virtual_gyro_frame.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// A gyro of ten frames a second and 7 pulses a frame, on a line in memory.
+class OnFakeStream : public testing::Test {
+ protected:
+  OnFakeStream() { connect(virtual_gyro_frame()); }
+
+  void connect(const FrameFormat& description) {
+    format = description;
+    auto made = std::make_unique<FakeStream>();
+    line = made.get();
+    gyro = make_framed_gyro(format, std::move(made), milliseconds(100));
+  }
+  void skip() { ++sequence, timestamp += 100'000, pulses += 7; }
+  void send(int frames, bool good = true) {
+    for (int i = 0; i < frames; ++i) {
+      line->say(encode_frame(format, {.pulses = pulses, .sequence = sequence, .timestamp = timestamp, .good = good}));
+      skip();
+    }
+  }
+  void expect_second() {
+    const auto count = gyro->read(seconds(1));
+    ASSERT_TRUE(count) << text(count.error());
+    EXPECT_EQ(count->pulses, 70);
+    EXPECT_EQ(count->interval, seconds(1));
+  }
+
+  FrameFormat format;
+  FakeStream* line{};
+  std::unique_ptr<Gyro> gyro;
+  std::uint32_t sequence = 0;
+  std::uint64_t timestamp = 0;
+  std::int64_t pulses = 0;
+};
+using FramedGyro = OnFakeStream;
+
+TEST_F(FramedGyro, TheFirstReadSetsTheOrigin) {
+  send(1);
+  const auto origin = gyro->read(seconds(1)).value();
+  EXPECT_EQ(origin.pulses, 0);
+  EXPECT_EQ(origin.interval, Duration::zero());
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, TheFirstReadCoversWhatItSaw) {
+  send(4);
+  const auto count = gyro->read(seconds(1)).value();
+  EXPECT_EQ(count.pulses, 21);
+  EXPECT_EQ(count.interval, milliseconds(300));
+}
+
+TEST_F(FramedGyro, NoPulseIsCountedTwiceOrLost) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  for (int second = 0; second < 100; ++second) {
+    send(10);
+    expect_second();
+  }
+}
+
+TEST_F(FramedGyro, FramesMayComeByteByByte) {
+  line->in_pieces_of(1);
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, ABacklogIsCountedWhole) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(1000);
+  const auto count = gyro->read(seconds(1)).value();
+  EXPECT_EQ(count.pulses, 7000);
+  EXPECT_EQ(count.interval, seconds(100));
+}
+
+TEST_F(FramedGyro, EveryCounterMayWrap) {
+  sequence = 0xFFFF - 4;
+  timestamp = 0xFFFFFFFF - 450'000;
+  pulses = 0x7FFFFFFF - 30;
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, CountsDownAsWellAsUp) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  pulses = -30;
+  timestamp = 1'000'000;
+  send(1);
+  EXPECT_EQ(gyro->read(seconds(1)).value().pulses, -30);
+}
+
+TEST_F(FramedGyro, LostFramesAreCountedAndTheNextReadStartsAfresh) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(4);
+  skip(), skip(), skip();
+  send(3);
+  const auto lost = gyro->read(seconds(1));
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, FaultKind::corrupted);
+  EXPECT_EQ(lost.error().what, "3 frames lost");
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, FramesMarkedBadMakeTheSecondInvalid) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(9);
+  send(1, false);
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, ASilentGyroIsATimeoutAndThenStartsAfresh) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
+  for (int i = 0; i < 5; ++i) skip();
+  send(1);
+  EXPECT_EQ(gyro->read(seconds(1)).value().interval, Duration::zero());
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, AShortSecondHasItsExactInterval) {
+  send(1);
+  (void)gyro->read(seconds(1));
+  send(6);
+  const auto count = gyro->read(seconds(1)).value();
+  EXPECT_EQ(count.pulses, 42);
+  EXPECT_EQ(count.interval, milliseconds(600));
+}
+
+TEST_F(FramedGyro, ABrokenLineIsItsOwnFault) {
+  line->disconnect();
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::disconnected);
+}
+
+constexpr const char* kIncrementsOnly = R"([frame]
+name = "increments"
+sync = [0xAA]
+length = 6
+[[frame.field]]
+role = "increment"
+type = "i24"
+offset = 1
+endian = "big"
+[frame.check]
+kind = "xor8"
+offset = 5
+)";
+
+TEST_F(FramedGyro, IncrementsAreSummedOverTheExpectedTime) {
+  connect(frame_format_of(kIncrementsOnly));
+  pulses = 1000;
+  send(1);
+  (void)gyro->read(seconds(1));
+  line->say(encode_frame(format, {.pulses = -5}));
+  line->say(encode_frame(format, {.pulses = 12}));
+  const auto count = gyro->read(seconds(1)).value();
+  EXPECT_EQ(count.pulses, 7);
+  EXPECT_EQ(count.interval, seconds(1));
+}
+
+TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
+  connect(frame_format_of(kIncrementsOnly));
+  send(1);
+  (void)gyro->read(seconds(1));
+  auto garbled = encode_frame(format, {.pulses = 5});
+  garbled[2] ^= std::byte{1};
+  line->say(garbled);
+  send(1);
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,78 @@
+/// Any bytes as a gyro's stream, in every shipped description, and as the description of its frames.
+#include <cstdlib>
+#include <string>
+
+#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/gyro/frame_sum.hpp"
+#include "tests/drivers/gyro/frame_streams.hpp"
+
+using namespace gyrotherm;
+
+namespace {
+
+struct Known {
+  GyroStream stream;
+  std::vector<std::byte> good;  ///< more frames than any noise before them can swallow
+  std::size_t frames = 0;
+};
+
+Known known(const std::string& name) {
+  Known all{.stream = shipped_stream(name), .good = {}};
+  const auto& format = all.stream.frame;
+  const auto* sequence = format.find(FieldRole::sequence);
+  for (; all.good.size() < 600 || all.frames < 200; ++all.frames) {
+    const auto count = sequence ? all.frames * sequence->step % sequence->range : 0;
+    const auto one = encode_frame(format, {.pulses = all.frames % 7,
+                                           .sequence = static_cast<std::uint32_t>(count),
+                                           .timestamp = all.frames * 1000,
+                                           .gyro = 1e-6 * static_cast<double>(all.frames % 5)});
+    all.good.insert(all.good.end(), one.begin(), one.end());
+  }
+  return all;
+}
+
+const std::vector<Known>& descriptions() {
+  static const auto all = [] {
+    std::vector<Known> found;
+    for (const auto& name : shipped_streams()) found.push_back(known(name));
+    return found;
+  }();
+  return all;
+}
+
+void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_good) {
+  FrameDecoder decoder(all.stream.frame);
+  FrameSum sum(all.stream.frame);
+  FrameTally tally;
+  std::size_t taken = 0, fed = bytes.size();
+  const auto take = [&] {
+    while (const auto frame = decoder.take()) {
+      sum.add(*frame, tally);
+      (void)decoder.complaints();
+      ++taken;
+    }
+  };
+  decoder.feed(bytes.first(bytes.size() / 2));
+  take();
+  decoder.feed(bytes.subspan(bytes.size() / 2));
+  take();
+  if (then_good) {
+    const auto before = taken;
+    decoder.feed(all.good);
+    fed += all.good.size();
+    take();
+    if (taken < before + all.frames / 2) std::abort();  // noise may swallow some good frames, never most of them
+  }
+  if (decoder.rejected_bytes() > fed) std::abort();
+  (void)sum.counts(tally, tally.interval);
+}
+
+}  // namespace
+
+/// The first byte chooses a description; from 0xF0, good frames follow the noise.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const auto& all = descriptions();
+  decode_all(all[data[0] % all.size()], std::as_bytes(std::span(data, size)).subspan(1), data[0] >= 0xF0);
+  return 0;
+}

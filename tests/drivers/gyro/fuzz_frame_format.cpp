@@ -1,0 +1,54 @@
+/// Any text as the description of a gyro's frames, alone and inside a good one; what is accepted is used.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "drivers/gyro/frame_stream.hpp"
+#include "tests/drivers/gyro/frame_streams.hpp"
+
+using namespace gyrotherm;
+
+namespace {
+
+const std::vector<std::string>& good_texts() {
+  static const auto all = [] {
+    std::vector<std::string> found;
+    for (const auto& name : shipped_streams()) found.push_back(shipped_stream(name).text);
+    return found;
+  }();
+  return all;
+}
+
+void use(const GyroStream& stream) {
+  FrameDecoder decoder(stream.frame);
+  const auto one = encode_frame(stream.frame, {.pulses = 5, .sequence = 1, .timestamp = 2, .gyro = 0.5});
+  for (int i = 0; i < 3; ++i) decoder.feed(one);
+  while (decoder.take()) (void)decoder.complaints();
+}
+
+/// A good description with one of its numbers or words replaced.
+std::string falsified(const std::uint8_t* data, std::size_t size) {
+  auto text = good_texts()[data[0] % good_texts().size()];
+  const std::size_t place = (data[1] * 256u + data[2]) % text.size();
+  const auto begin = text.find("= ", place);
+  if (begin == std::string::npos) return text;
+  const auto end = std::min(text.find('\n', begin), text.size());
+  return text.replace(begin + 2, end - begin - 2, reinterpret_cast<const char*>(data + 3), size - 3);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 4) return 0;
+  if (const auto stream = parse_gyro_stream({reinterpret_cast<const char*>(data), size}, "fuzz")) use(*stream);
+  if (data[3] % 2 == 0) {
+    if (const auto stream = parse_gyro_stream(falsified(data, std::min<std::size_t>(size, 16)), "fuzz")) use(*stream);
+    return 0;
+  }
+  // Small numbers are what a description is made of.
+  const auto number = std::to_string(static_cast<std::int8_t>(data[3]));
+  std::vector<std::uint8_t> bytes(data, data + 3);
+  bytes.insert(bytes.end(), number.begin(), number.end());
+  if (const auto stream = parse_gyro_stream(falsified(bytes.data(), bytes.size()), "fuzz")) use(*stream);
+  return 0;
+}

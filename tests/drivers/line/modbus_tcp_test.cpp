@@ -1,0 +1,178 @@
+#include "drivers/line/modbus_tcp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "drivers/line/deadline.hpp"
+#include "drivers/line/modbus_frame.hpp"
+#include "tests/drivers/line/loopback_server.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+using Words = std::vector<std::uint16_t>;
+constexpr Duration kTimeout = milliseconds(60);
+
+Words words_of(const ModbusRequest& request) {
+  Words words(request.count);
+  for (std::uint16_t i = 0; i < request.count; ++i) words[i] = static_cast<std::uint16_t>(request.address + i);
+  return words;
+}
+
+/// The right answer: each register holds its own address.
+std::vector<std::byte> good(const ModbusRequest& request) {
+  return encode_reply(request, request.words.empty() ? words_of(request) : Words{});
+}
+
+/// A server that answers its n-th request (from 0) as told.
+class Unit {
+ public:
+  using Behaviour = std::function<Answer(int number, const ModbusRequest& request, std::span<const std::byte> frame)>;
+  explicit Unit(Behaviour behaviour)
+      : behaviour_(std::move(behaviour)), server_([this](std::span<const std::byte> frame) {
+          const auto request = decode_request(frame);
+          return request ? behaviour_(number_++, *request, frame) : Answer{};
+        }) {}
+
+  [[nodiscard]] std::unique_ptr<Registers> client() const { return make_modbus_tcp(server_.address(), 1, kTimeout); }
+  [[nodiscard]] int connections() const { return server_.connections(); }
+  [[nodiscard]] int requests() const { return server_.requests(); }
+
+ private:
+  Behaviour behaviour_;
+  int number_ = 0;
+  LoopbackServer server_;
+};
+
+TEST(ModbusTcp, ReadsAndWritesOnOneConnection) {
+  Unit unit([](int, const auto& request, auto) { return Answer{good(request)}; });
+  const auto client = unit.client();
+  EXPECT_EQ(client->read(2782, 2).value(), (Words{2782, 2783}));
+  EXPECT_TRUE(client->write(2782, Words{0xC221, 0}));
+  EXPECT_TRUE(client->write(2782, Words{7}));
+  EXPECT_EQ(client->read(0, 125).value().size(), 125u);
+  EXPECT_EQ(unit.connections(), 1);
+  EXPECT_EQ(unit.requests(), 4);
+}
+
+TEST(ModbusTcp, NoTransactionIsUsedTwiceAlsoAcrossConnections) {
+  std::vector<std::uint16_t> seen;
+  Unit unit([&](int number, const auto& request, auto) {
+    seen.push_back(request.transaction);
+    return Answer{good(request), number % 2 == 1};
+  });
+  const auto client = unit.client();
+  for (int i = 0; i < 6; ++i) (void)client->read(1, 1);
+  for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_GT(seen[i], seen[i - 1]);
+  EXPECT_GT(unit.connections(), 2);
+}
+
+TEST(ModbusTcp, AGarbledReplyCostsTheConnectionAndIsReadAgain) {
+  Unit unit([](int number, const auto& request, auto) {
+    auto reply = good(request);
+    if (number == 1) reply[6] = std::byte{9};
+    return Answer{reply};
+  });
+  const auto client = unit.client();
+  EXPECT_TRUE(client->read(5, 1));
+  EXPECT_EQ(client->read(6, 1).value(), Words{6});
+  EXPECT_EQ(unit.connections(), 2);
+}
+
+TEST(ModbusTcp, ALateReplyIsNeverTakenForTheNext) {
+  std::vector<std::byte> late;
+  Unit unit([&](int number, const auto& request, auto) {
+    if (number == 0) return late = good(request), Answer{};
+    auto both = std::exchange(late, {});
+    const auto own = good(request);
+    both.insert(both.end(), own.begin(), own.end());
+    return Answer{both};
+  });
+  const auto client = unit.client();
+  EXPECT_EQ(client->read(60, 1).value(), Words{60});
+  EXPECT_EQ(client->read(61, 1).value(), Words{61});
+  EXPECT_EQ(client->read(62, 1).value(), Words{62});
+}
+
+TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
+  Unit unit([](int, const auto&, auto) { return Answer{}; });
+  const auto client = unit.client();
+  const Deadline soon(milliseconds(900));
+  const auto words = client->read(2782, 2);
+  ASSERT_FALSE(words);
+  EXPECT_EQ(words.error().kind, FaultKind::timeout);
+  EXPECT_NE(text(words.error()).find("unit 1 read 2782+2: no reply in 60 ms"), std::string::npos)
+      << text(words.error());
+  EXPECT_EQ(unit.requests(), 3);
+  EXPECT_FALSE(soon.over());
+}
+
+TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
+  Unit unit([](int, const auto& request, auto) { return Answer{{good(request).front()}}; });
+  const auto client = unit.client();
+  const Deadline soon(milliseconds(900));
+  EXPECT_EQ(client->read(1, 1).error().kind, FaultKind::timeout);
+  EXPECT_FALSE(soon.over());
+}
+
+TEST(ModbusTcp, AResetIsSurvivedByARead) {
+  Unit unit([](int number, const auto& request, auto) {
+    return number == 0 ? Answer{{}, true} : Answer{good(request)};
+  });
+  EXPECT_TRUE(unit.client()->read(1, 1));
+  EXPECT_EQ(unit.connections(), 2);
+}
+
+TEST(ModbusTcp, AFailedWriteIsNotRepeated) {
+  Unit unit([](int, const auto&, auto) { return Answer{}; });
+  const auto client = unit.client();
+  EXPECT_EQ(client->write(2782, Words{1, 2}).error().kind, FaultKind::timeout);
+  EXPECT_EQ(unit.requests(), 1);
+}
+
+TEST(ModbusTcp, AnEchoOfAnotherRegisterIsCorrupted) {
+  Unit unit([](int, auto request, auto) {
+    request.address = static_cast<std::uint16_t>(request.address + 1);
+    return Answer{good(request)};
+  });
+  EXPECT_EQ(unit.client()->write(2782, Words{1, 2}).error().kind, FaultKind::corrupted);
+}
+
+TEST(ModbusTcp, AnExceptionIsNamedAndKeepsTheConnection) {
+  Unit unit([](int number, const auto& request, auto frame) {
+    return Answer{number == 0 ? encode_exception(frame, 2) : good(request)};
+  });
+  const auto client = unit.client();
+  const auto refused = client->read(1, 1);
+  EXPECT_EQ(refused.error().kind, FaultKind::refused);
+  EXPECT_EQ(refused.error().what, "exception 2, illegal data address");
+  EXPECT_TRUE(client->read(1, 1));
+  EXPECT_EQ(unit.connections(), 1);
+}
+
+TEST(ModbusTcp, ABusyUnitIsAskedAgain) {
+  Unit unit([](int number, const auto& request, auto frame) {
+    return Answer{number < 3 ? encode_exception(frame, number == 0 ? 5 : 6) : good(request)};
+  });
+  EXPECT_EQ(unit.client()->read(4, 1).value(), Words{4});
+  EXPECT_EQ(unit.connections(), 1);
+}
+
+TEST(ModbusTcp, RestsAfterTheSecondFailureInARow) {
+  LineAddress nobody;
+  {
+    const LoopbackServer closed([](auto) { return Answer{}; });
+    nobody = closed.address();
+  }
+  const auto client = make_modbus_tcp(nobody, 1, kTimeout);
+  EXPECT_EQ(client->read(1, 1).error().what, "no connection");
+  EXPECT_EQ(client->read(1, 1).error().what, "no connection");
+  const auto resting = client->read(1, 1);
+  EXPECT_EQ(resting.error().kind, FaultKind::disconnected);
+  EXPECT_EQ(resting.error().what, "failed before, next try in 0.5 s");
+}
+
+}  // namespace
+}  // namespace gyrotherm

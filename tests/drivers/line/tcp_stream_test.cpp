@@ -1,0 +1,91 @@
+#include "drivers/line/tcp_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <string>
+
+#include "tests/drivers/fakes.hpp"
+#include "tests/drivers/line/loopback_server.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr Duration kSoon = milliseconds(60), kPatient = milliseconds(2000);
+
+Answer echo(std::span<const std::byte> request) { return {{request.begin(), request.end()}}; }
+
+Result<std::string> exchange(ByteStream& stream, std::string_view text, Duration within) {
+  if (auto sent = stream.write(bytes_of(text), within); !sent) return failure(sent.error());
+  std::array<std::byte, 256> buffer;
+  const auto size = stream.read(buffer, within);
+  if (!size) return failure(size.error());
+  return std::string(reinterpret_cast<const char*>(buffer.data()), *size);
+}
+
+TEST(TcpStream, CarriesBytesBothWays) {
+  const LoopbackServer server(echo);
+  const auto stream = make_tcp_stream(server.address(), kPatient);
+  EXPECT_EQ(exchange(*stream, "CRDG? 0\r\n", kPatient).value(), "CRDG? 0\r\n");
+  EXPECT_EQ(exchange(*stream, "again", kPatient).value(), "again");
+  EXPECT_EQ(server.connections(), 1);
+}
+
+TEST(TcpStream, ASilentPeerIsATimeoutAndNotAnEnd) {
+  const LoopbackServer server([](auto request) { return request.size() == 1 ? Answer{} : echo(request); });
+  const auto stream = make_tcp_stream(server.address(), kPatient);
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().kind, FaultKind::timeout);
+  EXPECT_EQ(exchange(*stream, "hello", kPatient).value(), "hello");
+  EXPECT_EQ(server.connections(), 1);
+}
+
+TEST(TcpStream, ASignalDoesNotEndAWait) {
+  struct sigaction notice {
+  }, before{};
+  notice.sa_handler = [](int) {};
+  sigaction(SIGUSR1, &notice, &before);
+  const auto reader = pthread_self();
+  const LoopbackServer server([reader](auto request) {
+    for (int i = 0; i < 5; ++i) pthread_kill(reader, SIGUSR1);
+    return echo(request);
+  });
+  const auto stream = make_tcp_stream(server.address(), kPatient);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(exchange(*stream, "CRDG? 0\r\n", kPatient).value_or("cut off"), "CRDG? 0\r\n");
+  sigaction(SIGUSR1, &before, nullptr);
+}
+
+TEST(TcpStream, ConnectsAgainAfterAReset) {
+  const LoopbackServer server([](auto request) { return request.size() == 1 ? Answer{{}, true} : echo(request); });
+  const auto stream = make_tcp_stream(server.address(), kPatient);
+  EXPECT_EQ(exchange(*stream, "?", kPatient).error().kind, FaultKind::disconnected);
+  EXPECT_EQ(exchange(*stream, "hello", kPatient).value(), "hello");
+  EXPECT_EQ(server.connections(), 2);
+}
+
+TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
+  LineAddress nobody;
+  {
+    const LoopbackServer closed(echo);
+    nobody = closed.address();
+  }
+  const auto stream = make_tcp_stream(nobody, kSoon);
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s");
+}
+
+TEST(LineAddress, IsNumericSoThatNoNameIsLookedUp) {
+  const auto full = parse_line_address("tcp://10.0.0.7:5020", 502).value();
+  EXPECT_EQ(full.host, "10.0.0.7");
+  EXPECT_EQ(full.port, 5020);
+  EXPECT_EQ(parse_line_address("10.0.0.7", 502).value().port, 502);
+  EXPECT_EQ(parse_line_address("tcp://localhost", 502).value().host, "127.0.0.1");
+  for (const char* wrong :
+       {"", "tcp://", "tcp://chamber:502", "10.0.0.7:", "10.0.0.7:0", "10.0.0.7:65536", "10.0.0.7:5x", "10.0.0"})
+    EXPECT_EQ(parse_line_address(wrong, 502).error().kind, FaultKind::bad_file) << wrong;
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,121 @@
+#include "drivers/line/text_exchange.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "tests/drivers/fakes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A line on its own clock, which only waiting moves. The instrument answers the n-th question with "answer n".
+class SlowStream final : public ByteStream {
+ public:
+  Duration delay{};                ///< of an answer
+  Duration echo{};                 ///< after which the answer comes once more; zero: it does not
+  std::size_t cut = SIZE_MAX;      ///< bytes of an answer that arrive
+  std::vector<std::string> heard;  ///< questions
+
+  [[nodiscard]] std::string answer() const { return "answer " + std::to_string(heard.size()); }
+  void let_pass(Duration time) { now_ += time; }
+
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration limit) override {
+    if (coming_.empty() || coming_.begin()->first > now_ + limit) {
+      now_ += limit;
+      return failure(FaultKind::timeout, "slow", "nothing came");
+    }
+    const auto next = coming_.extract(coming_.begin());
+    now_ = std::max(now_, next.key());
+    std::ranges::copy(bytes_of(next.mapped()), buffer.begin());
+    return next.mapped().size();
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    heard.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto line = (answer() + "\n").substr(0, cut);
+    if (line.empty()) return {};
+    coming_.emplace(now_ + delay, line);
+    if (echo != Duration::zero()) coming_.emplace(now_ + delay + echo, line);
+    return {};
+  }
+
+ private:
+  std::multimap<Duration, std::string> coming_;
+  Duration now_{};
+};
+
+const TextExchangeOptions kOptions{
+    .question_end = "\r", .answer_end = "\n", .within = milliseconds(500), .pause = milliseconds(10)};
+
+TEST(TextExchange, AsksAndTakesOneLine) {
+  auto made = std::make_unique<SlowStream>();
+  auto& line = *made;
+  TextExchange exchange(std::move(made), kOptions);
+  EXPECT_EQ(exchange.ask("one").value(), "answer 1");
+  EXPECT_EQ(exchange.ask("two").value(), "answer 2");
+  EXPECT_EQ(line.heard, (std::vector<std::string>{"one\r", "two\r"}));
+}
+
+TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {
+  for (const auto late : {milliseconds(505), milliseconds(600), milliseconds(990)}) {
+    auto made = std::make_unique<SlowStream>();
+    auto& line = *made;
+    TextExchange exchange(std::move(made), kOptions);
+    line.delay = late;
+    EXPECT_EQ(exchange.ask("one").error().kind, FaultKind::timeout);
+    line.delay = milliseconds(1);
+    EXPECT_EQ(exchange.ask("two").value(), "answer 2") << late.count() << " ms";
+  }
+}
+
+// Answers that are late (by less than the limit), lost, cut off or said twice, one question a second.
+TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
+  constexpr unsigned kSeed = 3;
+  std::mt19937 random(kSeed);
+  const auto up_to = [&](int ms) { return milliseconds(random() % ms); };
+  auto made = std::make_unique<SlowStream>();
+  auto& line = *made;
+  TextExchange exchange(std::move(made), kOptions);
+  int good = 0, refused = 0;
+  for (int round = 0; round < 100'000; ++round) {
+    line.delay = random() % 3 == 0 ? up_to(990) : up_to(20);
+    line.echo = random() % 4 == 0 ? up_to(400) : milliseconds(0);
+    line.cut = random() % 5 == 0 ? random() % 12 : SIZE_MAX;
+    const auto answer = exchange.ask("?");
+    answer ? ++good : ++refused;
+    if (answer) {
+      ASSERT_EQ(*answer, line.answer()) << "seed " << kSeed << " round " << round;
+    }
+    line.heard.assign(line.heard.size() % 1000, "");  // numbers stay short
+    line.let_pass(milliseconds(1000));
+  }
+  EXPECT_GT(good, 50'000);
+  EXPECT_GT(refused, 10'000);
+}
+
+TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {
+  auto made = std::make_unique<FakeStream>();
+  auto& line = *made;
+  TextExchange exchange(std::move(made), kOptions);
+  line.instrument = [](std::string_view) { return std::string("old\nnew\n"); };
+  EXPECT_EQ(exchange.ask("?").error().kind, FaultKind::corrupted);
+  line.instrument = [](std::string_view) { return std::string("new\n"); };
+  EXPECT_EQ(exchange.ask("?").value(), "new");
+}
+
+TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
+  class Chatter final : public ByteStream {
+    Result<std::size_t> read(std::span<std::byte> buffer, Duration) override { return buffer.size(); }
+    Result<void> write(std::span<const std::byte>, Duration) override { return {}; }
+  };
+  auto options = kOptions;
+  options.within = milliseconds(5);
+  TextExchange exchange(std::make_unique<Chatter>(), options);
+  EXPECT_EQ(exchange.ask("?").error().what, "the line does not fall silent");
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,155 @@
+#include "drivers/thermometer/dcon_thermometer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/drivers/fakes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A module in memory: says what it is set to, and its readings.
+struct Module {
+  std::uint8_t address = 4;
+  DconChecksum checksum = DconChecksum::off;
+  std::string configuration = "100600";
+  std::string types = "";  ///< of each input, one after the other; empty: the module does not know the question
+  std::string readings = ">+05.123+04.153+07.234-02.356+10.000-05.133+9999-0000";
+
+  [[nodiscard]] std::string operator()(std::string_view query) const {
+    const auto question = unseal_dcon(query.substr(0, query.size() - 1), checksum);
+    if (!query.ends_with('\r') || !question) return "";
+    const auto answer = reply(*question);
+    return answer.empty() ? "" : seal_dcon(answer, checksum) + "\r";
+  }
+
+ private:
+  [[nodiscard]] std::string reply(std::string_view question) const {
+    const auto me = dcon_read_all(address).substr(1);
+    if (question == "#" + me) return readings;
+    if (question == "$" + me + "2") return "!" + me + configuration;
+    if (question == "$" + me + "M") return "!" + me + "7018P";
+    if (question.starts_with("$" + me + "8C")) {
+      const auto input = static_cast<std::size_t>(question.back() - '0');
+      return types.empty() ? "?" + me : "!" + me + "C" + question.back() + "R" + types.substr(2 * input, 2);
+    }
+    return question.substr(1, 2) == me ? "?" + me : "";
+  }
+};
+
+class OnModule : public testing::Test {
+ protected:
+  OnModule() { connect({.address = 4}); }
+  void connect(DconOptions options) {
+    auto made = std::make_unique<FakeStream>();
+    line = made.get();
+    line->instrument = [this](std::string_view query) { return module(query); };
+    bank = make_dcon_thermometer(std::move(made), "bank", options);
+  }
+  void expect_all(FaultKind kind) {
+    const auto readings = bank->read();
+    ASSERT_EQ(readings.size(), kDconInputs);
+    for (const auto& reading : readings) EXPECT_EQ(reading.error().kind, kind) << text(reading.error());
+  }
+  Module module;
+  FakeStream* line{};
+  std::unique_ptr<Thermometer> bank;
+};
+using DconThermometer = OnModule;
+
+TEST_F(DconThermometer, TellsItsModelAndAddress) { EXPECT_EQ(bank->identify().value(), "7018P at 04"); }
+
+TEST_F(DconThermometer, ReadsAllInputsWithOneQuestion) {
+  ASSERT_TRUE(bank->identify());
+  const auto before = line->heard.size();
+  const auto readings = bank->read();
+  ASSERT_EQ(readings.size(), kDconInputs);
+  EXPECT_EQ(line->heard.size(), before + 1);
+  EXPECT_EQ(line->heard.back(), "#04\r");
+  EXPECT_EQ(readings[3].value(), Celsius{-2.356});
+  EXPECT_EQ(text(readings[6].error()), "bank input 6: over range (+9999)");
+  EXPECT_EQ(text(readings[7].error()), "bank input 7: under range (-0000)");
+}
+
+TEST_F(DconThermometer, SealsWhatItSaysIfTheModuleDoes) {
+  module.checksum = DconChecksum::on;
+  connect({.address = 4, .checksum = DconChecksum::on});
+  EXPECT_EQ(bank->read()[0].value(), Celsius{5.123});
+  EXPECT_EQ(line->heard.back(), "#0487\r");  // 23 + 30 + 34 = 87, hexadecimal
+}
+
+TEST_F(DconThermometer, AChecksumThatIsSetOtherwiseNeverYieldsAReading) {
+  module.checksum = DconChecksum::on;
+  expect_all(FaultKind::timeout);
+  module.checksum = DconChecksum::off;
+  connect({.address = 4, .checksum = DconChecksum::on});
+  for (const auto& reading : bank->read()) EXPECT_FALSE(reading);
+}
+
+TEST_F(DconThermometer, AWrongAddressIsATimeout) {
+  module.address = 5;
+  expect_all(FaultKind::timeout);
+}
+
+TEST_F(DconThermometer, PercentOrHexadecimalReadingsAreAMismatch) {
+  for (const char* configuration : {"100601", "100602", "100603"}) {
+    module.configuration = configuration;
+    EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch) << configuration;
+    expect_all(FaultKind::mismatch);
+  }
+}
+
+TEST_F(DconThermometer, AnInputForVoltagesIsAMismatch) {
+  module.configuration = "050600";
+  EXPECT_EQ(text(bank->identify().error()), "bank: set to type 05, expected thermocouple J, K, T or E (0E to 11)");
+  expect_all(FaultKind::mismatch);
+}
+
+TEST_F(DconThermometer, InputsMayHaveATypeEach) {
+  module.configuration = "000600";
+  module.types = "10101010100F1010";
+  const auto readings = bank->read();
+  EXPECT_EQ(readings[3].value(), Celsius{-2.356});
+  EXPECT_EQ(readings[5].error().kind, FaultKind::out_of_range);  // type K ends at 0 °C
+  module.types = "1010101010071010";
+  connect({.address = 4});
+  EXPECT_EQ(bank->identify().error().where, "bank input 5");
+}
+
+TEST_F(DconThermometer, AnExchangedModuleIsAskedAgain) {
+  EXPECT_TRUE(bank->read()[0]);
+  line->fall_silent();
+  expect_all(FaultKind::timeout);
+  line->recover();
+  module.configuration = "100602";
+  expect_all(FaultKind::mismatch);
+}
+
+TEST_F(DconThermometer, AnAnswerMayComeByteByByte) {
+  line->in_pieces_of(1);
+  EXPECT_TRUE(bank->read()[0]);
+}
+
+TEST_F(DconThermometer, ALateAnswerIsNotTakenForTheNext) {
+  ASSERT_TRUE(bank->identify());
+  line->answer_late();
+  expect_all(FaultKind::timeout);
+  line->recover();
+  line->say(">+99.000+99.000+99.000+99.000+99.000+99.000+99.000+99.000\r");
+  EXPECT_EQ(bank->read()[0].value(), Celsius{5.123});
+}
+
+TEST_F(DconThermometer, AGarbledAnswerIsNoReading) {
+  line->garble();
+  for (const auto& reading : bank->read()) EXPECT_FALSE(reading);
+  line->recover();
+  EXPECT_TRUE(bank->read()[0]);
+}
+
+TEST_F(DconThermometer, ABrokenLineNamesTheInstrument) {
+  line->disconnect();
+  expect_all(FaultKind::disconnected);
+  EXPECT_EQ(bank->read()[3].error().where, "bank fake");
+}
+
+}  // namespace
+}  // namespace gyrotherm

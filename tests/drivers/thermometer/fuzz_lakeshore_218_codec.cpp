@@ -1,0 +1,15 @@
+/// Any text as a reply; what decodes is eight readings that can be.
+#include <cstdlib>
+
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
+
+using namespace gyrotherm;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto readings = decode_crdg({reinterpret_cast<const char*>(data), size});
+  if (!readings) return 0;
+  if (readings->size() != kLakeshore218Inputs) std::abort();
+  for (const auto& reading : *readings)
+    if (reading && !(reading->value >= -273.15 && reading->value <= 1000)) std::abort();
+  return 0;
+}

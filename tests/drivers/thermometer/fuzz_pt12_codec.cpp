@@ -1,0 +1,27 @@
+/// Any text as an answer; what decodes is readings that can be.
+#include <cstdlib>
+
+#include "drivers/thermometer/pt12_codec.hpp"
+
+using namespace gyrotherm;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view line(reinterpret_cast<const char*>(data), size);
+  const auto check = [](const Result<Celsius>& reading) {
+    if (reading && !(reading->value >= -200 && reading->value <= 850)) std::abort();
+  };
+  const auto decode_all = [&](std::string_view text) {
+    check(decode_pt12_temperature(text, 1));
+    if (const auto readings = decode_pt12_temperatures(text)) {
+      if (readings->size() != kPt12Inputs) std::abort();
+      for (const auto& reading : *readings) check(reading);
+    }
+    if (const auto inputs = decode_pt12_connected(text); inputs && inputs->size() > kPt12Inputs) std::abort();
+  };
+  decode_all(line);
+  // The same bytes by an alphabet of which readings are made.
+  std::string numbers;
+  for (const char byte : line) numbers += ",,,. -+e0123456789NaN, 12345678"[byte & 31];
+  decode_all(numbers);
+  return 0;
+}

@@ -1,0 +1,125 @@
+#include "drivers/thermometer/lakeshore_218.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
+#include "tests/drivers/fakes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kEight = "+20.123,+21.1,-040.25,+023.4567,+24.,+25.5,+26.6,+300.00";
+const std::vector<double> kValues{20.123, 21.1, -40.25, 23.4567, 24, 25.5, 26.6, 300};
+
+TEST(Lakeshore218Codec, ReadsAnyNumberOfDecimals) {
+  const auto readings = decode_crdg(kEight);
+  ASSERT_TRUE(readings) << text(readings.error());
+  ASSERT_EQ(readings->size(), kLakeshore218Inputs);
+  for (std::size_t i = 0; i < kValues.size(); ++i) EXPECT_DOUBLE_EQ((*readings)[i].value().value, kValues[i]);
+}
+
+// The manual's own example of a reply.
+TEST(Lakeshore218Codec, ReadsTheReplyOfTheManual) {
+  const auto readings = decode_crdg("+480.00,+480.00,+480.00,+480.00,+01.000,+01.000,+01.000,+01.000").value();
+  EXPECT_EQ(readings[0].value(), Celsius{480});
+  EXPECT_EQ(readings[7].value(), Celsius{1});
+}
+
+TEST(Lakeshore218Codec, AnythingButEightNumbersIsCorrupted) {
+  for (const char* wrong : {"", "+1", "+1,+2,+3,+4,+5,+6,+7", "+1,+2,+3,+4,+5,+6,+7,+8,+9", "+1,+2,+3,+4,+5,+6,+7,+8,",
+                            "1,+2,+3,+4,+5,+6,+7,+8", "+1,+2,+3,+4,+5,+6,+7,+nan", "+1,+2,+3,+4,+5,+6,+7,+8e1",
+                            "+1,+2,+3,+4,+5,+6,+7,+", "+1,+2,+3,+4,+5,+6,+7,++8", "+1,+2,+3,+4,+5,+6,+7, +8"})
+    EXPECT_EQ(decode_crdg(wrong).error().kind, FaultKind::corrupted) << wrong;
+}
+
+TEST(Lakeshore218Codec, AReadingThatCannotBeIsAFaultInItsPlace) {
+  const auto readings = decode_crdg("+20.0,-273.2,+1000.1,+20.0,+20.0,+20.0,+20.0,-273.15").value();
+  EXPECT_TRUE(readings[0]);
+  EXPECT_EQ(readings[1].error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(readings[2].error().where, "input 3");
+  EXPECT_TRUE(readings[7]);
+}
+
+TEST(Lakeshore218Codec, WritesAsTheInstrumentDoes) {
+  const std::vector<double> celsius{20.1234, -40.25, 0, 1, 2, 3, 4, 105.5};
+  EXPECT_EQ(encode_crdg(celsius, 3), "+020.123,-040.250,+000.000,+001.000,+002.000,+003.000,+004.000,+105.500");
+  EXPECT_TRUE(decode_crdg(encode_crdg(celsius, 3)));
+}
+
+class OnFakeLine : public testing::Test {
+ protected:
+  OnFakeLine() {
+    auto made = std::make_unique<FakeStream>();
+    line = made.get();
+    line->instrument = [](std::string_view query) -> std::string {
+      if (query == "*IDN?\r\n") return "LSCI,MODEL218E,21EA4F,042109\r\n";
+      if (query == "CRDG? 0\r\n") return std::string(kEight) + "\r\n";
+      return "";
+    };
+    bank = make_lakeshore_218(std::move(made), "bank");
+  }
+  FakeStream* line{};
+  std::unique_ptr<Thermometer> bank;
+};
+using Lakeshore218 = OnFakeLine;
+
+TEST_F(Lakeshore218, TellsItsModel) { EXPECT_EQ(bank->identify().value(), "LSCI,MODEL218E,21EA4F,042109"); }
+
+TEST_F(Lakeshore218, AnotherInstrumentIsAMismatch) {
+  line->instrument = [](std::string_view) { return std::string("LSCI,MODEL340,1,2\r\n"); };
+  EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch);
+}
+
+TEST_F(Lakeshore218, ReadsAllInputsWithOneQuery) {
+  const auto readings = bank->read();
+  ASSERT_EQ(readings.size(), 8u);
+  for (std::size_t i = 0; i < readings.size(); ++i) EXPECT_DOUBLE_EQ(readings[i].value().value, kValues[i]);
+  EXPECT_EQ(line->heard.size(), 1u);
+}
+
+TEST_F(Lakeshore218, AReplyMayComeByteByByte) {
+  line->in_pieces_of(1);
+  EXPECT_TRUE(bank->read()[7]);
+}
+
+void expect_all(const std::vector<Result<Celsius>>& readings, FaultKind kind) {
+  ASSERT_EQ(readings.size(), 8u);
+  for (const auto& reading : readings) EXPECT_EQ(reading.error().kind, kind);
+}
+
+TEST_F(Lakeshore218, SilenceIsATimeoutInEveryPlace) {
+  line->fall_silent();
+  expect_all(bank->read(), FaultKind::timeout);
+  line->recover();
+  EXPECT_TRUE(bank->read()[0]);
+}
+
+TEST_F(Lakeshore218, ALateReplyIsNotTakenForTheNext) {
+  line->answer_late();
+  expect_all(bank->read(), FaultKind::timeout);
+  line->recover();
+  line->say("+99.0,+99.0,+99.0,+99.0,+99.0,+99.0,+99.0,+99.0\r\n");
+  EXPECT_DOUBLE_EQ(bank->read()[0].value().value, kValues[0]);
+}
+
+TEST_F(Lakeshore218, AGarbledReplyIsCorruptedOrMissing) {
+  line->garble();
+  const auto readings = bank->read();
+  for (const auto& reading : readings) EXPECT_FALSE(reading);
+  line->recover();
+  EXPECT_TRUE(bank->read()[0]);
+}
+
+TEST_F(Lakeshore218, ALineWithoutAnEndIsCorrupted) {
+  line->instrument = [](std::string_view) { return std::string(1000, '+'); };
+  expect_all(bank->read(), FaultKind::corrupted);
+}
+
+TEST_F(Lakeshore218, ABrokenLineNamesTheInstrument) {
+  line->disconnect();
+  expect_all(bank->read(), FaultKind::disconnected);
+  EXPECT_EQ(bank->read()[3].error().where, "bank fake");
+}
+
+}  // namespace
+}  // namespace gyrotherm

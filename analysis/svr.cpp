@@ -17,7 +17,7 @@ namespace {
 // Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
 // Times n. Trainings that need more are faster by Newton steps, small ones sooner.
-constexpr Eigen::Index kSmoIterationsPerPoint = 48;
+constexpr Eigen::Index kSmoIterationsPerPoint = 64;
 constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
 constexpr Eigen::Index kFew = 640;
 // σ/C of the first proximal step after SMO.
@@ -85,15 +85,14 @@ Result<SvrSolution> solve_svr_from(const KernelSource& source, KernelMemory& mem
   Kernel kernel(source, memory, options.memory_bytes - least_kernel_bytes(source.size()));
   const SvrProblem problem{kernel, y, C, epsilon};
   NewtonResult optimum = optimise(problem, options);
-  const Eigen::VectorXd judged = response(problem, optimum.point.beta);
-  const Certificate certificate = certify(problem, optimum.point, judged);
+  const Certificate certificate = certify(problem, optimum.point, optimum.response);
   if (!(certificate.relative_gap <= options.relative_gap)) {
     return failure(FaultKind::numeric, "support vector regression",
                    fmt::format("relative duality gap {:.2g} after {} Newton steps, wanted {:.2g}; C = {}, epsilon = {}",
                                certificate.relative_gap, optimum.steps, options.relative_gap, C, epsilon));
   }
   SvrSolution solution;
-  solution.kkt_violation = kkt_violation(problem, optimum.point.beta, judged);
+  solution.kkt_violation = kkt_violation(problem, optimum.point.beta, optimum.response);
   solution.beta = std::move(optimum.point.beta);
   solution.b = optimum.point.b;
   solution.relative_gap = certificate.relative_gap;

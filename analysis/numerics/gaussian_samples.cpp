@@ -31,9 +31,9 @@ void make_row(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::I
 }
 
 GYROTHERM_CLONES
-void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int count,
-                 double* out) {
-  for (int j = 0; j < count; j += 2 * kDoubleLanes) {
+void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
+                 int count, double* out) {
+  for (int j = from; j < count; j += 2 * kDoubleLanes) {
     DoubleLanes sum = {}, next = {};
     for (Eigen::Index k = 0; k < inputs; ++k) {
       const double* input = x + k * stride;
@@ -86,9 +86,9 @@ void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const
            static_cast<int>(singles_.rows()), out);
 }
 
-void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out) const {
-  assert(0 <= i && i < size_);
-  make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma),
+void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out, Eigen::Index from) const {
+  assert(0 <= i && i < size_ && from % kColumnStep == 0);
+  make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma), static_cast<int>(from),
               static_cast<int>(doubles_.rows()), out);
 }
 

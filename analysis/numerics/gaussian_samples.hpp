@@ -12,9 +12,9 @@ namespace gyrotherm {
   constexpr int kStep = 2 * kFloatLanes;
   return (static_cast<int>(n) + kStep - 1) / kStep * kStep;
 }
+inline constexpr int kColumnStep = 2 * kDoubleLanes;
 [[nodiscard]] inline int padded_column(Eigen::Index n) {
-  constexpr int kStep = 2 * kDoubleLanes;
-  return (static_cast<int>(n) + kStep - 1) / kStep * kStep;
+  return (static_cast<int>(n) + kColumnStep - 1) / kColumnStep * kColumnStep;
 }
 
 class GaussianSamples {
@@ -29,8 +29,8 @@ class GaussianSamples {
   /// few 1e-7 where the exponent is small; `out` has padded_row(size()) places.
   void single_row(Eigen::Index i, double sigma, float* out) const;
   /// The same to a few 1e-16 where inputs are independent, else of the largest exponent; `out` has
-  /// padded_column(size()) places.
-  void double_column(Eigen::Index i, double sigma, double* out) const;
+  /// padded_column(size()) places, and those before `from`, a multiple of kColumnStep, are left as they are.
+  void double_column(Eigen::Index i, double sigma, double* out, Eigen::Index from = 0) const;
 
  private:
   Eigen::Index size_;

@@ -11,9 +11,9 @@ void MatrixSource::single_row(Eigen::Index i, float* out) const {
   std::fill(out + row.size(), out + padded_row(row.size()), 0.0F);
 }
 
-void MatrixSource::double_column(Eigen::Index i, double* out) const {
+void MatrixSource::double_column(Eigen::Index i, Eigen::Index from, double* out) const {
   const auto column = matrix_.col(i);
-  std::copy_n(column.data(), column.size(), out);
+  std::copy(column.data() + from, column.data() + column.size(), out + from);
   std::fill(out + column.size(), out + padded_column(column.size()), 0.0);
 }
 
@@ -63,11 +63,15 @@ const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
     double* made = memory_.column(size(), kSpare + made_++);
-    source_.double_column(i, made);
+    source_.double_column(i, 0, made);
     return columns_[i] = made;
   }
+  return passing_column(i, 0);
+}
+
+double* Kernel::passing_column(Eigen::Index i, Eigen::Index from) {
   double* spare = memory_.column(size(), spare_++ % kSpare);
-  source_.double_column(i, spare);
+  source_.double_column(i, from, spare);
   return spare;
 }
 

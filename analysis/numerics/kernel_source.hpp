@@ -16,8 +16,8 @@ class KernelSource {
   [[nodiscard]] virtual Eigen::Index size() const = 0;
   /// `out` holds padded_row(size()) floats; what lies beyond size() becomes finite, and means nothing.
   virtual void single_row(Eigen::Index i, float* out) const = 0;
-  /// `out` holds padded_column(size()) doubles, likewise.
-  virtual void double_column(Eigen::Index i, double* out) const = 0;
+  /// `out` holds padded_column(size()) doubles, likewise; those before `from`, a multiple of kColumnStep, are left.
+  virtual void double_column(Eigen::Index i, Eigen::Index from, double* out) const = 0;
   /// A column that lies in memory already, or null.
   [[nodiscard]] virtual const double* stored_column(Eigen::Index) const { return nullptr; }
 };
@@ -28,7 +28,9 @@ class GaussianSource final : public KernelSource {
   GaussianSource(const GaussianSamples& samples, double sigma) : samples_(samples), sigma_(sigma) {}
   [[nodiscard]] Eigen::Index size() const override { return samples_.size(); }
   void single_row(Eigen::Index i, float* out) const override { samples_.single_row(i, sigma_, out); }
-  void double_column(Eigen::Index i, double* out) const override { samples_.double_column(i, sigma_, out); }
+  void double_column(Eigen::Index i, Eigen::Index from, double* out) const override {
+    samples_.double_column(i, sigma_, out, from);
+  }
 
  private:
   const GaussianSamples& samples_;
@@ -41,7 +43,7 @@ class MatrixSource final : public KernelSource {
   explicit MatrixSource(const Eigen::Ref<const Eigen::MatrixXd>& matrix) : matrix_(matrix) {}
   [[nodiscard]] Eigen::Index size() const override { return matrix_.cols(); }
   void single_row(Eigen::Index i, float* out) const override;
-  void double_column(Eigen::Index i, double* out) const override;
+  void double_column(Eigen::Index i, Eigen::Index from, double* out) const override;
   [[nodiscard]] const double* stored_column(Eigen::Index i) const override { return matrix_.col(i).data(); }
 
  private:
@@ -79,6 +81,9 @@ class Kernel {
   [[nodiscard]] const float* row(Eigen::Index i);
   /// Column i in double precision; valid until kSpare more columns have been asked for.
   [[nodiscard]] const double* column(Eigen::Index i);
+  /// Column i from place `from`, a multiple of kColumnStep, on; made for this call alone, with its first places left
+  /// undefined. The caller may write to it. Valid until kSpare more columns have been asked for.
+  [[nodiscard]] double* passing_column(Eigen::Index i, Eigen::Index from);
 
   static constexpr int kSpare = 8;
 

@@ -37,8 +37,8 @@ namespace gyrotherm {
   p = p * r + 1.0;
   p = p * r + 1.0;
   const Integers bits =
-      reinterpret_cast<const Integers&>(p) + (reinterpret_cast<const Integers&>(rounded) << kMantissaBits);
-  x = in_range ? reinterpret_cast<const DoubleLanes&>(bits) : DoubleLanes{};
+      reinterpret_cast<Integers>(p) + (reinterpret_cast<Integers>(rounded) << kMantissaBits);
+  x = in_range ? reinterpret_cast<DoubleLanes>(bits) : DoubleLanes{};
 }
 
 /// The same in single precision: relative error below 3e-7; 0 below −87.
@@ -63,8 +63,8 @@ namespace gyrotherm {
   p = p * r + 1.0F;
   p = p * r + 1.0F;
   const IndexLanes bits =
-      reinterpret_cast<const IndexLanes&>(p) + (reinterpret_cast<const IndexLanes&>(rounded) << kMantissaBits);
-  x = in_range ? reinterpret_cast<const FloatLanes&>(bits) : FloatLanes{};
+      reinterpret_cast<IndexLanes>(p) + (reinterpret_cast<IndexLanes>(rounded) << kMantissaBits);
+  x = in_range ? reinterpret_cast<FloatLanes>(bits) : FloatLanes{};
 }
 
 }  // namespace gyrotherm

@@ -55,8 +55,9 @@ class Newton {
   Eigen::Index n_;
   double sigma_;
   Eigen::VectorXd centre_;
-  Eigen::VectorXd beta_;      // β̃, which is not β(r) before the proximal step has converged
-  Eigen::VectorXd response_;  // Kβ̃
+  Eigen::VectorXd centre_response_;  // Kc
+  Eigen::VectorXd beta_;             // β̃, which is not β(r) before the proximal step has converged
+  Eigen::VectorXd response_;         // Kβ̃
   double b_;
   Eigen::VectorXd direction_;           // of β̃
   Eigen::VectorXd response_direction_;  // K times it
@@ -73,11 +74,12 @@ Newton::Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const Ne
       n_(problem.size()),
       sigma_(options.first_weight * problem.C),
       centre_(start),
+      centre_response_(response(problem, start)),
       beta_(start),
-      response_(response(problem, start)),
+      response_(centre_response_),
       b_(best_offset(problem, response_)),
       pieces_(static_cast<std::size_t>(n_)),
-      best_{{start, b_}, certify(problem, {start, b_}, response_).relative_gap, 0} {}
+      best_{{start, b_}, response_, certify(problem, {start, b_}, response_).relative_gap, 0} {}
 
 Eigen::ArrayXd Newton::shrink(const Eigen::ArrayXd& residual) const {
   const double threshold = sigma_ * problem_.epsilon;
@@ -210,23 +212,32 @@ void Newton::take_centre() {
     if (slope) free.push_back(i);
   }
   spread_sum(problem_, free, centre_);
+  add_response(problem_, centre_ - beta_, response_);
   beta_ = centre_;
-  response_ = response(problem_, beta_);
+  centre_response_ = response_;
 }
 
 // Back to the centre, for a shorter step.
 void Newton::retreat() {
   beta_ = centre_;
-  response_ = response(problem_, beta_);
+  response_ = centre_response_;
   b_ = best_offset(problem_, response_);
   sigma_ *= kRetreat;
 }
 
+// What would end the search is judged by a response that has not been followed from step to step.
 void Newton::keep_if_best() {
-  const SvrPoint point{centre_, best_offset(problem_, response_)};
-  const double gap = certify(problem_, point, response_).relative_gap;
+  SvrPoint point{centre_, best_offset(problem_, response_)};
+  double gap = certify(problem_, point, response_).relative_gap;
+  if (gap <= options_.relative_gap) {
+    response_ = response(problem_, centre_);
+    centre_response_ = response_;
+    point.b = best_offset(problem_, response_);
+    gap = certify(problem_, point, response_).relative_gap;
+  }
   if (!(gap < best_.relative_gap)) return;
-  best_.point = point;
+  best_.point = std::move(point);
+  best_.response = response_;
   best_.relative_gap = gap;
 }
 

@@ -13,8 +13,10 @@ struct NewtonOptions {
 };
 
 struct NewtonResult {
-  SvrPoint point;
-  double relative_gap{};  ///< of `point`; the best that was met
+  SvrPoint point;  ///< the best that was met
+  Eigen::VectorXd
+      response;  ///< Kβ of it; where the gap was reached, made from β alone and not followed from step to step
+  double relative_gap{};  ///< by that response
   int steps{};
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "analysis/numerics/lanes.hpp"
@@ -23,9 +22,9 @@ constexpr int kInnerIterations = 10;
 constexpr int kRowsAtOnce = 4;
 
 GYROTHERM_CLONES
-void add_rows(const float* const* rows, const float* weights, int count, float* sum) {
+void subtract_rows(const float* const* rows, const float* weights, int count, float* sum) {
   for (int i = 0; i < count; ++i) {
-    sum[i] += weights[0] * rows[0][i] + weights[1] * rows[1][i] + weights[2] * rows[2][i] + weights[3] * rows[3][i];
+    sum[i] -= weights[0] * rows[0][i] + weights[1] * rows[1][i] + weights[2] * rows[2][i] + weights[3] * rows[3][i];
   }
 }
 
@@ -43,7 +42,6 @@ class Decomposition {
         n_(static_cast<int>(problem.size())),
         slope_(n_),
         chosen_(n_),
-        order_(n_),
         block_(problem.C, problem.epsilon) {}
 
   /// Goes on from `run`.
@@ -78,18 +76,17 @@ double Decomposition::violation() const {
   return static_cast<double>(highest) - static_cast<double>(lowest);
 }
 
-// The `count` points of the largest slope that are not in yet; equal ones in order.
+// The `count` points of the largest slope that are not in yet; of equal ones the first.
 void Decomposition::take_steepest(int count) {
-  const auto end = order_.begin() + std::min(n_, 2 * count);
-  std::iota(order_.begin(), order_.end(), 0);
-  std::partial_sort(order_.begin(), end, order_.end(),
-                    [&](int a, int b) { return slope_[a] > slope_[b] || (slope_[a] == slope_[b] && a < b); });
-  for (auto i = order_.begin(); i != end && count > 0; ++i) {
-    if (chosen_[*i] != 0) continue;
-    chosen_[*i] = 1;
-    next_.push_back(*i);
-    --count;
+  order_.clear();
+  for (int i = 0; i < n_; ++i) {
+    if (chosen_[i] == 0) order_.push_back(i);
   }
+  const auto end = order_.begin() + std::min(static_cast<int>(order_.size()), count);
+  std::nth_element(order_.begin(), end, order_.end(),
+                   [&](int a, int b) { return slope_[a] > slope_[b] || (slope_[a] == slope_[b] && a < b); });
+  for (auto i = order_.begin(); i != end; ++i) chosen_[*i] = 1;
+  next_.insert(next_.end(), order_.begin(), end);
 }
 
 // Points of the last set, the free ones or the others.
@@ -125,18 +122,18 @@ SmoRun Decomposition::optimise(double tolerance, int most) {
   for (int p = 0; p < count; ++p) {
     gather(problem_.kernel.row(set_[p]), set_.data(), count,
            rows_.data() + static_cast<std::size_t>(p) * block_.stride());
-    block_.place(p, all_.beta(set_[p]), all_.gradient(set_[p]));
+    block_.place(p, all_.beta(set_[p]), all_.error(set_[p]));
   }
   const auto row_of = [&](int p) { return rows_.data() + static_cast<std::size_t>(p) * block_.stride(); };
   return block_.run(row_of, tolerance, kInnerFraction, std::min(most, kInnerIterations * count));
 }
 
-// The gradient of all points follows the β of the working set.
+// The errors of all points follow the β of the working set.
 void Decomposition::follow() {
   std::array<const float*, kRowsAtOnce> rows{};
   std::array<float, kRowsAtOnce> weights{};
   int filled = 0;
-  const auto add = [&] { add_rows(rows.data(), weights.data(), all_.stride(), all_.gradients()); };
+  const auto subtract = [&] { subtract_rows(rows.data(), weights.data(), all_.stride(), all_.errors()); };
   for (int p = 0; p < static_cast<int>(set_.size()); ++p) {
     const double change = block_.beta(p) - all_.beta(set_[p]);
     if (change == 0) continue;
@@ -144,13 +141,13 @@ void Decomposition::follow() {
     weights[filled] = static_cast<float>(change);
     all_.set(set_[p], block_.beta(p));
     if (++filled < kRowsAtOnce) continue;
-    add();
+    subtract();
     filled = 0;
   }
   if (filled == 0) return;
   std::fill(rows.begin() + filled, rows.end(), rows[0]);
   std::fill(weights.begin() + filled, weights.end(), 0.0F);
-  add();
+  subtract();
 }
 
 void Decomposition::run(double tolerance, int most, SmoRun& run) {
@@ -171,7 +168,7 @@ SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
   const int n = static_cast<int>(problem.size());
   SmoState all(problem.C, problem.epsilon);
   all.resize(n);
-  for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(-problem.y[i]));
+  for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(problem.y[i]));
   const auto row_of = [&](int i) { return problem.kernel.row(i); };
   const bool small = n <= kSmall;
   SmoRun run = all.run(row_of, tolerance, 0, small ? most : std::min(most, n));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "analysis/numerics/smo_direction.hpp"
+
 namespace gyrotherm {
 
 struct SmoRun {
@@ -11,25 +13,30 @@ struct SmoRun {
   double violation{};  ///< max u − min v at the end
 };
 
-/// Points that move two at a time, all others standing still. With g = Kβ − y, u_i = −g_i − rise_i is what β_i gains by
-/// rising and v_i = −g_i − fall_i what it loses by falling; rise and fall are the slopes of ε|β_i|, and walls at the
-/// bounds. Arrays are padded to whole lanes with points that cannot move.
+/// Points of which two are chosen at a time to move. With h = y − Kβ, u_i = h_i − rise_i is what β_i gains by rising
+/// and v_i = h_i − fall_i what it loses by falling; rise and fall are the slopes of ε|β_i|, and walls at the bounds.
+/// Arrays are padded to whole lanes with points that cannot move.
+///
+/// A step goes along the pair's own direction made conjugate to the step before it (Torres-Barrán, Alaíz, Dorronsoro,
+/// "Faster SVM training via conjugate SMO", Pattern Recognition 2021), which takes some 0.6 times the steps. Conjugacy
+/// starts afresh where a point meets a bound or zero, and after a few steps: later it costs more than it gains.
 class SmoState {
  public:
   SmoState(double C, double epsilon) : C_(C), epsilon_(epsilon) {}
 
   /// Room for `count` points, each then to be placed.
   void resize(int count);
-  void place(int i, double beta, float gradient);
-  /// β_i alone; the gradients stay.
+  /// `error` is h_i.
+  void place(int i, double beta, float error);
+  /// β_i alone; h stays.
   void set(int i, double beta);
   [[nodiscard]] int stride() const { return stride_; }
   [[nodiscard]] double beta(int i) const { return beta_[i]; }
   [[nodiscard]] const std::vector<double>& beta() const { return beta_; }
-  [[nodiscard]] float gradient(int i) const { return g_[i]; }
-  [[nodiscard]] float* gradients() { return g_.data(); }
-  [[nodiscard]] float u(int i) const { return -g_[i] - rise_[i]; }
-  [[nodiscard]] float v(int i) const { return -g_[i] - fall_[i]; }
+  [[nodiscard]] float error(int i) const { return h_[i]; }
+  [[nodiscard]] float* errors() { return h_.data(); }
+  [[nodiscard]] float u(int i) const { return h_[i] - rise_[i]; }
+  [[nodiscard]] float v(int i) const { return h_[i] - fall_[i]; }
 
   /// Until the KKT violation is at most `tolerance`, or at most `fraction` of what it is at the start, or `most`
   /// iterations are done. `row_of(i)` gives K_i over these points, stride() floats. Working set: the most violating
@@ -51,19 +58,26 @@ class SmoState {
   [[nodiscard]] Steepest steepest() const;
   [[nodiscard]] Partner partner_of(const Steepest& first, const float* row) const;
   [[nodiscard]] Steepest step(const Steepest& first, int second, const float* up, const float* down);
+  [[nodiscard]] bool step_conjugately(const SmoPair& pair, float& moved, float& kept);
+  [[nodiscard]] double step_alone(const SmoPair& pair);
+  [[nodiscard]] SmoDirection::Point point(int i, bool rising) const;
 
   double C_;
   double epsilon_;
   int stride_ = 0;
-  std::vector<float> g_;
+  std::vector<float> h_;
   std::vector<float> rise_;
   std::vector<float> fall_;
   std::vector<double> beta_;
+  SmoDirection direction_;       // d, of the last step
+  std::vector<float> response_;  // Kd
+  double curvature_ = 0;         // dᵀKd
 };
 
 template <class RowOf>
 SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) {
   SmoRun run;
+  direction_.clear();
   Steepest first = steepest();
   while (true) {
     const float* up = row_of(first.index);

@@ -92,12 +92,42 @@ TEST(Smo, MovesAPairToItsOptimum) {
   state.resize(2);
   std::vector<float> rows[2] = {first, second};
   for (auto& row : rows) row.resize(state.stride());
-  state.place(0, 0, -1);  // y = 1
-  state.place(1, 0, 1);   // y = −1
+  state.place(0, 0, 1);
+  state.place(1, 0, -1);
   const SmoRun run = state.run([&](int i) { return rows[i].data(); }, 1e-6, 0, 100);
   EXPECT_LE(run.violation, 1e-6);
   EXPECT_NEAR(state.beta(0), (1 - 0.125) / (1 - kBetween), 1e-6);
   EXPECT_EQ(state.beta(0), -state.beta(1));
+}
+
+TEST(Smo, KeepsBoundsBalanceAndErrorsWhateverStepsItTakes) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    const int n = 24 + static_cast<int>(seed);
+    const Samples x = random_samples(n, 3, seed);
+    const Eigen::VectorXd y = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
+    const double C = std::exp2(static_cast<double>(seed % 10) - 2), epsilon = 0.02;
+    const GaussianSamples samples(x);
+    SmoState state(C, epsilon);
+    state.resize(n);
+    std::vector<std::vector<float>> rows(n, std::vector<float>(state.stride()));
+    for (int i = 0; i < n; ++i) {
+      samples.single_row(i, 1.5, rows[i].data());
+      state.place(i, 0, static_cast<float>(y[i]));
+    }
+    const SmoRun run = state.run([&](int i) { return rows[i].data(); }, 1e-3, 0, 200 * n);
+    EXPECT_LE(run.violation, 1e-3);
+    const Eigen::Map<const Eigen::VectorXd> beta(state.beta().data(), n);
+    EXPECT_LE(beta.lpNorm<Eigen::Infinity>(), C);
+    EXPECT_NEAR(beta.sum(), 0, 1e-12 * C * n);
+    for (int i = 0; i < n; ++i) {
+      double error = y[i];
+      for (int j = 0; j < n; ++j) error -= static_cast<double>(rows[i][j]) * beta[j];
+      EXPECT_NEAR(state.error(i), error, 1e-5 * C);
+    }
+  }
 }
 
 }  // namespace

@@ -72,18 +72,35 @@ std::vector<PreparedFold> prepare(std::span<const Fold> folds) { return {folds.b
 
 using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 
-// Mean over all held-out rows, fold after fold until it passes the limit: it can only grow. Where there are idle
-// threads the folds after the first run at once, some of them in vain; the outcome is the same.
+// How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
+class Workers {
+ public:
+  void enter() { ++busy_; }
+  void leave() { --busy_; }
+  [[nodiscard]] bool some_idle() const { return busy_ < tbb::this_task_arena::max_concurrency(); }
+
+ private:
+  std::atomic<int> busy_ = 0;
+};
+
+// Mean over all held-out rows, fold after fold until it passes the limit: it can only grow. Where threads are idle the
+// folds that are left run at once, some of them in vain; the outcome is the same.
 Result<double> mean_squared_error(std::span<const PreparedFold> folds, const SvrParameters& parameters,
-                                  const SvrOptions& options, Memories& memories, double limit, bool at_once) {
+                                  const SvrOptions& options, Memories& memories, double limit, const Workers* workers) {
   Eigen::Index rows = 0;
   for (const PreparedFold& fold : folds) rows += fold.held_out();
   const auto error_of = [&](std::size_t f) { return folds[f].squared_error(parameters, options, memories.local()); };
   std::vector<Result<double>> errors(folds.size());
   double mean = 0;
+  std::size_t known = 0;
   for (std::size_t f = 0; f < folds.size(); ++f) {
-    if (f == 0 || !at_once) errors[f] = error_of(f);
-    if (f == 1 && at_once) tbb::parallel_for(f, folds.size(), [&](std::size_t k) { errors[k] = error_of(k); });
+    if (f == known) {
+      known = f > 0 && workers != nullptr && workers->some_idle() ? folds.size() : f + 1;
+      if (known > f + 1)
+        tbb::parallel_for(f, known, [&](std::size_t k) { errors[k] = error_of(k); });
+      else
+        errors[f] = error_of(f);
+    }
     if (!errors[f]) return failure(errors[f].error());
     mean += *errors[f] / static_cast<double>(rows);
     if (mean > limit) break;
@@ -125,7 +142,7 @@ Result<double> cross_validation_error(std::span<const Fold> folds, const SvrPara
                                       const SvrOptions& options, double limit) {
   if (auto ok = check(folds); !ok) return failure(ok.error());
   Memories memories;
-  return mean_squared_error(prepare(folds), parameters, options, memories, limit, false);
+  return mean_squared_error(prepare(folds), parameters, options, memories, limit, nullptr);
 }
 
 Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
@@ -134,9 +151,11 @@ Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions&
   const std::vector<PreparedFold> prepared = prepare(folds);
   Memories memories;
   std::atomic<int> uncertified = 0;
+  Workers workers;
   const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
-    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories, limit,
-                                    tbb::this_task_arena::max_concurrency() > 1);
+    workers.enter();
+    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories, limit, &workers);
+    workers.leave();
     if (error || error.error().kind != FaultKind::numeric) return error;
     ++uncertified;
     return kNoLimit;

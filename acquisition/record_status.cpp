@@ -4,12 +4,27 @@
 
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
+#include "acquisition/schema.hpp"
 
 namespace gyrotherm {
 namespace {
 
 std::optional<Celsius> known(double reading_c) {
   return std::isnan(reading_c) ? std::nullopt : std::optional(Celsius{reading_c});
+}
+
+Result<std::optional<FrameCount>> stored_frames(Database& database) {
+  const auto known = has_table(database, "frames");
+  if (!known) return failure(known.error());
+  if (!*known) return std::nullopt;
+  auto query = database.prepare("SELECT seen, lost, bad FROM frames");
+  if (!query) return failure(query.error());
+  const auto more = query->step();
+  if (!more) return failure(more.error());
+  if (!*more) return FrameCount{};
+  return FrameCount{.seen = static_cast<std::uint64_t>(query->integer(0)),
+                    .lost = static_cast<std::uint64_t>(query->integer(1)),
+                    .bad = static_cast<std::uint64_t>(query->integer(2))};
 }
 
 }  // namespace
@@ -42,6 +57,9 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   const auto faults = database.ask_integer("SELECT count(*) FROM fault", 0);
   if (!faults) return failure(faults.error());
   status.faults = *faults;
+  const auto frames = stored_frames(database);
+  if (!frames) return failure(frames.error());
+  status.frames = *frames;
   const auto acknowledged = last_slot(database);
   if (!acknowledged) return failure(acknowledged.error());
   status.acknowledged = *acknowledged;

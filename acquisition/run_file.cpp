@@ -120,8 +120,16 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
   if (!event) return failure(event.error());
   auto gap = database.prepare("INSERT INTO gap(first, last, cause) VALUES(?, ?, ?)");
   if (!gap) return failure(gap.error());
-  return Statements{std::move(*begin), std::move(*commit), std::move(*sample),
-                    std::move(*fault), std::move(*event),  std::move(*gap)};
+  const auto has_frames = has_table(database, "frames");
+  if (!has_frames) return failure(has_frames.error());
+  std::optional<Statement> frames;
+  if (*has_frames) {
+    auto replace = database.prepare("INSERT OR REPLACE INTO frames(id, seen, lost, bad) VALUES(1, ?, ?, ?)");
+    if (!replace) return failure(replace.error());
+    frames = std::move(*replace);
+  }
+  return Statements{std::move(*begin), std::move(*commit), std::move(*sample), std::move(*fault),
+                    std::move(*event), std::move(*gap),    std::move(frames)};
 }
 
 Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
@@ -192,6 +200,10 @@ Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
 
 Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::string_view cause) {
   return statements_->gap.run(first, last, cause);
+}
+
+Result<void> RunFile::replace_frames(const FrameCount& frames) {
+  return statements_->frames ? statements_->frames->run(frames.seen, frames.lost, frames.bad) : Result<void>{};
 }
 
 Result<void> RunFile::finish() {

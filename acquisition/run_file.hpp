@@ -48,6 +48,8 @@ class RunFile {
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
+  /// Of the whole run so far; a record of an older program has no place for it.
+  [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
 
   /// Outside a transaction: marks the run as finished and makes the file a single one. Only destruction may follow.
   [[nodiscard]] Result<void> finish();
@@ -58,6 +60,7 @@ class RunFile {
  private:
   struct Statements {
     Statement begin, commit, sample, fault, event, gap;
+    std::optional<Statement> frames;
   };
   RunFile(Database database, Statements statements, WalGuard guard, std::string path, RunInfo info)
       : database_(std::move(database)),

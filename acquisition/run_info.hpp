@@ -1,6 +1,7 @@
 /// What a record knows before its first sample: enough to analyse it, and to go on with it, without any other file.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,6 +15,9 @@ struct Channel {
   std::string name;        ///< "A" … "H", "shell", or a foreign record's own
   std::string instrument;  ///< who reads it, in words
   Kelvins offset;          ///< calibration: added to each reading when the record is analysed; stored readings are raw
+  std::vector<double> polynomial{};  ///< … or, instead of the offset: temperature = Σ c_i reading^i, both in °C
+  std::string certificate{};         ///< its number; may be empty
+  std::optional<std::chrono::sys_days> due{};  ///< the last day on which the calibration holds
 };
 
 enum class GyroKind { pulse_count, rate };
@@ -33,6 +37,7 @@ struct RunInfo {
   std::string rig_name;
   std::string rig_text;
   std::string chamber_map_text;  ///< the register map that the rig file names
+  std::string gyro_stream_text;  ///< the gyro's stream that the rig file names; empty: the rig file has it
   std::string gyro_model;        ///< virtual rig: the thermal model that its gyro stands on, by name; may be empty
   std::string gyro_film;         ///< … how the air moves around its cabinet: "chamber", "still"
   std::string gyro_model_text;   ///< … the model's file

@@ -1,7 +1,10 @@
 #include "acquisition/run_info_rows.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 
+#include "acquisition/calibration.hpp"
 #include "acquisition/schema.hpp"
 #include "acquisition/store.hpp"
 
@@ -26,6 +29,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("rig_name", info.rig_name);
   put("rig_text", info.rig_text);
   put("chamber_map_text", info.chamber_map_text);
+  put("gyro_stream_text", info.gyro_stream_text);
   put("gyro_model", info.gyro_model);
   put("gyro_film", info.gyro_film);
   put("gyro_model_text", info.gyro_model_text);
@@ -45,6 +49,36 @@ Result<void> write_channels(Database& database, const std::vector<Channel>& chan
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const Channel& channel = channels[i];
     if (auto done = insert->run(channel.name, channel.instrument, channel.offset.value, i); !done) return done;
+  }
+  return {};
+}
+
+std::string polynomial_text(const std::vector<double>& coefficients) {
+  return fmt::format("{}", fmt::join(coefficients, " "));
+}
+
+std::vector<double> polynomial_of(std::string_view text) {
+  std::vector<double> coefficients;
+  const auto* const end = text.data() + text.size();
+  for (const auto* at = text.data(); at < end;) {
+    double coefficient{};
+    const auto [next, error] = std::from_chars(at, end, coefficient);
+    if (error != std::errc{}) break;
+    coefficients.push_back(coefficient);
+    at = next < end ? next + 1 : next;
+  }
+  return coefficients;
+}
+
+Result<void> write_calibrations(Database& database, const std::vector<Channel>& channels) {
+  auto insert = database.prepare("INSERT INTO calibration(position, polynomial, certificate, due) VALUES(?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    if (channel.polynomial.empty() && channel.certificate.empty() && !channel.due) continue;
+    const auto polynomial = polynomial_text(channel.polynomial);
+    const auto due = channel.due ? day_text(*channel.due) : std::string();
+    if (auto done = insert->run(i, polynomial, channel.certificate, due); !done) return done;
   }
   return {};
 }
@@ -77,6 +111,7 @@ void take(RunInfo& info, std::string_view key, const Statement& row) {
   if (key == "rig_name") info.rig_name = row.text(1);
   if (key == "rig_text") info.rig_text = row.text(1);
   if (key == "chamber_map_text") info.chamber_map_text = row.text(1);
+  if (key == "gyro_stream_text") info.gyro_stream_text = row.text(1);
   if (key == "gyro_model") info.gyro_model = row.text(1);
   if (key == "gyro_film") info.gyro_film = row.text(1);
   if (key == "gyro_model_text") info.gyro_model_text = row.text(1);
@@ -102,6 +137,21 @@ Result<void> each_row(Database& database, std::string_view sql, Use use) {
   }
 }
 
+Result<void> read_calibrations(Database& database, RunInfo& info) {
+  const auto known = has_table(database, "calibration");
+  if (!known) return failure(known.error());
+  if (!*known) return {};
+  return each_row(database, "SELECT position, polynomial, certificate, due FROM calibration",
+                  [&](const Statement& row) {
+                    const auto position = static_cast<std::size_t>(row.integer(0));
+                    if (position >= info.thermometers.size()) return;
+                    auto& channel = info.thermometers[position];
+                    channel.polynomial = polynomial_of(row.text(1));
+                    channel.certificate = row.text(2);
+                    channel.due = parse_day(row.text(3));
+                  });
+}
+
 Result<void> read_lists(Database& database, RunInfo& info) {
   return each_row(database, "SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
@@ -116,6 +166,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
 Result<void> write_run_info(Database& database, const RunInfo& info) {
   return write_meta(database, info)
       .and_then([&] { return write_channels(database, info.thermometers); })
+      .and_then([&] { return write_calibrations(database, info.thermometers); })
       .and_then([&] { return write_segments(database, info.segments); })
       .and_then([&] { return write_list(database, "cycles", info.cycles); })
       .and_then([&] { return write_list(database, "gradients", info.gradients); })
@@ -133,6 +184,7 @@ Result<RunInfo> read_run_info(Database& database) {
                                   {std::string(row.text(0)), std::string(row.text(1)), Kelvins{row.real(2)}});
                             });
           })
+          .and_then([&] { return read_calibrations(database, info); })
           .and_then([&] {
             return each_row(
                 database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",

@@ -16,6 +16,12 @@ namespace {
 
 using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
 
+/// What a gyro's worker brings.
+struct GyroReading {
+  Reading<PulseCount> count;
+  FrameCount frames;
+};
+
 /// An instrument's answer with the instant it was there.
 template <class T>
 Reading<T> stamped(const Clock& clock, Result<T> answer) {
@@ -57,6 +63,7 @@ class InlineSampler final : public Sampler {
     for (const ThermometerInputs& inputs : instruments_.thermometers)
       spread(inputs, read_stamped(inputs.instrument, clock), sample);
     sample.gyro = stamped(clock, instruments_.gyro.read(options_.interval));
+    sample.gyro_frames = instruments_.gyro.frames();
     return sample;
   }
   Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
@@ -79,23 +86,31 @@ class WorkerSampler final : public Sampler {
   Result<void> command(Celsius target) override;
 
  private:
-  /// The worker's answer to what was posted at `since`, or the fault that it was not there in time.
+  /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
-  Reading<T> await(Worker& worker, std::future<Reading<T>>& answer, const char* who, const Clock& clock, Instant since);
+  std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
+  /// The fault that it was not.
+  template <class T>
+  Reading<T> late(const char* who, const Clock& clock) const;
 
   Instruments instruments_;
   SamplerOptions options_;
   Worker chamber_;
   std::deque<Worker> thermometers_;  // a deque, for a worker does not move
   Worker gyro_;
+  FrameCount frames_{};  ///< last known
 };
 
 template <class T>
-Reading<T> WorkerSampler::await(Worker& worker, std::future<Reading<T>>& answer, const char* who, const Clock& clock,
-                                Instant since) {
+std::optional<T> WorkerSampler::await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
   const Duration left = options_.patience - (clock.now().since_start - since.since_start);
   if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
   worker.withdraw();
+  return std::nullopt;
+}
+
+template <class T>
+Reading<T> WorkerSampler::late(const char* who, const Clock& clock) const {
   return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
 }
 
@@ -106,13 +121,23 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   for (std::size_t i = 0; i < thermometers_.size(); ++i)
     thermometers.push_back(thermometers_[i].post(
         [&clock, &thermometer = instruments_.thermometers[i].instrument] { return read_stamped(thermometer, clock); }));
-  auto gyro = gyro_.post([this, &clock] { return stamped(clock, instruments_.gyro.read(options_.interval)); });
+  auto gyro = gyro_.post([this, &clock] {
+    auto count = stamped(clock, instruments_.gyro.read(options_.interval));
+    return GyroReading{std::move(count), instruments_.gyro.frames()};
+  });
 
   Sample sample = empty_sample(slot, now);
-  sample.chamber = await(chamber_, chamber, "chamber", clock, now);
-  for (std::size_t i = 0; i < thermometers_.size(); ++i)
-    spread(instruments_.thermometers[i], await(thermometers_[i], thermometers[i], "thermometer", clock, now), sample);
-  sample.gyro = await(gyro_, gyro, "gyro", clock, now);
+  auto state = await(chamber_, chamber, clock, now);
+  sample.chamber = state ? std::move(*state) : late<ChamberState>("chamber", clock);
+  for (std::size_t i = 0; i < thermometers_.size(); ++i) {
+    const auto readings = await(thermometers_[i], thermometers[i], clock, now);
+    spread(instruments_.thermometers[i],
+           readings ? *readings : late<std::vector<Result<Celsius>>>("thermometer", clock), sample);
+  }
+  auto count = await(gyro_, gyro, clock, now);
+  if (count) frames_ = count->frames;
+  sample.gyro = count ? std::move(count->count) : late<PulseCount>("gyro", clock);
+  sample.gyro_frames = frames_;
   return sample;
 }
 

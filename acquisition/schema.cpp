@@ -38,6 +38,9 @@ constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, instrument TEXT NOT NULL,
                      offset_k REAL NOT NULL);
+CREATE TABLE calibration(position INTEGER PRIMARY KEY, polynomial TEXT NOT NULL, certificate TEXT NOT NULL,
+                         due TEXT NOT NULL);
+CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
                      rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL);
 CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
@@ -99,6 +102,13 @@ Result<void> check_schema(Database& database, const std::string& path) {
   if (!schema) return failure(schema.error());
   if (*version == kUserVersion && *schema == kRunSchema) return {};
   return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", *schema, kRunSchema));
+}
+
+Result<bool> has_table(Database& database, const char* name) {
+  const auto count = database.ask_integer(
+      fmt::format("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = '{}'", name), 0);
+  if (!count) return failure(count.error());
+  return *count > 0;
 }
 
 std::string sample_columns(const std::vector<Channel>& channels) {

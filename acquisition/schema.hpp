@@ -2,6 +2,8 @@
 ///
 ///   meta     key → value: what the run knows before its first sample, and its outcome
 ///   channel  the thermometers, in the order of the sample's columns
+///   calibration  of those channels that have more of it than an offset (older records lack it)
+///   frames   one row: the gyro's frames so far (likewise)
 ///   segment  the expanded profile
 ///   list     short lists of names: cycles, gradients, three_point
 ///   sample   one row per slot; NULL where a reading was a fault; raw values, never changed
@@ -28,6 +30,9 @@ namespace gyrotherm {
 
 /// Fails with bad_file if the file is no record, or one of another schema version; with storage if it is locked.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
+
+/// A table that older records lack.
+[[nodiscard]] Result<bool> has_table(Database& database, const char* name);
 
 /// The sample's columns in the order of SampleRow, quoted, separated by commas.
 [[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels);

@@ -12,6 +12,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json to_value(const std::optional<FrameCount>& frames) {
+  return frames ? Json{{"seen", frames->seen}, {"lost", frames->lost}, {"bad", frames->bad}} : Json(nullptr);
+}
+
 Json to_value(const std::optional<Celsius>& reading) { return reading ? Json(reading->value) : Json(nullptr); }
 
 std::optional<Celsius> to_reading(const Json& value) {
@@ -38,6 +42,10 @@ RunStatus from_json(const Json& json) {
   for (const auto& [channel, value] : json.at("thermometers_c").items())
     status.thermometers.push_back({channel, to_reading(value)});
   json.at("faults").get_to(status.faults);
+  if (const auto frames = json.find("frames"); frames != json.end() && !frames->is_null())
+    status.frames = FrameCount{.seen = frames->at("seen").get<std::uint64_t>(),
+                               .lost = frames->at("lost").get<std::uint64_t>(),
+                               .bad = frames->at("bad").get<std::uint64_t>()};
   return status;
 }
 
@@ -75,7 +83,8 @@ std::string to_json(const RunStatus& status) {
                   {"set_point_c", to_value(status.set_point)},
                   {"chamber_air_c", to_value(status.chamber_air)},
                   {"thermometers_c", thermometers},
-                  {"faults", status.faults}};
+                  {"faults", status.faults},
+                  {"frames", to_value(status.frames)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

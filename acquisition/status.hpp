@@ -34,7 +34,8 @@ struct RunStatus {
   std::optional<Celsius> set_point;
   std::optional<Celsius> chamber_air;
   std::vector<Thermometer> thermometers;
-  std::int64_t faults{};  ///< readings that were faults, since the run started
+  std::int64_t faults{};               ///< readings that were faults, since the run started
+  std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing: an older record
 };
 
 /// "RUN.db" → "RUN.db.status".

@@ -24,6 +24,7 @@ class SqliteStore final : public Store {
  public:
   SqliteStore(RunFile file, RunStatus status) : file_(std::move(file)), status_(std::move(status)) {
     last_ = status_.acknowledged;
+    before_ = status_.frames.value_or(FrameCount{});
     readings_c_.resize(file_.info().thermometers.size());
   }
 
@@ -49,6 +50,7 @@ class SqliteStore final : public Store {
   RunFile file_;
   RunStatus status_;
   std::vector<double> readings_c_;
+  FrameCount before_;      ///< frames before this program took the run up
   std::int64_t last_{-1};  ///< appended; status_.acknowledged is synced
   bool batch_open_{};
   std::optional<Fault> broken_;  ///< the first failure of the file: after it nothing is acknowledged any more
@@ -118,6 +120,8 @@ Result<void> SqliteStore::insert(const Sample& sample, std::span<const Event> ev
 
 void SqliteStore::show(const Sample& sample) {
   status_.slot = sample.slot;
+  const auto& frames = sample.gyro_frames;
+  status_.frames = {before_.seen + frames.seen, before_.lost + frames.lost, before_.bad + frames.bad};
   show_progress(status_, info(), sample.progress);
   const auto chamber = value_of(sample.chamber);
   status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
@@ -148,8 +152,11 @@ Result<void> SqliteStore::append_event(const Event& event) {
 
 Result<std::int64_t> SqliteStore::sync() {
   if (broken_) return failure(*broken_);
-  if (std::exchange(batch_open_, false))
-    if (auto done = keep(file_.commit()); !done) return failure(done.error());
+  if (std::exchange(batch_open_, false)) {
+    const auto done =
+        keep(file_.replace_frames(status_.frames.value_or(before_)).and_then([&] { return file_.commit(); }));
+    if (!done) return failure(done.error());
+  }
   status_.acknowledged = last_;
   tell();
   return last_;

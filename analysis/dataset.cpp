@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "acquisition/calibration.hpp"
 #include "acquisition/record.hpp"
 
 namespace gyrotherm {
@@ -32,7 +33,9 @@ Eigen::MatrixXd calibrated_temperatures(const Record& record) {
   Eigen::MatrixXd temperature(rows_of(record), static_cast<Eigen::Index>(channels.size()));
   for (std::size_t c = 0; c < channels.size(); ++c) {
     temperature.col(static_cast<Eigen::Index>(c)) =
-        column(record.thermometers_c[c], rows_of(record)).array() + channels[c].offset.value;
+        column(record.thermometers_c[c], rows_of(record)).unaryExpr([&](double reading_c) {
+          return calibrated(channels[c], {reading_c}).value;
+        });
   }
   return temperature;
 }

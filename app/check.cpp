@@ -2,9 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquisition/calibration.hpp"
 #include "app/command.hpp"
 #include "app/conduct.hpp"
+#include "core/clock.hpp"
 #include "core/text_file.hpp"
+#include "drivers/chamber/map_confidence.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/timeline.hpp"
 #include "simulator/world.hpp"
@@ -25,14 +28,46 @@ std::string thermal_model(const RigFile& rig) {
   return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
 }
 
-std::string rig_lines(const RigFile& rig) {
+/// Of the day on which the rig would run.
+std::vector<std::string> overdue(const RigFile& rig) {
+  return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
+}
+
+std::string chamber_line(const RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return fmt::format(
-      "{}: {}{}\n  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n"
-      "  {} thermometers, gyro {:g} arcsec per pulse{}\n",
-      rig.file, rig.simulated ? "SIMULATED, " : "", rig.title, rig.chamber_map.name, limits.lowest.value,
-      limits.highest.value, limits.fastest_heating.value, limits.fastest_cooling.value, rig.safe_set_point.value,
-      channels_of(rig).size(), rig.gyro.scale, thermal_model(rig));
+      "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n",
+      rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
+      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map));
+}
+
+std::string thermometer_lines(const RigFile& rig) {
+  const auto channels = channels_of(rig);
+  auto lines = fmt::format("  {} thermometers\n", channels.size());
+  for (const auto& channel : channels)
+    if (const auto words = calibration_in_words(channel); words != "none")
+      lines += fmt::format("    {}: {}\n", channel.name, words);
+  for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
+  return lines;
+}
+
+std::string gyro_line(const RigFile& rig) {
+  const auto& stream = rig.gyro.stream;
+  const auto counts = fmt::format("{:g} arcsec per {}", rig.gyro.info.scale, stream ? "count" : "pulse");
+  if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
+  return fmt::format("  gyro {} ({}), {}{}\n    description: {}, from {}\n", stream->name, stream->vendor, counts,
+                     thermal_model(rig), stream->confidence, stream->source);
+}
+
+std::string rig_lines(const RigFile& rig) {
+  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
+         thermometer_lines(rig) + gyro_line(rig);
+}
+
+nlohmann::ordered_json calibrations_json(const RigFile& rig) {
+  auto json = nlohmann::ordered_json::object();
+  for (const auto& channel : channels_of(rig)) json[channel.name] = calibration_in_words(channel);
+  return json;
 }
 
 nlohmann::ordered_json rig_json(const RigFile& rig) {
@@ -40,13 +75,18 @@ nlohmann::ordered_json rig_json(const RigFile& rig) {
   return {{"file", rig.file},
           {"simulated", rig.simulated},
           {"chamber", rig.chamber_map.name},
+          {"chamber_confidence", confidence_in_words(rig.chamber_map)},
           {"lowest_c", limits.lowest.value},
           {"highest_c", limits.highest.value},
           {"fastest_heating_c_per_min", limits.fastest_heating.value},
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
           {"thermometers", channels_of(rig).size()},
-          {"arcsec_per_pulse", rig.gyro.scale},
+          {"calibrations", calibrations_json(rig)},
+          {"overdue", overdue(rig)},
+          {"arcsec_per_pulse", rig.gyro.info.scale},
+          {"gyro_stream", rig.gyro.stream ? rig.gyro.stream->name : ""},
+          {"gyro_stream_confidence", rig.gyro.stream ? rig.gyro.stream->confidence : ""},
           {"gyro_model", rig.gyro_model.name},
           {"gyro_film", rig.gyro_model.film}};
 }
@@ -135,7 +175,7 @@ void add_check(Program& program) {
                   "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
   command->add_option("profile", options->profile, "the profile");
   command->add_option("--rig", options->rig, "the rig");
-  command->add_flag("--connect", options->connect, "ask each instrument who it is, and read it once");
+  command->add_flag("--connect", options->connect, "ask each instrument who it is, and read it a few times");
   command->add_option("--seed", options->seed, "of a virtual rig")->check(CLI::NonNegativeNumber);
   set_action(command, program, [&program, options] { return check(program.console, *options); });
 }

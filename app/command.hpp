@@ -37,6 +37,7 @@ void set_action(CLI::App* command, Program& program, std::function<Result<Exit>(
 
 void add_check(Program& program);
 void add_compensate(Program& program);
+void add_devices(Program& program);
 void add_export(Program& program);
 void add_export_model(Program& program);
 void add_import(Program& program);

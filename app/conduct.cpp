@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "acquisition/calibration.hpp"
 #include "acquisition/record.hpp"
 #include "acquisition/store.hpp"
 #include "app/drive.hpp"
@@ -39,9 +40,11 @@ Result<void> drive(Console& console, const Profile& profile, Experiment& experim
                                             : drive_real(console, profile, experiment, rig, store);
   if (!outcome) {
     if (outcome.error().kind == FaultKind::interrupted)
-      return failure(FaultKind::interrupted, path,
-                     fmt::format("stopped after {} s, the chamber holds its set point; \"gyrotherm resume {}\" goes on",
-                                 experiment.next_slot(), path));
+      return failure(
+          FaultKind::interrupted, path,
+          fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on", experiment.next_slot(),
+                      experiment.is_left_to_the_controller() ? "goes on with its program" : "holds its set point",
+                      path));
     experiment.make_safe(text(outcome.error()));
     return failure(outcome.error().kind, path, experiment.end_cause());
   }
@@ -96,8 +99,9 @@ Result<Continuation> continuation(const std::string& path, const ResumeOptions& 
   if (record->finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record->info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   const auto& info = record->info;
-  auto rig = parse_rig(info.rig_text, path + " (rig)",
-                       {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text});
+  auto rig = parse_rig(
+      info.rig_text, path + " (rig)",
+      {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
   if (!rig) return failure(rig.error());
   auto profile = parse_profile(record->info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
@@ -140,6 +144,15 @@ Result<void> allow(const Continuation& on, const ChamberState& now, const std::s
   return {};
 }
 
+/// Says, here and in the record, which calibrations are past their day.
+void warn_of_calibrations(Console& console, Experiment& experiment, const Rig& rig) {
+  const auto channels = channels_of(rig.file());
+  for (const auto& line : overdue_calibrations(channels, rig.clock().now().utc)) {
+    console.say("warning: " + line);
+    experiment.note(EventKind::note, line);
+  }
+}
+
 Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
   return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
 }
@@ -156,7 +169,7 @@ Result<Profile> read_profile(const std::string& path, const ChamberLimits& limit
 }
 
 Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
-                       const std::string& path) {
+                       const std::string& path, bool upload) {
   std::optional<OneCore> one_core;
   if (file.simulated) one_core.emplace();
   if (std::error_code error;
@@ -165,14 +178,24 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   auto rig =
       Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
+  if (upload && !file.chamber_map.memory)
+    return failure(FaultKind::usage, "--upload",
+                   fmt::format("the register map of the {} describes no profile memory", file.chamber_map.name));
   const auto first = begin(profile);
-  const auto names = (*rig)->prepare(command(profile, first));
+  const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
+  if (!program) return failure(program.error());
+  const auto names = (*rig)->prepare(command(profile, first), {}, upload ? &*program : nullptr);
   if (!names) return failure(names.error());
   for (const auto& who : *names) console.detail(who);
   auto store = Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc));
   if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);
+  if (upload) {
+    experiment.leave_to_the_controller();
+    experiment.note(EventKind::note, "the controller carries the profile out: " + names->back());
+  }
+  warn_of_calibrations(console, experiment, **rig);
   return drive(console, profile, experiment, **rig, **store, path);
 }
 
@@ -193,6 +216,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto text = fmt::format("resumed after {}", spoken(on->gap));
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   experiment.note(EventKind::resumed, text);
+  warn_of_calibrations(console, experiment, **rig);
   return drive(console, on->profile, experiment, **rig, **store, path);
 }
 

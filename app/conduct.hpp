@@ -14,10 +14,11 @@ namespace gyrotherm {
 /// Reads a profile and checks it against what the rig's chamber can do.
 [[nodiscard]] Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits);
 
-/// Records a new run into `path`. Fails with interrupted (the record is kept; resume goes on), interlock, an
+/// Records a new run into `path`. `upload`: the chamber's controller is given the whole profile and carries it out;
+/// otherwise it is sent set points. Fails with interrupted (the record is kept; resume goes on), interlock, an
 /// instrument's fault at the start, or storage.
 [[nodiscard]] Result<void> start_run(Console& console, const Profile& profile, const RigFile& rig, std::uint64_t seed,
-                                     const std::string& path);
+                                     const std::string& path, bool upload = false);
 
 struct ResumeOptions {
   bool accept = false;                      ///< the operator allows what the resume rule leaves to people

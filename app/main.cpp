@@ -20,6 +20,7 @@ void add_commands(Program& program) {
   add_status(program);
   add_simulate(program);
   add_check(program);
+  add_devices(program);
   add_import(program);
   add_export(program);
   add_thermal(program);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/calibration.hpp"
 #include "analysis/correlation.hpp"
 #include "analysis/hold_noise.hpp"
 #include "analysis/noise_floor.hpp"
@@ -29,9 +30,19 @@ ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel
                                                           (models[2].*on).residual_deg_per_h)};
 }
 
+std::vector<ReportedThermometer> thermometers_of(const RigFile& rig) {
+  std::vector<ReportedThermometer> all;
+  for (const auto& channel : channels_of(rig))
+    all.push_back({channel.name, channel.instrument, calibration_in_words(channel)});
+  return all;
+}
+
 std::string gyro_in_words(const RigFile& rig) {
   const auto& model = rig.gyro_model;
-  return fmt::format("pulse counts, {:g} arcsec each", rig.gyro.scale) +
+  const auto stream =
+      rig.gyro.stream ? fmt::format("stream {} ({}), ", rig.gyro.stream->name, rig.gyro.stream->vendor) : std::string();
+  return fmt::format("{}{}, {:g} arcsec each", stream, stream.empty() ? "pulse counts" : "counts",
+                     rig.gyro.info.scale) +
          (model.name.empty() ? "" : fmt::format("; thermal model \"{}\", film \"{}\"", model.name, model.film));
 }
 
@@ -94,7 +105,8 @@ AssembledReport assemble_report(const Qualification& all) {
                             .is_virtual = all.rig.simulated,
                             .gyro_model = model.name,
                             .gyro_film = model.film,
-                            .gyro_model_sha256 = model.text.empty() ? "" : sha256(model.text)},
+                            .gyro_model_sha256 = model.text.empty() ? "" : sha256(model.text),
+                            .thermometers = thermometers_of(all.rig)},
                     .rate = reported(all.rate, all.models, &TrainedModel::rate),
                     .random = reported(all.random, all.models, &TrainedModel::random),
                     .models = {all.models[0].model, all.models[1].model, all.models[2].model},

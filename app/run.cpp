@@ -9,6 +9,7 @@ struct Options {
   std::string rig;
   std::string out;
   std::uint64_t seed = 0;
+  bool upload = false;
 };
 
 Result<Exit> run(Console& console, const Options& options) {
@@ -17,7 +18,8 @@ Result<Exit> run(Console& console, const Options& options) {
   const auto profile = read_profile(options.profile, rig->chamber_limits);
   if (!profile) return failure(profile.error());
   const auto path = options.out.empty() ? profile->name + ".db" : options.out;
-  if (auto ran = start_run(console, *profile, *rig, options.seed, path); !ran) return failure(ran.error());
+  if (auto ran = start_run(console, *profile, *rig, options.seed, path, options.upload); !ran)
+    return failure(ran.error());
   return Exit::done;
 }
 
@@ -32,6 +34,8 @@ void add_run(Program& program) {
   command->add_option("--out", options->out, "the record (default: the profile's name with .db)");
   command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(CLI::NonNegativeNumber);
+  command->add_flag("--upload", options->upload,
+                    "the chamber's controller carries the profile out by itself, where its map describes how");
   set_action(command, program, [&program, options] { return run(program.console, *options); });
 }
 

@@ -17,7 +17,7 @@ std::string drawn_id() {
 std::string derived_id(const RunInfo& info) {
   const auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
                                info.chamber_map_text, info.gyro_model_text, info.seed);
-  return sha256(all).substr(0, 32);
+  return sha256(info.gyro_stream_text.empty() ? all : all + "\n" + info.gyro_stream_text).substr(0, 32);
 }
 
 }  // namespace
@@ -30,6 +30,7 @@ RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed,
   info.rig_name = rig.name;
   info.rig_text = rig.text;
   info.chamber_map_text = rig.chamber_map.text;
+  if (rig.gyro.stream) info.gyro_stream_text = rig.gyro.stream->text;
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
@@ -37,7 +38,7 @@ RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed,
   info.seed = seed;
   info.started_utc = started_utc;
   info.thermometers = channels_of(rig);
-  info.gyro = rig.gyro;
+  info.gyro = rig.gyro.info;
   info.gradients = rig.gradients;
   info.three_point = rig.three_point;
   info.cycles = profile.cycles;

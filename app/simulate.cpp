@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <optional>
+#include <utility>
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
@@ -19,7 +20,11 @@ struct Options {
   std::string pace = "real";
   std::uint64_t seed = 0;
   std::uint16_t port = 0;
+  bool full_rate = false;
+  bool pty = false;
 };
+
+constexpr auto kSlice = std::chrono::milliseconds(10);  // of wall time, between two looks at the gyro's line
 
 /// Seconds of the world per second of wall time; 0: as fast as the machine goes. Nothing if the text is no pace.
 std::optional<double> pace_of(const std::string& text) {
@@ -32,19 +37,36 @@ std::optional<double> pace_of(const std::string& text) {
   return factor;
 }
 
+std::string link_in_words(const MapLink& link, bool serial) {
+  if (serial) return "Modbus RTU";
+  return link.kind == LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
+}
+
+/// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
+std::string what_speaks(const RigFile& rig, const ServedLine& served) {
+  const auto& link = rig.chamber_map.link;
+  if (served.instrument == "chamber")
+    return fmt::format("{}, unit {}, {}", link_in_words(link, served.line.starts_with("serial:")), link.modbus.unit,
+                       rig.chamber_map.name);
+  if (served.instrument == "gyro") return fmt::format("frames: {}", rig.gyro.frame.name);
+  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
+    if (served.instrument == fmt::format("thermometer {}", i + 1))
+      return fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " "));
+  return {};
+}
+
 void print_addresses(Console& console, const RigFile& rig, const VirtualInstruments& instruments) {
   std::string text;
-  const auto line = [&](std::string_view what, std::uint16_t port, std::string_view how) {
-    text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"tcp://127.0.0.1:{}\"}}\n", what, port)
-                         : fmt::format("{:<14} tcp://127.0.0.1:{}  {}\n", what, port, how);
-  };
-  line("chamber", instruments.chamber_port(),
-       fmt::format("Modbus TCP, unit {}, {}", rig.chamber_map.unit, rig.chamber_map.name));
-  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
-    line(fmt::format("thermometer {}", i + 1), instruments.thermometer_port(i),
-         fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " ")));
-  line("gyro", instruments.gyro_port(), fmt::format("frames: {}", rig.gyro_frame.name));
+  for (const auto& served : instruments.lines())
+    text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"{}\"}}\n", served.instrument, served.line)
+                         : fmt::format("{:<14} {}  {}\n", served.instrument, served.line, what_speaks(rig, served));
   console.data(text);
+  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
+    if (instruments.thermometer_port(i) == 0)
+      console.say(
+          fmt::format("thermometer {} ({}) is an HID device: it is there for dry runs alone, no other program "
+                      "can open it",
+                      i + 1, rig.thermometers[i].driver));
 }
 
 /// Waits for at most that long; false once the user wants to stop.
@@ -57,17 +79,15 @@ bool wait(steady_clock::duration time) {
 
 void let_time_pass(VirtualInstruments& instruments, double pace) {
   const auto began = steady_clock::now();
-  std::int64_t passed = 0;
+  Duration passed{};
   while (!interrupted()) {
     if (pace == 0) {
       instruments.advance(1);
       continue;
     }
-    const auto due = began + std::chrono::duration_cast<steady_clock::duration>(
-                                 std::chrono::duration<double>(static_cast<double>(passed + 1) / pace));
-    if (!wait(due - steady_clock::now())) return;
-    instruments.advance(1);
-    ++passed;
+    if (!wait(kSlice)) return;
+    const auto now = std::chrono::duration_cast<Duration>((steady_clock::now() - began) * pace);
+    instruments.pass(now - std::exchange(passed, now));
   }
 }
 
@@ -78,7 +98,9 @@ Result<Exit> simulate(Console& console, const Options& options) {
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
-  auto instruments = serve_virtual(*rig, {.gyro = options.seed, .run = 0}, options.port);
+  const auto frames = options.full_rate ? FramePace::full_rate : FramePace::one_a_second;
+  auto instruments = serve_virtual(*rig, {.gyro = options.seed, .run = 0},
+                                   {.first_port = options.port, .frames = frames, .ptys = options.pty});
   if (!instruments) return failure(instruments.error());
   console.say(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
   print_addresses(console, *rig, **instruments);
@@ -98,6 +120,9 @@ void add_simulate(Program& program) {
   command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--port", options->port, "the chamber's port, the others follow (default: any free ones)");
+  command->add_flag("--full-rate", options->full_rate,
+                    "the gyro sends as many frames a second as its stream says, not one");
+  command->add_flag("--pty", options->pty, "serve what has a serial line on pseudo-terminals too");
   set_action(command, program, [&program, options] { return simulate(program.console, *options); });
 }
 

@@ -21,6 +21,8 @@ std::string words(const RunStatus& status) {
   if (status.segment_count > 0)
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));
+  if (const auto& frames = status.frames)
+    text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
   for (const auto& thermometer : status.thermometers)
     text += fmt::format(" {} {}", thermometer.channel, degrees(thermometer.reading));

@@ -2,6 +2,25 @@
 
 namespace gyrotherm {
 
+const char* name(ChamberActivity activity) {
+  switch (activity) {
+    case ChamberActivity::unknown: return "unknown";
+    case ChamberActivity::off: return "off";
+    case ChamberActivity::running: return "running";
+    case ChamberActivity::program: return "program";
+    case ChamberActivity::ramping: return "ramping";
+    case ChamberActivity::soaking: return "soaking";
+    case ChamberActivity::waiting: return "waiting";
+    case ChamberActivity::holding: return "holding";
+    case ChamberActivity::done: return "done";
+    case ChamberActivity::alarm: return "alarm";
+    case ChamberActivity::door_open: return "door open";
+    case ChamberActivity::emergency_stop: return "emergency stop";
+    case ChamberActivity::power_failure: return "power failure";
+  }
+  return "unknown";
+}
+
 const char* name(Phase phase) {
   switch (phase) {
     case Phase::ramping: return "ramping";

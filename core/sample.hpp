@@ -24,10 +24,40 @@ struct PulseCount {
   Duration interval{};
 };
 
+/// Frames of a gyro's stream.
+struct FrameCount {
+  std::uint64_t seen{};  ///< whole and intact
+  std::uint64_t lost{};  ///< that the stream itself shows to be missing
+  std::uint64_t bad{};   ///< of those seen: marked bad by the gyro
+  auto operator<=>(const FrameCount&) const = default;
+};
+
+/// What a controller says that it is doing.
+enum class ChamberActivity {
+  unknown,  ///< it does not say, or was not asked
+  off,
+  running,  ///< conditions at its set point
+  program,  ///< carries out a program of its own
+  ramping,  ///< … a ramp of it
+  soaking,  ///< … a soak of it
+  waiting,  ///< … and waits for a condition
+  holding,  ///< the program is held
+  done,     ///< the program has ended
+  alarm,
+  door_open,
+  emergency_stop,
+  power_failure,
+};
+
+enum class AlarmSeverity { note, warning, stop };
+
 /// What the chamber says of itself.
 struct ChamberState {
   Celsius air;
-  Celsius set_point;  ///< as the controller holds it, read back
+  Celsius set_point;  ///< as the controller holds it, read back; NaN if it cannot be read and none was sent
+  ChamberActivity activity = ChamberActivity::unknown;  ///< as last asked
+  std::vector<std::string> alarms{};                    ///< in words, as last asked; the gravest first
+  bool must_stop{};                                     ///< one of the alarms ends a run
   auto operator<=>(const ChamberState&) const = default;
 };
 
@@ -51,6 +81,7 @@ struct Sample {
   std::vector<Reading<Celsius>> thermometers;
   Reading<PulseCount> gyro;
   Progress progress;
+  FrameCount gyro_frames{};  ///< since the rig was assembled
 };
 
 enum class EventKind { started, resumed, segment, fault, recovered, interlock, note, interrupted, finished };
@@ -60,6 +91,7 @@ struct Event {
   std::string text;
 };
 
+[[nodiscard]] const char* name(ChamberActivity activity);
 [[nodiscard]] const char* name(Phase phase);
 [[nodiscard]] const char* name(EventKind kind);
 

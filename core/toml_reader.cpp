@@ -12,6 +12,7 @@
 #include <span>
 
 #include "core/nearest.hpp"
+#include "core/toml_text.hpp"
 
 namespace gyrotherm {
 
@@ -109,6 +110,8 @@ TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> n
 Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   auto document = std::make_shared<Document>();
   document->file = std::move(file);
+  if (auto flaw = flaw_of(text))
+    return failure(FaultKind::bad_file, document->place({flaw->line, flaw->column}), std::move(flaw->what));
   try {
     document->root = toml::parse(text, document->file);
   } catch (const toml::parse_error& error) {

@@ -10,7 +10,9 @@
 
 namespace gyrotherm {
 
-/// A temperature chamber that is driven by set points from the host.
+struct ChamberProgram;  // drivers/chamber/program.hpp
+
+/// A temperature chamber that is driven by set points from the host, or carries out a program that the host gave it.
 class Chamber {
  public:
   virtual ~Chamber() = default;
@@ -25,6 +27,21 @@ class Chamber {
   [[nodiscard]] virtual Result<void> start() = 0;
   /// Ends conditioning, verified likewise.
   [[nodiscard]] virtual Result<void> stop() = 0;
+  /// Carries out another command that the instrument knows: "acknowledge" (its alarms), "pause", "resume" (its own
+  /// program), … Fails with refused where it knows none of that name.
+  [[nodiscard]] virtual Result<void> perform(const std::string& command) {
+    return failure(FaultKind::refused, "chamber " + command, "it has no such command");
+  }
+
+  /// Puts `program` into the controller's own memory and compares what it kept; says so in words. Nothing moves yet.
+  [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {
+    (void)program;
+    return failure(FaultKind::refused, "chamber upload", "it has no memory for programs");
+  }
+  /// Starts the program that was uploaded, from its first step, verified by the state register. head_for() ends it.
+  [[nodiscard]] virtual Result<void> start_program() {
+    return failure(FaultKind::refused, "chamber start_program", "it has no program");
+  }
 };
 
 /// One instrument with one or more temperature inputs.
@@ -49,6 +66,8 @@ class Gyro {
   /// what it saw. Fails with timeout, disconnected or corrupted (frames lost: the count of the interval is unknown and
   /// the next read starts afresh).
   [[nodiscard]] virtual Result<PulseCount> read(Duration expected) = 0;
+  /// Frames of all reads so far. A gyro without frames has none.
+  [[nodiscard]] virtual FrameCount frames() const { return {}; }
 };
 
 }  // namespace gyrotherm

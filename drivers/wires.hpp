@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/quantity.hpp"
@@ -14,15 +13,24 @@
 
 namespace gyrotherm {
 
-/// 16-bit holding registers of one Modbus unit. An address is the one on the wire (zero-based).
+/// By which function a unit is asked, and so which of its four tables (Modbus Application Protocol V1.1b3, section 6).
+enum class ReadFunction : std::uint8_t { coils = 1, discrete_inputs = 2, holding_registers = 3, input_registers = 4 };
+/// `coil` and `one_register` write one word per exchange, one after the other; `registers` writes all in one.
+enum class WriteFunction : std::uint8_t { coil = 5, one_register = 6, registers = 16 };
+
+/// The registers and bits of one Modbus unit. An address is the one on the wire (zero-based). A coil or discrete input
+/// is a word that is 0 or 1.
 class Registers {
  public:
   virtual ~Registers() = default;
   /// Fails with timeout, disconnected, refused (an exception reply, which is named) or corrupted (a reply that is not
   /// the answer to this request).
-  [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(std::uint16_t address, std::uint16_t count) = 0;
-  /// An acknowledged write is not yet an applied one: read it back.
-  [[nodiscard]] virtual Result<void> write(std::uint16_t address, std::span<const std::uint16_t> words) = 0;
+  [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address,
+                                                                std::uint16_t count) = 0;
+  /// Fails likewise; of several exchanges the first that fails is the last. An acknowledged write is not yet an applied
+  /// one: read it back.
+  [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
+                                           std::span<const std::uint16_t> words) = 0;
 };
 
 /// A line that carries bytes both ways: a socket, a serial port.
@@ -35,13 +43,17 @@ class ByteStream {
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
 };
 
-/// Where an instrument is connected: "tcp://host:port". The host is a numeric IPv4 address (or "localhost"), because
-/// looking up a name has no limit in time.
-struct LineAddress {
-  std::string host;
-  std::uint16_t port{};
+/// An HID device that is spoken to in reports; byte 0 of a report is its number. Opened at first use, found again by
+/// its serial number after it was gone.
+class HidReports {
+ public:
+  virtual ~HidReports() = default;
+  /// Who it is: model and serial number. Opens the device if it is not open. Fails with disconnected.
+  [[nodiscard]] virtual Result<std::string> open() = 0;
+  /// Sends one output report of two bytes or more. Fails with disconnected.
+  [[nodiscard]] virtual Result<void> write(std::span<const std::byte> report) = 0;
+  /// The next input report, into `report`; its size. Fails with timeout (none came) or disconnected.
+  [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> report, Duration within) = 0;
 };
-/// "tcp://127.0.0.1:5020", "10.0.0.7". Fails with bad_file; `where` is left to the caller.
-[[nodiscard]] Result<LineAddress> parse_line_address(std::string_view text, std::uint16_t default_port);
 
 }  // namespace gyrotherm

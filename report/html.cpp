@@ -101,6 +101,10 @@ void add_appendix(Page& page, const ReportView& view) {
   page.figure("tuning");
   page.section("Warnings");
   page.add(warnings_section(view));
+  if (const auto thermometers = thermometers_section(view); !thermometers.empty()) {
+    page.section("Thermometers");
+    page.add(thermometers);
+  }
   page.section("Provenance");
   page.add(provenance_section(view));
   page.section("Segments");

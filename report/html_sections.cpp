@@ -184,6 +184,14 @@ std::string segments_table(const ReportView& view) {
   return html_of(table);
 }
 
+std::string thermometers_section(const ReportView& view) {
+  if (view.thermometers.empty()) return {};
+  HtmlTable table{.header = {"Channel", "Instrument", "Calibration"}, .text_columns = 3, .style = "small"};
+  for (const ThermometerView& one : view.thermometers)
+    table.rows.push_back({escaped(one.channel), escaped(one.instrument), escaped(one.calibration)});
+  return html_of(table);
+}
+
 std::string provenance_section(const ReportView& view) {
   const auto code = [](const std::string& text) { return "<code>" + escaped(text) + "</code>"; };
   HtmlTable table{.header = {"What", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};

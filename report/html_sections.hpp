@@ -17,6 +17,8 @@ namespace gyrotherm {
 [[nodiscard]] std::string models_section(const ReportView& view);
 [[nodiscard]] std::string warnings_section(const ReportView& view);
 [[nodiscard]] std::string segments_table(const ReportView& view);
+/// Who read each channel, and its calibration; empty if the report does not say.
+[[nodiscard]] std::string thermometers_section(const ReportView& view);
 /// Run ids and SHA-256 of everything that went in.
 [[nodiscard]] std::string provenance_section(const ReportView& view);
 

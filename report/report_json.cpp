@@ -47,6 +47,13 @@ Json improvement_section(const ReportedRun& run) {
           {"multi_point_t", against_three(run.multi_point_t.compensated.std)}};
 }
 
+Json thermometers(const std::vector<ReportedThermometer>& all) {
+  Json array = Json::array();
+  for (const auto& one : all)
+    array.push_back({{"channel", one.channel}, {"instrument", one.instrument}, {"calibration", one.calibration}});
+  return array;
+}
+
 Json provenance(const ReportInput& input) {
   const auto of_run = [](const ReportedRun& run) {
     return Json{{"run_id", run.dataset.run_id},
@@ -156,7 +163,8 @@ std::string report_json(const ReportInput& input) {
                     {"gyro", input.rig.gyro},
                     {"gyro_model", input.rig.gyro_model},
                     {"gyro_film", input.rig.gyro_film},
-                    {"virtual", input.rig.is_virtual || simulated}});
+                    {"virtual", input.rig.is_virtual || simulated},
+                    {"thermometers", thermometers(input.rig.thermometers)}});
   lines.add("quick", input.models.multi_point.quick);
   lines.add("accept", accept_section(input.accept));
   lines.add("clusters", clusters_section(input.rate, input.random));

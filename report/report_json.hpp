@@ -41,6 +41,13 @@ struct ReportedModels {
   const Model& multi_point_t;
 };
 
+/// Who reads a channel, and how its readings were corrected, in words.
+struct ReportedThermometer {
+  std::string channel;
+  std::string instrument;
+  std::string calibration;  ///< "offset 0.01 K, certificate 2026-0123, due 2027-03-01", "none"
+};
+
 struct ReportedRig {
   std::string name;
   std::string title;
@@ -50,6 +57,7 @@ struct ReportedRig {
   std::string gyro_model = {};         ///< the thermal model that a virtual gyro stands on; may be empty
   std::string gyro_film = {};          ///< how the air moves around it: "chamber", "still"
   std::string gyro_model_sha256 = {};  ///< of the model's file
+  std::vector<ReportedThermometer> thermometers = {};
 };
 
 /// A method on the same records as the others.

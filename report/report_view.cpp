@@ -248,11 +248,21 @@ std::vector<LimitView> read_limits(const JsonPlace& json) {
   return all;
 }
 
+std::vector<ThermometerView> read_thermometers(const JsonPlace& rig) {
+  std::vector<ThermometerView> all;
+  for (const auto& [key, list] : rig.members())
+    if (key == "thermometers")
+      for (const JsonPlace& one : list.elements())
+        all.push_back({one["channel"].text(), one["instrument"].text(), one["calibration"].text()});
+  return all;
+}
+
 void read_head(ReportView& view, const JsonPlace& root) {
   view.rig_name = root["rig"]["name"].text();
   view.rig_title = root["rig"]["title"].text();
   view.gyro = root["rig"]["gyro"].text();
   view.simulated = root["rig"]["virtual"].boolean();
+  view.thermometers = read_thermometers(root["rig"]);
   view.rig_sha256 = root["provenance"]["rig_sha256"].text();
   view.program_version = root["provenance"]["program_version"].text();
   view.seed = root["provenance"]["seed"].digits();

@@ -137,11 +137,16 @@ struct LimitView {
   bool passed{};
 };
 
+struct ThermometerView {
+  std::string channel, instrument, calibration;
+};
+
 /// "in-sample: the models were fitted to these data" or "not seen by any model", for words beside a figure.
 [[nodiscard]] const char* standing(const RunView& run);
 
 struct ReportView {
   std::string rig_name, rig_title, gyro, rig_sha256, program_version, seed;
+  std::vector<ThermometerView> thermometers;  ///< none in older reports
   bool simulated{};
   bool quick{};
   std::string verdict;

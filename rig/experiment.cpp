@@ -63,13 +63,20 @@ void Experiment::note_changes(const Sample& sample) {
     if (i == kChamber && !faults[i] && faulty_[i]) acknowledged_.reset();  // it may have been off: it is told again
     faulty_[i] = faults[i] != nullptr;
   }
+  if (sample.chamber.value && sample.chamber.value->alarms != alarms_) {
+    alarms_ = sample.chamber.value->alarms;
+    note(alarms_.empty() ? EventKind::recovered : EventKind::fault,
+         alarms_.empty() ? "chamber: no alarm any more" : fmt::format("chamber alarm: {}", fmt::join(alarms_, "; ")));
+  }
   if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
   last_segment_ = sample.progress.segment;
 }
 
 void Experiment::send_set_point() {
   const auto target = command(profile_, state_);
-  if (acknowledged_ == target) return;
+  const auto every = rig_.file().chamber_map.limits.every;
+  if (acknowledged_ == target || (last_sent_ && kTick * (next_slot_ - *last_sent_) < every)) return;
+  last_sent_ = next_slot_;
   const auto sent = rig_.sampler().command(target);
   acknowledged_ = sent ? std::optional(target) : std::nullopt;
   if (!sent) note(EventKind::fault, text(sent.error()));
@@ -86,6 +93,15 @@ void Experiment::make_safe(const std::string& cause) {
   note(EventKind::interlock, end_cause_);
 }
 
+/// What a controller does by itself goes on while an instrument is silent.
+void Experiment::judge_controller(const Sample& sample, Duration elapsed, Verdict& verdict) {
+  if (!watch_) return;
+  if (verdict.reaction == Reaction::suspend) verdict = {};
+  const bool last = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size());
+  const auto cause = watch_->judge(sample.chamber, last, elapsed);
+  if (!cause.empty() && verdict.reaction != Reaction::abort) verdict = {Reaction::abort, cause};
+}
+
 Result<Outcome> Experiment::tick(std::int64_t slot) {
   const auto elapsed = kTick * (slot + 1 - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
@@ -95,8 +111,9 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   if (sample.chamber.value) air_ = sample.chamber.value->air;
   note_changes(sample);
 
-  const auto judgement = judge(rig_.file().limits, memory_, sample, elapsed);
+  auto judgement = judge(rig_.file().limits, memory_, sample, elapsed);
   memory_ = judgement.memory;
+  judge_controller(sample, elapsed, judgement.verdict);
   if (judgement.verdict.reaction != std::exchange(reaction_, judgement.verdict.reaction))
     note(reaction_ == Reaction::go_on ? EventKind::recovered : EventKind::interlock,
          reaction_ == Reaction::go_on ? "the profile goes on" : judgement.verdict.cause);
@@ -105,7 +122,7 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   if (reaction_ == Reaction::go_on) state_ = next(profile_, state_, {.elapsed = kTick, .air = air_now});
   const bool complete = std::holds_alternative<Complete>(state_);
   if (reaction_ == Reaction::abort) make_safe(judgement.verdict.cause);
-  if (reaction_ == Reaction::go_on && !complete) send_set_point();
+  if (reaction_ == Reaction::go_on && !complete && !watch_) send_set_point();
   if (complete) note(EventKind::finished, "profile complete");
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());

@@ -10,6 +10,7 @@
 #include "core/sample.hpp"
 #include "rig/interlocks.hpp"
 #include "rig/rig.hpp"
+#include "rig/uploaded_program.hpp"
 #include "sequencer/machine.hpp"
 #include "sequencer/profile.hpp"
 
@@ -30,6 +31,11 @@ class Experiment {
   /// Sends the chamber to the rig's safe set point, and says in end_cause() whether it took it.
   void make_safe(const std::string& cause);
 
+  /// The controller was given the profile and carries it out: from now on no set points are sent, time goes on while
+  /// an instrument is silent, and a controller that no longer does it ends the run.
+  void leave_to_the_controller() { watch_.emplace(); }
+  [[nodiscard]] bool is_left_to_the_controller() const { return watch_.has_value(); }
+
   /// Puts an event into the record with the next tick.
   void note(EventKind kind, std::string text);
 
@@ -42,6 +48,7 @@ class Experiment {
   void catch_up(std::int64_t slot);
   void note_changes(const Sample& sample);
   void send_set_point();
+  void judge_controller(const Sample& sample, Duration elapsed, Verdict& verdict);
   Result<void> record_gap(std::int64_t slot);
 
   const Profile& profile_;
@@ -51,11 +58,14 @@ class Experiment {
   std::int64_t next_slot_;
   InterlockMemory memory_;
   Reaction reaction_ = Reaction::go_on;
-  std::optional<Celsius> air_;           ///< last known
-  std::optional<Celsius> acknowledged_;  ///< what the chamber last took; nothing: unknown
+  std::optional<Celsius> air_;             ///< last known
+  std::optional<Celsius> acknowledged_;    ///< what the chamber last took; nothing: unknown
+  std::optional<ProgramWatch> watch_;      ///< of a controller that carries the profile out
+  std::optional<std::int64_t> last_sent_;  ///< slot of the last set point
   int last_segment_ = -1;
-  std::vector<bool> faulty_;   ///< per column: chamber, thermometers, gyro
-  std::vector<Event> events_;  ///< of the tick under way
+  std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
+  std::vector<std::string> alarms_;  ///< of the chamber, last seen
+  std::vector<Event> events_;        ///< of the tick under way
   std::string end_cause_;
 };
 

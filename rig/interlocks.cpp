@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace gyrotherm {
 namespace {
@@ -22,6 +23,19 @@ std::string beyond(const InterlockLimits& limits, const Sample& sample) {
       return fmt::format("a thermometer reads {:.2f} °C, outside {:g} … {:g} °C", reading.value->value,
                          limits.thermometers_lowest.value, limits.thermometers_highest.value);
   return {};
+}
+
+/// What the chamber itself asks for: its stopping alarms end a run, an open door or a lost supply suspends it.
+Verdict chamber_asks(const ChamberState& chamber) {
+  if (chamber.must_stop)
+    return {Reaction::abort,
+            fmt::format("chamber alarm: {}", chamber.alarms.empty() ? "unnamed" : chamber.alarms.front())};
+  switch (chamber.activity) {
+    case ChamberActivity::emergency_stop: return {Reaction::abort, "the chamber's emergency stop is pressed"};
+    case ChamberActivity::door_open: return {Reaction::suspend, "the chamber's door is open"};
+    case ChamberActivity::power_failure: return {Reaction::suspend, "the chamber has lost its supply"};
+    default: return {};
+  }
 }
 
 /// The milder or harder reaction to one instrument's silence.
@@ -50,6 +64,8 @@ Judgement judge(const InterlockLimits& limits, const InterlockMemory& memory, co
         about("every thermometer", now.thermometers_silent, limits.suspend_after, limits.thermometers_lost),
         about("gyro", now.gyro_silent, limits.suspend_after, limits.gyro_lost)})
     if (verdict.reaction > worst.reaction) worst = verdict;
+  if (sample.chamber.value)
+    if (auto asked = chamber_asks(*sample.chamber.value); asked.reaction > worst.reaction) worst = std::move(asked);
   if (now.beyond_limit >= limits.confirming_samples) worst = {Reaction::abort, outside};
   if (sample.progress.phase == Phase::overdue)
     worst = {Reaction::abort, fmt::format("segment {} passed its deadline", sample.progress.segment + 1)};

@@ -42,7 +42,8 @@ struct Judgement {
   InterlockMemory memory;
 };
 
-/// Judges one sample that covers `elapsed`. The most severe reaction wins.
+/// Judges one sample that covers `elapsed`; what the chamber says of its own state and alarms counts at once. The most
+/// severe reaction wins.
 [[nodiscard]] Judgement judge(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample,
                               Duration elapsed);
 

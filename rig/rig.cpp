@@ -5,81 +5,98 @@
 #include <utility>
 
 #include "drivers/chamber/modbus_chamber.hpp"
-#include "drivers/gyro/framed_gyro.hpp"
-#include "drivers/line/modbus_tcp.hpp"
-#include "drivers/line/tcp_stream.hpp"
-#include "drivers/thermometer/lakeshore_218.hpp"
+#include "drivers/line/modbus.hpp"
+#include "rig/inquiry.hpp"
 #include "simulator/world.hpp"
+#include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
 namespace {
 
 constexpr Duration kSecond = std::chrono::seconds(1);
-constexpr Duration kConnectWithin = std::chrono::seconds(2);
 /// Less than the sampler's patience: a frame that comes later stays on the line and is there when the next second is
 /// read. A read that outlasts the sampler takes its frame away, and of a frame a second every one would be lost.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
-constexpr std::uint16_t kSerialServerPort = 4001;  // a serial device server's first line
 
 /// Where each instrument of a rig is, the virtual ones included.
 struct Lines {
-  LineAddress chamber;
-  std::vector<LineAddress> thermometers;
-  LineAddress gyro;
+  Line chamber;
+  std::vector<Line> thermometers;
+  Line gyro;
 };
 
 Lines lines_of(const VirtualInstruments& instruments, std::size_t thermometers) {
-  const auto local = [](std::uint16_t port) { return LineAddress{"127.0.0.1", port}; };
+  const auto local = [](std::uint16_t port) { return Line(TcpLine{"127.0.0.1", port}); };
   Lines lines{.chamber = local(instruments.chamber_port()), .thermometers = {}, .gyro = local(instruments.gyro_port())};
   for (std::size_t i = 0; i < thermometers; ++i) lines.thermometers.push_back(local(instruments.thermometer_port(i)));
   return lines;
 }
 
 /// The file's lines were checked when it was read.
-LineAddress checked(const std::string& line, std::uint16_t default_port) {
-  return parse_line_address(line, default_port).value();
+Lines lines_of(const RigFile& file) {
+  const auto checked = [](const std::string& line) { return parse_line(line).value(); };
+  Lines lines{.chamber = checked(file.chamber_line), .thermometers = {}, .gyro = checked(file.gyro.line)};
+  for (const auto& entry : file.thermometers) lines.thermometers.push_back(checked(entry.line));
+  return lines;
 }
 
-Lines lines_of(const RigFile& file) {
-  Lines lines{.chamber = checked(file.chamber_line, file.chamber_map.port),
-              .thermometers = {},
-              .gyro = checked(file.gyro_line, kSerialServerPort)};
-  for (const auto& entry : file.thermometers) lines.thermometers.push_back(checked(entry.line, kSerialServerPort));
-  return lines;
+/// A virtual unit needs none of the times that its map asks for.
+RegisterMap without_pauses(RegisterMap map) {
+  constexpr int kFastest = 921600;
+  auto& link = map.link.modbus;
+  link.minimum_period = link.after_write = Duration{};
+  link.gap = Duration(1);  // none would ask for 3.5 characters
+  link.serial.baud = kFastest;
+  return map;
 }
 
 /// Instruments on their lines, and the sampler that reads them.
 class AssembledRig : public Rig {
  public:
-  AssembledRig(RigFile file, const Lines& lines) : file_(std::move(file)), gyro_line_(lines.gyro) {
+  AssembledRig(RigFile file, Lines lines, std::unique_ptr<VirtualInstruments> world)
+      : world_(std::move(world)), file_(std::move(file)), lines_(std::move(lines)) {
+    if (file_.simulated) file_.chamber_map = without_pauses(std::move(file_.chamber_map));
     const auto& map = file_.chamber_map;
-    chamber_ = make_modbus_chamber(map, make_modbus_tcp(lines.chamber, map.unit, map.timeout));
-    for (std::size_t i = 0; i < lines.thermometers.size(); ++i)
-      thermometers_.push_back(thermometer(i, lines.thermometers[i]));
-    gyro_ = gyro(kGyroWithin);
+    chamber_ = make_modbus_chamber(map, make_modbus(lines_.chamber, map.link.modbus),
+                                   file_.simulated ? virtual_pauses() : real_pauses());
+    for (std::size_t i = 0; i < file_.thermometers.size(); ++i) thermometers_.push_back(thermometer(i));
   }
 
   std::vector<Result<std::string>> ask() override {
-    std::vector<Result<std::string>> lines{ask_chamber()};
-    for (std::size_t i = 0; i < thermometers_.size(); ++i) lines.push_back(ask_thermometer(i));
-    lines.push_back(ask_gyro());
-    return lines;
+    const SteadyClock watch;
+    const auto titled = [](const std::string& title, Result<std::string> answer) {
+      return answer ? Result<std::string>(title + ": " + *answer) : answer;
+    };
+    std::vector<Result<std::string>> answers{titled("chamber", ask_chamber(watch))};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i)
+      answers.push_back(titled(fmt::format("thermometer {}", i + 1),
+                               ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
+    const auto gyro = make_gyro(file_.gyro, lines_.gyro, kGyroAskedWithin, file_.simulated);
+    answers.push_back(titled("gyro", ask_gyro(*gyro, file_.gyro.frame.name, [this] { let_pass(1); })));
+    return answers;
   }
 
-  Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) override {
+  Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit,
+                                           const ChamberProgram* program) override {
     auto names = ask_names();
     if (!names) return names;
     const auto state = chamber_->read();
     if (!state) return failure(state.error());
     if (permit)
       if (auto permitted = permit(*state); !permitted) return failure(permitted.error());
+    gyro_ = make_gyro(file_.gyro, lines_.gyro, kGyroWithin, file_.simulated);
     // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
     const auto moved =
         gyro_->open().and_then([&] { return chamber_->head_for(first); }).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
+    const auto kept = program ? chamber_->upload(*program) : Result<std::string>();
+    if (!kept) return failure(kept.error());
+    if (program) names->push_back(*kept);
     let_pass(1);
     if (const auto origin = take_origin(); !origin) return failure(origin.error());
+    if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
+      return failure(started.error());
     sampler_ = make_sampler();
     return names;
   }
@@ -100,37 +117,13 @@ class AssembledRig : public Rig {
   /// The sampler that suits the rig's time; its clock starts.
   [[nodiscard]] virtual std::unique_ptr<Sampler> make_sampler() = 0;
 
-  Result<std::string> ask_chamber() {
-    const auto name = chamber_->identify();
-    if (!name) return failure(name.error());
-    const auto state = chamber_->read();
-    if (!state) return failure(state.error());
-    return fmt::format("chamber: {}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value,
-                       state->set_point.value);
-  }
-
-  Result<std::string> ask_thermometer(std::size_t index) {
-    const auto name = thermometers_[index]->identify();
-    if (!name) return failure(name.error());
-    auto line = fmt::format("thermometer {}: {}", index + 1, *name);
-    const auto readings = thermometers_[index]->read();
-    const auto& channels = file_.thermometers[index].channels;
-    for (std::size_t i = 0; i < channels.size(); ++i)
-      line += readings[i] ? fmt::format(", {} {:.3f} °C", channels[i], readings[i]->value)
-                          : fmt::format(", {} {}", channels[i], readings[i].error().what);
-    return line;
-  }
-
-  Result<std::string> ask_gyro() {
-    const auto asked = gyro(kGyroAskedWithin);
-    if (auto opened = asked->open(); !opened) return failure(opened.error());
-    let_pass(1);
-    if (const auto origin = asked->read(kSecond); !origin) return failure(origin.error());
-    let_pass(1);
-    const auto count = asked->read(kSecond);
-    if (!count) return failure(count.error());
-    return fmt::format("gyro: {} frames, {} pulses in {:.6f} s", file_.gyro_frame.name, count->pulses,
-                       to_seconds(count->interval));
+  /// The word order first, on a line of its own that is closed again: some units take one client at a time.
+  Result<std::string> ask_chamber(const Clock& watch) {
+    const auto order = ask_word_order(file_.chamber_map, *make_modbus(lines_.chamber, file_.chamber_map.link.modbus));
+    if (!order) return order;
+    auto answer = gyrotherm::ask_chamber(*chamber_, watch);
+    if (answer && !order->empty()) *answer += "; " + *order;
+    return answer;
   }
 
   Result<std::vector<std::string>> ask_names() {
@@ -150,19 +143,20 @@ class AssembledRig : public Rig {
     return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->read(kSecond);
   }
 
-  std::unique_ptr<Gyro> gyro(Duration within) const {
-    return make_framed_gyro(file_.gyro_frame, make_tcp_stream(gyro_line_, kConnectWithin), within);
-  }
-
-  std::unique_ptr<Thermometer> thermometer(std::size_t index, const LineAddress& line) const {
-    Lakeshore218Timing timing;
-    if (file_.simulated) timing.pause = {};
+  [[nodiscard]] std::unique_ptr<Thermometer> thermometer(std::size_t index) {
+    const auto& entry = file_.thermometers[index];
     const auto place = fmt::format("thermometer {}", index + 1);
-    return make_lakeshore_218(make_tcp_stream(line, kConnectWithin), place, timing);
+    if (world_ && entry.kind == VirtualThermometerKind::mcc_usb_temp)
+      return make_usb_temp(entry, place, world_->usb_temp(index));
+    return make_thermometer(entry, place, lines_.thermometers[index], file_.simulated);
   }
 
+ protected:
+  std::unique_ptr<VirtualInstruments> world_;  ///< of a virtual rig; the instruments' wires end in it
+
+ private:
   RigFile file_;
-  LineAddress gyro_line_;
+  Lines lines_;
   std::unique_ptr<Chamber> chamber_;
   std::vector<std::unique_ptr<Thermometer>> thermometers_;
   std::unique_ptr<Gyro> gyro_;
@@ -171,7 +165,8 @@ class AssembledRig : public Rig {
 
 class RealRig final : public AssembledRig {
  public:
-  RealRig(RigFile file, Duration already) : AssembledRig(file, lines_of(file)), already_(already), clock_(already) {}
+  RealRig(const RigFile& file, Duration already)
+      : AssembledRig(file, lines_of(file), nullptr), already_(already), clock_(already) {}
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
   const Clock& clock() const override { return clock_; }
@@ -187,10 +182,8 @@ class RealRig final : public AssembledRig {
 
 class VirtualRig final : public AssembledRig {
  public:
-  VirtualRig(RigFile file, Duration already, std::unique_ptr<VirtualInstruments> world)
-      : AssembledRig(file, lines_of(*world, file.thermometers.size())),
-        world_(std::move(world)),
-        clock_(already - kSecond) {}
+  VirtualRig(const RigFile& file, Duration already, Lines lines, std::unique_ptr<VirtualInstruments> world)
+      : AssembledRig(file, std::move(lines), std::move(world)), clock_(already - kSecond) {}
 
   void let_pass(std::int64_t seconds) override {
     world_->advance(static_cast<int>(seconds));
@@ -200,21 +193,34 @@ class VirtualRig final : public AssembledRig {
 
  private:
   std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
-  std::unique_ptr<VirtualInstruments> world_;
   VirtualClock clock_;
 };
+
+VirtualThermometer virtual_thermometer(const ThermometerEntry& entry) {
+  constexpr std::uint8_t kThermocoupleT = 0x10;
+  return {.channels = entry.channels,
+          .kind = entry.kind,
+          .addresses = entry.addresses,
+          .type = entry.type.value_or(kThermocoupleT),
+          .checksum = entry.checksum};
+}
 
 }  // namespace
 
 Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
-                                                          std::uint16_t first_port) {
+                                                          const ServeOptions& how) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
   const auto parameters = parse_world(file.text, file.file, file.gyro_model.text);
   if (!parameters) return failure(parameters.error());
-  VirtualInstrumentsOptions options{
-      .chamber = file.chamber_map, .thermometers = {}, .gyro = file.gyro_frame, .first_port = first_port};
-  for (const auto& entry : file.thermometers) options.thermometers.push_back({entry.channels});
+  VirtualInstrumentsOptions options{.chamber = file.chamber_map,
+                                    .thermometers = {},
+                                    .gyro = file.gyro.frame,
+                                    .first_port = how.first_port,
+                                    .frames = how.frames,
+                                    .ptys = how.ptys};
+  if (file.gyro.stream) options.gyro_commands = file.gyro.stream->start;
+  for (const auto& entry : file.thermometers) options.thermometers.push_back(virtual_thermometer(entry));
   return VirtualInstruments::start(World(*parameters, seed), std::move(options));
 }
 
@@ -223,7 +229,8 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   auto world = serve_virtual(file, start.seed);
   if (!world) return failure(world.error());
   (*world)->replay(start.replay);
-  return std::make_unique<VirtualRig>(file, start.already, std::move(*world));
+  auto lines = lines_of(**world, file.thermometers.size());
+  return std::make_unique<VirtualRig>(file, start.already, std::move(lines), std::move(*world));
 }
 
 }  // namespace gyrotherm

@@ -16,10 +16,15 @@
 
 namespace gyrotherm {
 
-/// The virtual instruments of a rig file, serving on loopback. Fails like parse_world and VirtualInstruments::start,
-/// and with usage if the rig is not virtual.
+struct ServeOptions {
+  std::uint16_t first_port = 0;  ///< 0: any free ones
+  FramePace frames{};
+  bool ptys = false;
+};
+/// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like parse_world
+/// and VirtualInstruments::start, and with usage if the rig is not virtual.
 [[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
-                                                                        std::uint16_t first_port = 0);
+                                                                        const ServeOptions& how = {});
 
 /// How a rig comes to its first second.
 struct RigStart {
@@ -38,8 +43,8 @@ class Rig {
   [[nodiscard]] static Result<std::unique_ptr<Rig>> assemble(const RigFile& file, const RigStart& start);
   virtual ~Rig() = default;
 
-  /// Asks each instrument who it is and reads it once, moving nothing: one line each, like "chamber: Virtual
-  /// chamber, 20.01 °C". A fault takes the place of an instrument that has one.
+  /// Asks each instrument who it is and reads it a few times, moving nothing: one line each (inquiry.hpp), like
+  /// "chamber: Virtual chamber, air 20.01 °C, …". A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
 
   /// Asks each instrument who it is, and `permit` whether the chamber, as it stands, may be moved; then sends the
@@ -47,8 +52,14 @@ class Rig {
   /// the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been moved
   /// if chamber or thermometers are silent, the gyro's line is dead, or `permit` refuses. Returns what the instruments
   /// say they are.
-  [[nodiscard]] virtual Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) = 0;
-  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first) { return prepare(first, {}); }
+  /// `program`, if there is one, goes into the chamber's own memory, is compared and started: the last thing before the
+  /// run's clock starts.
+  [[nodiscard]] virtual Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit,
+                                                                 const ChamberProgram* program) = 0;
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) {
+    return prepare(first, permit, nullptr);
+  }
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first) { return prepare(first, {}, nullptr); }
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
 

@@ -3,32 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <set>
 
 #include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/description.hpp"
-#include "drivers/wires.hpp"
+#include "drivers/line/line_address.hpp"
 
 namespace gyrotherm {
 namespace {
-
-constexpr double kEarthRateDegPerHour = 15.041067;  // 7.292115e-5 rad/s
-
-/// Ω on an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true north, el above the horizontal.
-DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {
-  const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
-  const double phi = radians(latitude_deg), az = radians(azimuth_deg), el = radians(elevation_deg);
-  return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
-}
-
-void check_line(const TomlTable& table, const std::string& line) {
-  if (line == kVirtualLine) return;
-  if (const auto address = parse_line_address(line, 1); !address) table.mistake("line", address.error().what);
-}
 
 std::optional<WordOrder> word_order(const TomlTable& chamber) {
   const auto order = chamber.choice("word_order", {"default", "abcd", "cdab", "badc", "dcba"}, "default");
@@ -55,44 +39,28 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
     table.mistake("safe_set_point", "the safe set point is outside what the chamber can do");
 }
 
+std::optional<LinkKind> framing(const TomlTable& chamber) {
+  const auto word = chamber.choice("framing", {"default", "tcp", "rtu", "rtu_over_tcp"}, "default");
+  if (word == "tcp") return LinkKind::tcp;
+  if (word == "rtu") return LinkKind::rtu;
+  if (word == "rtu_over_tcp") return LinkKind::rtu_over_tcp;
+  return {};
+}
+
+/// The map, on the link that suits the line.
 Result<RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig, const std::optional<std::string>& known) {
   const auto name = chamber.text("map");
   const auto order = word_order(chamber);
+  const auto wanted = framing(chamber);
   const auto path = (std::filesystem::path(rig.file).parent_path() / name).lexically_normal().string();
-  if (known) return parse_register_map(*known, path, order);
-  const auto text = read_text_file(path);
+  auto text = known ? Result<std::string>(*known) : read_text_file(path);
   if (!text) return failure(FaultKind::bad_file, chamber.place("map"), text.error().where + " " + text.error().what);
-  return parse_register_map(*text, path, order);
-}
-
-ThermometerEntry read_thermometer(const TomlTable& table, std::set<std::string>& seen) {
-  ThermometerEntry entry{.driver = table.choice("driver", {"lakeshore_218"}),
-                         .line = table.text("line"),
-                         .channels = table.texts("channels"),
-                         .offsets = {},
-                         .place = table.place()};
-  check_line(table, entry.line);
-  for (const double offset : table.numbers("offsets")) entry.offsets.push_back({offset});
-  if (entry.offsets.empty()) entry.offsets.resize(entry.channels.size());
-  if (entry.offsets.size() != entry.channels.size())
-    table.mistake("offsets", fmt::format("{} offsets for {} channels", entry.offsets.size(), entry.channels.size()));
-  if (entry.channels.empty() || entry.channels.size() > 8) table.mistake("channels", "expected one to eight channels");
-  for (const auto& channel : entry.channels)
-    if (!seen.insert(channel).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", channel));
-  return entry;
-}
-
-void read_gyro(const TomlTable& table, RigFile& rig) {
-  rig.gyro_line = table.text("line");
-  check_line(table, rig.gyro_line);
-  rig.gyro.kind = GyroKind::pulse_count;
-  rig.gyro.scale = table.number("arcsec_per_pulse");
-  if (rig.gyro.scale == 0) table.mistake("arcsec_per_pulse", "must not be zero");
-  const bool located = table.has("latitude");
-  const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
-               elevation = table.number("elevation", 90);
-  if (located) rig.gyro.earth_rate = earth_rate(latitude, azimuth, elevation);
-  rig.gyro_frame = read_frame_format(table.table("frame"));
+  auto map = parse_register_map(*text, path, order);
+  const auto line = parse_line(rig.chamber_line);
+  if (!map || !line) return map;
+  auto linked = on_line(std::move(*map), *line, wanted);
+  if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
+  return linked;
 }
 
 void read_analysis(const TomlTable& table, const std::set<std::string>& channels, RigFile& rig) {
@@ -133,7 +101,7 @@ void read_limits(const TomlTable& table, InterlockLimits& limits) {
 
 /// All lines virtual, or none.
 void settle_simulated(const TomlTable& root, RigFile& rig) {
-  std::vector<std::string> lines{rig.chamber_line, rig.gyro_line};
+  std::vector<std::string> lines{rig.chamber_line, rig.gyro.line};
   for (const auto& entry : rig.thermometers) lines.push_back(entry.line);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
@@ -158,14 +126,20 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   const auto chamber = root->table("chamber");
   read_chamber(chamber, rig);
   std::set<std::string> seen;
-  for (const auto& table : root->tables("thermometer")) rig.thermometers.push_back(read_thermometer(table, seen));
+  for (const auto& table : root->tables("thermometer"))
+    rig.thermometers.push_back(read_thermometer(table, rig.thermometers.size() + 1, seen));
   if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
-  read_gyro(root->table("gyro"), rig);
+  auto gyro = read_gyro(root->table("gyro"), file, known.gyro_stream);
+  if (gyro) rig.gyro = std::move(*gyro);
   read_analysis(root->table("analysis"), seen, rig);
   read_limits(root->table("limits"), rig.limits);
-  settle_simulated(*root, rig);
+  if (gyro)
+    settle_simulated(*root, rig);
+  else
+    root->ignore("virtual");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (!gyro) return failure(gyro.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
   if (!rig.simulated) return rig;
@@ -183,13 +157,8 @@ Result<RigFile> read_rig(const std::string& file) {
 
 std::vector<Channel> channels_of(const RigFile& rig) {
   std::vector<Channel> channels;
-  for (std::size_t i = 0; i < rig.thermometers.size(); ++i) {
-    const auto& entry = rig.thermometers[i];
-    for (std::size_t j = 0; j < entry.channels.size(); ++j)
-      channels.push_back({.name = entry.channels[j],
-                          .instrument = fmt::format("{} {} at {}, input {}", entry.driver, i + 1, entry.line, j + 1),
-                          .offset = entry.offsets[j]});
-  }
+  for (const auto& entry : rig.thermometers)
+    channels.insert(channels.end(), entry.calibrated.begin(), entry.calibrated.end());
   return channels;
 }
 

@@ -10,36 +10,25 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_format.hpp"
+#include "rig/gyro_entry.hpp"
 #include "rig/interlocks.hpp"
+#include "rig/thermometer_entry.hpp"
 #include "sequencer/profile.hpp"
 #include "simulator/world.hpp"
 
 namespace gyrotherm {
 
-inline constexpr std::string_view kVirtualLine = "virtual";
-
-struct ThermometerEntry {
-  std::string driver;
-  std::string line;
-  std::vector<std::string> channels;  ///< in the order of the instrument's inputs
-  std::vector<Kelvins> offsets;       ///< calibration, one per channel
-  std::string place;
-};
-
 struct RigFile {
   std::string name;
   std::string title;
-  std::string text;  ///< the file, as read
-  std::string file;  ///< its path, as given
-  RegisterMap chamber_map;
+  std::string text;         ///< the file, as read
+  std::string file;         ///< its path, as given
+  RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
   ChamberLimits chamber_limits;
   Celsius safe_set_point;
   std::vector<ThermometerEntry> thermometers;
-  std::string gyro_line;
-  FrameFormat gyro_frame;
-  GyroInfo gyro;
+  GyroEntry gyro;
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
   InterlockLimits limits;
@@ -49,8 +38,9 @@ struct RigFile {
 
 /// The texts of the files that a rig file names, where they are already known (resume: the record's copies).
 struct NamedTexts {
-  std::optional<std::string> chamber_map;  ///< [chamber] map
-  std::optional<std::string> gyro_model;   ///< [virtual.thermal] gyro
+  std::optional<std::string> chamber_map;    ///< [chamber] map
+  std::optional<std::string> gyro_model;     ///< [virtual.thermal] gyro
+  std::optional<std::string> gyro_stream{};  ///< [gyro] stream
 };
 
 /// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to

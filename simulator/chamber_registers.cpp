@@ -1,102 +1,224 @@
 #include "simulator/chamber_registers.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <utility>
+
+#include "core/clock.hpp"
 
 namespace gyrotherm {
 
-ChamberRegisters::ChamberRegisters(RegisterMap map, World& world) : map_(std::move(map)), world_(world) {
-  block_begin_ = 0x10000;
+namespace {
+
+bool any_holds(const std::vector<Condition>& conditions, const RegisterItem& item, double value) {
+  return std::ranges::any_of(conditions, [&](const auto& c) { return c.item == item.name && holds(c, value); });
+}
+
+bool is_block(WriteFunction function) { return function == WriteFunction::registers; }
+
+}  // namespace
+
+ChamberRegisters::ChamberRegisters(RegisterMap map, World& world)
+    : map_(std::move(map)), world_(world), image_(map_), memory_(map_, image_) {
+  find_live_items();
+  find_addresses();
+  if (map_.simulated.turns_on.empty() && !map_.control) world_.switch_on(true);
+}
+
+void ChamberRegisters::find_live_items() {
+  const auto& unit = map_.simulated;
   for (const auto& item : map_.items) {
-    const auto meaning = meaning_of(item);
-    const std::size_t words = word_count(item.type);
-    for (std::size_t word = 0; word < words; ++word) {
-      entries_[item.address + static_cast<int>(word)] = {&item, meaning, word};
+    const auto add = [&](Role role, const SimulatedUnit::Shows* shows = nullptr) {
+      live_.push_back({&item, role, shows});
+    };
+    const auto shows = std::ranges::find_if(unit.shows, [&](const auto& one) { return one.item == item.name; });
+    const bool is_mode = map_.control && (item.name == map_.control->commanded || item.name == map_.control->active);
+    if (item.name == "air_temperature") add(Role::air);
+    if (item.name == "set_point" || item.name == "active_set_point" || item.name == "working_set_point")
+      add(Role::set_point);
+    if (item.name == "output") add(Role::output);
+    if (item.type == RegisterType::date_time && item.readable) add(Role::clock);
+    if (shows != unit.shows.end())
+      add(Role::shows, &*shows);
+    else if (is_mode)
+      add(Role::mode);
+    if (std::ranges::find(unit.when_off, item.name) != unit.when_off.end() && !item.sentinels.empty())
+      add(Role::sentinel);
+  }
+}
+
+void ChamberRegisters::find_addresses() {
+  hole_begin_ = kCoils;
+  for (const auto& item : map_.items) {
+    const int first = image_address(item), count = word_count(item);
+    for (int i = 0; i < std::max<int>(count, item.read_count); ++i) served_[first + i] = true;
+    const bool in_block = item.name == "air_temperature" || item.name == "set_point" ||
+                          (map_.identity && item.name == map_.identity->item);
+    const bool counts = first < kCoils && (map_.holes || (map_.one_block && in_block));
+    if (!counts) continue;
+    hole_begin_ = std::min(hole_begin_, first);
+    hole_end_ = std::max(hole_end_, first + count);
+  }
+  // Where a map reads its holes it reads whole chunks from the first register on.
+  if (map_.holes) hole_begin_ = 0;
+}
+
+bool ChamberRegisters::serves(int address) const {
+  return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.holds(address);
+}
+
+double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
+  const auto state = [&]() -> std::string {
+    switch (run_.stage()) {
+      case ProgramRun::Stage::ramping: return "ramping";
+      case ProgramRun::Stage::soaking: return "soaking";
+      case ProgramRun::Stage::held: return "held";
+      case ProgramRun::Stage::done: return "done";
+      case ProgramRun::Stage::none: break;
     }
-    const bool in_block = item.name == "air_temperature" || item.name == "set_point" || meaning == Meaning::fingerprint;
-    if (!map_.one_block || !in_block) continue;
-    block_begin_ = std::min<int>(block_begin_, item.address);
-    block_end_ = std::max(block_end_, item.address + static_cast<int>(words));
+    return world_.is_on() ? "on" : "off";
+  }();
+  auto found = shows.values.find(state);
+  if (found == shows.values.end() && run_.runs()) found = shows.values.find("running");
+  if (found == shows.values.end()) found = shows.values.find(world_.is_on() ? "on" : "off");
+  return found == shows.values.end() ? 0 : found->second;
+}
+
+std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const {
+  const auto& item = *live.item;
+  switch (live.role) {
+    case Role::air: return image_.words_at(item, world_.air_as_measured().value);
+    case Role::set_point: return image_.words_at(item, world_.set_point().value);
+    case Role::output: return image_.words_at(item, world_.output_percent());
+    case Role::mode: {
+      const auto code = world_.is_on() ? map_.control->on : map_.control->off;
+      return image_.words_at(item, static_cast<double>(code));
+    }
+    case Role::clock: return encode_date(item.date, civil_time_of(kVirtualEpoch + std::chrono::seconds(seconds_)));
+    case Role::shows: return image_.words_at(item, shown(*live.shows));
+    case Role::sentinel: break;
   }
+  auto raw = item;
+  raw.scale = 1;
+  raw.offset = 0;
+  return encode_as_read(raw, item.sentinels.begin()->second);
 }
 
-ChamberRegisters::Meaning ChamberRegisters::meaning_of(const RegisterItem& item) const {
-  if (item.name == "air_temperature") return Meaning::air;
-  if (item.name == "set_point" || item.name == "active_set_point") return Meaning::set_point;
-  if (item.name == "output") return Meaning::output;
-  if (map_.control && (item.name == map_.control->commanded || item.name == map_.control->active)) return Meaning::mode;
-  if (map_.identity && item.name == map_.identity->item) return Meaning::fingerprint;
-  return Meaning::nothing;
-}
-
-bool ChamberRegisters::is_hole_of_block(std::uint16_t address) const {
-  return address >= block_begin_ && address < block_end_;
-}
-
-double ChamberRegisters::value(Meaning meaning) const {
-  switch (meaning) {
-    case Meaning::air: return world_.air_as_measured().value;
-    case Meaning::set_point: return world_.set_point().value;
-    case Meaning::output: return world_.output_percent();
-    case Meaning::mode: return static_cast<double>(world_.is_on() ? map_.control->on : map_.control->off);
-    case Meaning::fingerprint: return map_.identity->value;
-    case Meaning::nothing: return 0;
-  }
-  return 0;
-}
-
-tl::expected<void, ModbusException> ChamberRegisters::read(std::uint16_t address, std::uint16_t count,
+tl::expected<void, ModbusException> ChamberRegisters::read(ReadFunction function, std::uint16_t address,
+                                                           std::uint16_t count,
                                                            std::vector<std::uint16_t>& words) const {
-  if (count == 0 || count > map_.read_at_most) return tl::unexpected(ModbusException::illegal_value);
-  const RegisterItem* encoded = nullptr;
-  std::vector<std::uint16_t> item_words;
-  for (int at = address; at < address + count; ++at) {
-    const auto entry = entries_.find(at);
-    if (entry == entries_.end()) {
-      if (!is_hole_of_block(static_cast<std::uint16_t>(at))) return tl::unexpected(ModbusException::illegal_address);
-      words.push_back(0);
-      continue;
-    }
-    const auto& [item, meaning, word] = entry->second;
-    if (item != encoded) item_words = encode(*item, value(meaning));
-    encoded = item;
-    words.push_back(item_words[word]);
+  if (count == 0 || count > map_.link.modbus.read_at_most) return tl::unexpected(ModbusException::illegal_value);
+  const bool coils = function == ReadFunction::coils || function == ReadFunction::discrete_inputs;
+  const int first = address + (coils ? kCoils : 0), end = first + count;
+  const auto base = words.size();
+  for (int at = first; at < end; ++at) {
+    if (!serves(at)) return tl::unexpected(ModbusException::illegal_address);
+    words.push_back(memory_.holds(at) ? memory_.word(at) : image_.word(at));
+  }
+  for (const auto& live : live_) {
+    const int from = image_address(*live.item), to = from + word_count(*live.item);
+    if (to <= first || from >= end || !live.item->readable) continue;
+    if (live.role == Role::sentinel && world_.is_on()) continue;
+    const auto own = live_words(live);
+    for (int at = std::max(from, first); at < std::min(to, end); ++at)
+      words[base + static_cast<std::size_t>(at - first)] = own[static_cast<std::size_t>(at - from)];
   }
   return {};
 }
 
-tl::expected<void, ModbusException> ChamberRegisters::write(std::uint16_t address,
+bool ChamberRegisters::accepts(const RegisterItem& item, double value) const {
+  if (!std::isfinite(value)) return false;
+  if (item.name == "set_point") return world_.accepts({value});
+  if (item.codes.empty() || !item.otherwise.empty() || item.type == RegisterType::bits) return true;
+  return std::ranges::any_of(item.codes, [&](const auto& entry) {
+    return std::ranges::any_of(entry.second, [&](auto code) { return static_cast<double>(code) == value; });
+  });
+}
+
+/// What the words from `address` on are written to: an item, or one word of the profile memory.
+tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::assignment(
+    int address, std::span<const std::uint16_t> words, bool coil) const {
+  for (const auto& item : map_.items) {
+    const std::size_t count = word_count(item);
+    const int from = image_address(item);
+    if (!item.writable || from != address || coil != (from >= kCoils)) continue;
+    if (words.size() < count) return tl::unexpected(ModbusException::illegal_address);
+    Assignment made{.item = &item, .address = from, .words = {words.begin(), words.begin() + count}};
+    if (item.type == RegisterType::text || item.type == RegisterType::date_time) return made;
+    made.value = decode_as_written(image_.in_its_context(item), made.words);
+    if (!accepts(item, made.value)) return tl::unexpected(ModbusException::illegal_value);
+    return made;
+  }
+  if (!memory_.holds(address)) return tl::unexpected(ModbusException::illegal_address);
+  return Assignment{.item = nullptr, .address = address, .words = {words.front()}};
+}
+
+tl::expected<void, ModbusException> ChamberRegisters::write(WriteFunction function, std::uint16_t address,
                                                             std::span<const std::uint16_t> words) {
+  const bool coil = function == WriteFunction::coil;
+  if (map_.simulated.ignores_blocks_elsewhere && is_block(function) && !memory_.holds(address)) return {};
+  if (words.size() > map_.link.modbus.write_at_most) return tl::unexpected(ModbusException::illegal_value);
   std::vector<Assignment> assignments;
   for (std::size_t done = 0; done < words.size();) {
-    const auto entry = entries_.find(address + static_cast<int>(done));
-    if (entry == entries_.end()) return tl::unexpected(ModbusException::illegal_address);
-    const auto& [item, meaning, word] = entry->second;
-    const std::size_t count = word_count(item->type);
-    if (!item->writable || word != 0 || words.size() - done < count) {
-      return tl::unexpected(ModbusException::illegal_address);
-    }
-    const auto value = decode(*item, words.subspan(done, count));
-    if (!value || !accepts({meaning, *value})) return tl::unexpected(ModbusException::illegal_value);
-    assignments.push_back({meaning, *value});
-    done += count;
+    const int at = address + static_cast<int>(done) + (coil ? kCoils : 0);
+    auto made = assignment(at, words.subspan(done), coil);
+    if (!made) return tl::unexpected(made.error());
+    done += made->words.size();
+    assignments.push_back(std::move(*made));
   }
   for (const auto& assignment : assignments) apply(assignment);
   return {};
 }
 
-bool ChamberRegisters::accepts(const Assignment& assignment) const {
-  const auto code = [&](std::int64_t known) { return assignment.value == static_cast<double>(known); };
-  if (assignment.meaning == Meaning::set_point) return world_.accepts({assignment.value});
-  if (assignment.meaning == Meaning::mode) return code(map_.control->on) || code(map_.control->off);
-  return true;
+void ChamberRegisters::apply(const Assignment& assignment) {
+  for (std::size_t i = 0; i < assignment.words.size(); ++i) {
+    const int at = assignment.address + static_cast<int>(i);
+    if (memory_.holds(at)) memory_.set_word(at, assignment.words[i]);
+    if (assignment.item && !assignment.item->self_clearing) image_.set_word(at, assignment.words[i]);
+  }
+  if (assignment.item) take_effect(*assignment.item, assignment.value);
 }
 
-void ChamberRegisters::apply(const Assignment& assignment) {
-  if (assignment.meaning == Meaning::set_point) world_.command({assignment.value});
-  if (assignment.meaning == Meaning::mode) {
-    world_.switch_on(assignment.value == static_cast<double>(map_.control->on));
+void ChamberRegisters::take_effect(const RegisterItem& item, double value) {
+  const auto& unit = map_.simulated;
+  if (item.name == "set_point") world_.command({value});
+  if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
+    image_.set_value(item, value);  // it is kept inside, and shows zero
+  if (unit.turns_on.empty() && map_.control && item.name == map_.control->commanded)
+    world_.switch_on(value == static_cast<double>(map_.control->on));
+  if (any_holds(unit.turns_on, item, value)) world_.switch_on(true);
+  if (any_holds(unit.turns_off, item, value)) {
+    world_.switch_on(false);
+    run_.end();
   }
+  if (any_holds(unit.creates_program, item, value)) memory_.clear();
+  if (any_holds(unit.stores_program, item, value)) memory_.store();
+  if (any_holds(unit.loads_program, item, value)) memory_.load();
+  if (any_holds(unit.holds_program, item, value)) run_.hold();
+  if (any_holds(unit.ends_program, item, value)) run_.end();
+  const bool resumes = any_holds(unit.resumes_program, item, value);
+  const bool starts = any_holds(unit.starts_program, item, value);
+  if (resumes || (starts && run_.stage() == ProgramRun::Stage::held))
+    run_.resume();
+  else if (starts)
+    start_program();
+}
+
+void ChamberRegisters::start_program() {
+  auto program = memory_.program(world_.set_point());
+  if (!program) return;
+  const auto* step = map_.find(map_.simulated.program_step);
+  const int first = step ? static_cast<int>(image_.value(*step)) - map_.memory->first_step : 0;
+  world_.switch_on(true);
+  run_.start(std::move(*program), first);
+}
+
+void ChamberRegisters::pass_second() {
+  ++seconds_;
+  if (!run_.runs()) return;
+  const auto set_point = run_.next_set_point(world_.air_as_measured());
+  if (world_.accepts(set_point)) world_.command(set_point);
 }
 
 }  // namespace gyrotherm

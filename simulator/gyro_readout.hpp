@@ -24,6 +24,7 @@ class GyroReadout {
   [[nodiscard]] DegreesPerHour drift() const;  ///< all that is added to bias and Earth rate, for the second to come
   [[nodiscard]] std::int64_t pulses() const { return pulses_; }
   [[nodiscard]] std::int64_t device_time_us() const;
+  [[nodiscard]] double arcsec_per_pulse() const { return parameters_.arcsec_per_pulse; }
 
  private:
   void wander();

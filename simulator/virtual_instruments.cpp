@@ -3,36 +3,90 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "simulator/chamber_registers.hpp"
-#include "simulator/gyro_server.hpp"
-#include "simulator/lakeshore_218_server.hpp"
-#include "simulator/modbus_server.hpp"
-#include "simulator/reply_server.hpp"
+#include "simulator/servers/dcon_server.hpp"
+#include "simulator/servers/gyro_server.hpp"
+#include "simulator/servers/lakeshore_218_server.hpp"
+#include "simulator/servers/modbus_server.hpp"
+#include "simulator/servers/pt12_server.hpp"
+#include "simulator/servers/reply_server.hpp"
+#include "simulator/servers/virtual_usb_temp.hpp"
 
 namespace gyrotherm {
 namespace {
 
-Result<Lakeshore218Session::Inputs> inputs_of(const VirtualThermometer& thermometer, const World& world) {
-  Lakeshore218Session::Inputs inputs;
-  if (thermometer.channels.size() > inputs.size()) {
-    return failure(FaultKind::usage, "virtual thermometer", fmt::format("more than {} channels", inputs.size()));
+/// Indices of the world's thermometers, in the order of an instrument's inputs.
+using Places = std::vector<std::size_t>;
+
+std::size_t inputs_of(const VirtualThermometer& thermometer) {
+  switch (thermometer.kind) {
+    case VirtualThermometerKind::lakeshore_218: return kLakeshore218Inputs;
+    case VirtualThermometerKind::dcon: return kDconInputs * thermometer.addresses.size();
+    case VirtualThermometerKind::pt12: return kPt12Inputs;
+    case VirtualThermometerKind::mcc_usb_temp: return kMccInputs;
   }
+  return 0;
+}
+
+Result<Places> places_of(const VirtualThermometer& thermometer, const World& world) {
+  if (thermometer.channels.size() > inputs_of(thermometer))
+    return failure(FaultKind::usage, "virtual thermometer",
+                   fmt::format("more than {} channels", inputs_of(thermometer)));
   const auto& names = world.thermometer_names();
-  for (std::size_t i = 0; i < thermometer.channels.size(); ++i) {
-    const auto found = std::ranges::find(names, thermometer.channels[i]);
-    if (found == names.end()) {
+  Places places;
+  for (const auto& channel : thermometer.channels) {
+    const auto found = std::ranges::find(names, channel);
+    if (found == names.end())
       return failure(FaultKind::usage, "virtual thermometer",
-                     fmt::format("channel \"{}\" is none of {}", thermometer.channels[i], fmt::join(names, ", ")));
-    }
-    inputs[i] = static_cast<std::size_t>(found - names.begin());
+                     fmt::format("channel \"{}\" is none of {}", channel, fmt::join(names, ", ")));
+    places.push_back(static_cast<std::size_t>(found - names.begin()));
   }
+  return places;
+}
+
+/// Those of one instrument, or of one module of several.
+template <class OnInputs>
+OnInputs on_inputs(const Places& places, std::size_t first = 0) {
+  OnInputs inputs;
+  for (std::size_t i = 0; i < inputs.size() && first + i < places.size(); ++i) inputs[i] = places[first + i];
   return inputs;
 }
 
-/// Chamber, thermometers, gyro, in this order.
+std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const Places& places) {
+  std::vector<DconModule> modules;
+  for (const auto address : thermometer.addresses)
+    modules.push_back({.address = address,
+                       .type = thermometer.type,
+                       .checksum = thermometer.checksum,
+                       .inputs = on_inputs<Inputs<kDconInputs>>(places, modules.size() * kDconInputs)});
+  return modules;
+}
+
+/// Nothing for an instrument that is no server.
+MakeSession session_of(const VirtualThermometer& thermometer, const Places& places, const World& world) {
+  switch (thermometer.kind) {
+    case VirtualThermometerKind::lakeshore_218:
+      return [&world, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
+        return std::make_unique<Lakeshore218Session>(world, inputs);
+      };
+    case VirtualThermometerKind::pt12:
+      return [&world, inputs = on_inputs<Pt12Session::Inputs>(places)] {
+        return std::make_unique<Pt12Session>(world, inputs);
+      };
+    case VirtualThermometerKind::dcon:
+      return
+          [&world, modules = modules_of(thermometer, places)] { return std::make_unique<DconSession>(world, modules); };
+    case VirtualThermometerKind::mcc_usb_temp: return {};
+  }
+  return {};
+}
+
+/// One for each instrument that is a server: chamber, thermometers, gyro, in this order.
 Result<std::vector<Socket>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
     return failure(FaultKind::usage, "virtual instruments",
@@ -47,52 +101,134 @@ Result<std::vector<Socket>> listen_all(std::uint16_t first_port, std::size_t cou
   return listeners;
 }
 
-std::vector<std::uint16_t> ports_of(const std::vector<Socket>& listeners) {
-  std::vector<std::uint16_t> ports(listeners.size());
-  std::ranges::transform(listeners, ports.begin(), port_of);
-  return ports;
+Result<std::vector<Pty>> open_ptys(std::size_t count) {
+  std::vector<Pty> ptys;
+  while (ptys.size() < count) {
+    auto pty = open_pty();
+    if (!pty) return failure(std::move(pty.error()));
+    ptys.push_back(std::move(*pty));
+  }
+  return ptys;
+}
+
+FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
+  return options.frames == FramePace::full_rate ? options.gyro : at_one_frame_a_second(options.gyro);
 }
 
 class Servers final : public VirtualInstruments {
  public:
-  Servers(World world, VirtualInstrumentsOptions options, std::vector<Lakeshore218Session::Inputs> inputs,
-          std::vector<Socket> listeners);
+  Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places, std::vector<Socket> listeners,
+          std::vector<Pty> ptys);
 
-  void advance(int seconds) override;
+  void pass(Duration time) override;
   void replay(std::span<const Celsius> set_points) override;
-  [[nodiscard]] std::uint16_t chamber_port() const override { return ports_.front(); }
-  [[nodiscard]] std::uint16_t thermometer_port(std::size_t index) const override { return ports_.at(index + 1); }
-  [[nodiscard]] std::uint16_t gyro_port() const override { return ports_.back(); }
+  [[nodiscard]] std::uint16_t chamber_port() const override { return chamber_port_; }
+  [[nodiscard]] std::uint16_t thermometer_port(std::size_t index) const override {
+    return thermometer_ports_.at(index);
+  }
+  [[nodiscard]] std::uint16_t gyro_port() const override { return gyro_port_; }
+  [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
+  [[nodiscard]] std::unique_ptr<HidReports> usb_temp(std::size_t index) override {
+    return std::make_unique<VirtualUsbTemp>(world_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
+  }
 
  private:
+  /// Where the gyro stands at the ends of the second under way.
+  struct Stand {
+    std::int64_t pulses{};
+    std::int64_t device_time_us{};
+  };
+  [[nodiscard]] Stand stand() const { return {world_.pulses(), world_.device_time_us()}; }
+  void step();
+  /// When the next frame is due, seconds since the start.
+  [[nodiscard]] double next_frame() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
+  void send_frame(double at_s);
+  std::uint16_t serve(const std::string& instrument, Socket listener, const MakeSession& session);
+  void serve(const std::string& instrument, Pty line, const MakeSession& session);
+
   std::mutex guard_;  ///< of the world and what reads it
   World world_;
   ChamberRegisters chamber_;
-  std::vector<std::uint16_t> ports_;
+  std::vector<Places> places_;  ///< of each thermometer
+  std::uint16_t chamber_port_{}, gyro_port_{};
+  std::vector<std::uint16_t> thermometer_ports_;
+  std::vector<ServedLine> lines_;
   GyroServer gyro_;
+  double frames_a_second_;
+  Duration clock_{};  ///< since the start
+  std::int64_t seconds_{}, frames_{};
+  Stand before_, after_;
   ReplyServer replies_;  ///< last: its thread ends before what it uses
 };
 
-Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Lakeshore218Session::Inputs> inputs,
-                 std::vector<Socket> listeners)
+Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places,
+                 std::vector<Socket> listeners, std::vector<Pty> ptys)
     : world_(std::move(world)),
       chamber_(std::move(options.chamber), world_),
-      ports_(ports_of(listeners)),
-      gyro_(std::move(listeners.back()), std::move(options.gyro)),
+      places_(std::move(places)),
+      gyro_port_(port_of(listeners.back())),
+      gyro_(std::move(listeners.back()), StreamWriter(gyro_format(options), world_.arcsec_per_pulse()),
+            std::move(options.gyro_commands)),
+      frames_a_second_(options.frames == FramePace::full_rate && options.gyro.rate_hz > 0 ? options.gyro.rate_hz : 1),
       replies_(guard_) {
-  replies_.add(std::move(listeners.front()), [this] { return std::make_unique<ModbusSession>(chamber_); });
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    replies_.add(std::move(listeners[i + 1]),
-                 [this, own = inputs[i]] { return std::make_unique<Lakeshore218Session>(world_, own); });
+  auto listener = listeners.begin();
+  auto pty = ptys.begin();
+  const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
+  chamber_port_ = serve("chamber", std::move(*listener++), chamber);
+  if (options.ptys)
+    serve("chamber", std::move(*pty++), [this] { return std::make_unique<ModbusRtuSession>(chamber_); });
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const auto instrument = fmt::format("thermometer {}", i + 1);
+    const auto session = session_of(options.thermometers[i], places_[i], world_);
+    thermometer_ports_.push_back(session ? serve(instrument, std::move(*listener++), session) : std::uint16_t{0});
+    if (session && options.ptys) serve(instrument, std::move(*pty++), session);
+  }
+  lines_.push_back({"gyro", fmt::format("tcp://127.0.0.1:{}", gyro_port_)});
+  if (options.ptys) {
+    lines_.push_back({"gyro", "serial:" + pty->path});
+    gyro_.add(std::move(*pty));
   }
   replies_.start();
 }
 
-void Servers::advance(int seconds) {
+std::uint16_t Servers::serve(const std::string& instrument, Socket listener, const MakeSession& session) {
+  const auto port = port_of(listener);
+  lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
+  replies_.add(std::move(listener), session);
+  return port;
+}
+
+void Servers::serve(const std::string& instrument, Pty line, const MakeSession& session) {
+  lines_.push_back({instrument, "serial:" + line.path});
+  replies_.add(std::move(line), session);
+}
+
+void Servers::step() {
+  before_ = stand();
+  chamber_.pass_second();
+  world_.step();
+  after_ = stand();
+  ++seconds_;
+}
+
+/// At its place between the ends of its second.
+void Servers::send_frame(double at_s) {
+  ++frames_;
+  const double share = std::min(1.0, at_s - static_cast<double>(seconds_ - 1));
+  const auto between = [share](std::int64_t from, std::int64_t to) {
+    return static_cast<double>(from) + share * static_cast<double>(to - from);
+  };
+  gyro_.send(between(before_.pulses, after_.pulses),
+             std::llround(between(before_.device_time_us, after_.device_time_us)), 1 / frames_a_second_);
+}
+
+void Servers::pass(Duration time) {
   const std::scoped_lock lock(guard_);
-  for (int i = 0; i < seconds; ++i) {
-    world_.step();
-    gyro_.send(world_.pulses(), world_.device_time_us());
+  clock_ += time;
+  if (from_seconds(next_frame()) > clock_) return gyro_.attend();
+  for (auto next = next_frame(); from_seconds(next) <= clock_; next = next_frame()) {
+    if (static_cast<double>(seconds_) < next) step();
+    send_frame(next);
   }
 }
 
@@ -102,22 +238,27 @@ void Servers::replay(std::span<const Celsius> set_points) {
   for (const auto set_point : set_points) {
     world_.command(set_point);
     world_.step();
-    gyro_.skip(world_.pulses());
+    gyro_.skip(static_cast<double>(world_.pulses()));
   }
 }
 
 }  // namespace
 
 Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(World world, VirtualInstrumentsOptions options) {
-  std::vector<Lakeshore218Session::Inputs> inputs;
+  std::vector<Places> places;
+  std::size_t servers = 2;  // chamber and gyro
   for (const auto& thermometer : options.thermometers) {
-    auto found = inputs_of(thermometer, world);
+    auto found = places_of(thermometer, world);
     if (!found) return failure(std::move(found.error()));
-    inputs.push_back(*found);
+    places.push_back(std::move(*found));
+    servers += thermometer.kind == VirtualThermometerKind::mcc_usb_temp ? 0 : 1;
   }
-  auto listeners = listen_all(options.first_port, options.thermometers.size() + 2);
+  auto listeners = listen_all(options.first_port, servers);
   if (!listeners) return failure(std::move(listeners.error()));
-  return std::make_unique<Servers>(std::move(world), std::move(options), std::move(inputs), std::move(*listeners));
+  auto ptys = open_ptys(options.ptys ? servers : 0);
+  if (!ptys) return failure(std::move(ptys.error()));
+  return std::make_unique<Servers>(std::move(world), std::move(options), std::move(places), std::move(*listeners),
+                                   std::move(*ptys));
 }
 
 }  // namespace gyrotherm

@@ -9,22 +9,45 @@
 
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_format.hpp"
+#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/thermometer/dcon_codec.hpp"
+#include "drivers/wires.hpp"
 #include "simulator/world.hpp"
-#include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
 
-/// One Lake Shore 218 of the virtual rig: which of the world's thermometers are on its inputs, in order (at most 8).
+enum class VirtualThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp };
+
+/// One thermometer of the virtual rig: which of the world's are on its inputs, in order; on DCON modules eight to each.
 struct VirtualThermometer {
   std::vector<std::string> channels;
+  VirtualThermometerKind kind{};
+  std::vector<std::uint8_t> addresses{1};  ///< DCON: of the modules on the line
+  std::uint8_t type = 0x10;                ///< DCON: of all their inputs
+  DconChecksum checksum{};
+};
+
+/// At how many frames a second the gyro sends.
+enum class FramePace {
+  one_a_second,  ///< of every stream
+  full_rate,     ///< the stream's own, where it has one
 };
 
 struct VirtualInstrumentsOptions {
   RegisterMap chamber;
   std::vector<VirtualThermometer> thermometers;
   FrameFormat gyro;
-  std::uint16_t first_port = 0;  ///< 0: any free ports; else chamber, thermometers, gyro on consecutive ones
+  std::uint16_t first_port = 0;  ///< 0: any free ones; else chamber, thermometers, gyro on consecutive ones
+  FramePace frames{};
+  std::vector<GyroCommand> gyro_commands{};  ///< that start its stream: those with a reply are answered
+  bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there the chamber speaks Modbus RTU, with
+                      ///< unit and registers of the map's link in use
+};
+
+/// Where one of them can be reached: "chamber", "thermometer 1", …, "gyro" at "tcp://127.0.0.1:5020" or
+/// "serial:/dev/pts/3".
+struct ServedLine {
+  std::string instrument, line;
 };
 
 /// Serves on 127.0.0.1 from a thread of its own until destroyed. All clients see one world; several clients may connect
@@ -37,15 +60,22 @@ class VirtualInstruments {
                                                                          VirtualInstrumentsOptions options);
   virtual ~VirtualInstruments() = default;
 
-  /// Lets `seconds` pass, one step each; the gyro sends one frame per second to whoever is connected.
-  virtual void advance(int seconds) = 0;
+  /// Lets `time` pass: the gyro sends the frames that have become due to whoever is connected. The world moves in whole
+  /// seconds, each with its first frame; what the frames of a second say adds up to the second exactly.
+  virtual void pass(Duration time) = 0;
+  void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
   /// Lets one second per set point pass with the controller at it and nobody listening: how a recorded run is replayed.
   virtual void replay(std::span<const Celsius> set_points) = 0;
 
-  /// Ports on 127.0.0.1.
+  /// Ports on 127.0.0.1; 0: that thermometer is no server (USB-TEMP).
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port() const = 0;
+  /// Every port and pseudo-terminal, in the order of the instruments.
+  [[nodiscard]] virtual std::vector<ServedLine> lines() const = 0;
+
+  /// The wire of a USB-TEMP, in memory; must not outlive this.
+  [[nodiscard]] virtual std::unique_ptr<HidReports> usb_temp(std::size_t index) = 0;
 };
 
 }  // namespace gyrotherm

@@ -85,6 +85,7 @@ std::span<const double> World::thermometers_as_measured_c() const { return parts
 const std::vector<std::string>& World::thermometer_names() const { return kThermometerNames; }
 std::int64_t World::pulses() const { return parts_->readout.pulses(); }
 std::int64_t World::device_time_us() const { return parts_->readout.device_time_us(); }
+double World::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
 DegreesPerHour World::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
 
 }  // namespace gyrotherm

@@ -66,7 +66,8 @@ class World {
   [[nodiscard]] const std::vector<std::string>& thermometer_names() const;
   [[nodiscard]] std::int64_t pulses() const;          ///< accumulated
   [[nodiscard]] std::int64_t device_time_us() const;  ///< the gyro's own clock, with its skew
-  [[nodiscard]] DegreesPerHour true_bias() const;     ///< for tests; no instrument can see it
+  [[nodiscard]] double arcsec_per_pulse() const;
+  [[nodiscard]] DegreesPerHour true_bias() const;  ///< for tests; no instrument can see it
 
  private:
   struct Parts;

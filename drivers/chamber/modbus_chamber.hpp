@@ -3,16 +3,23 @@
 
 #include <memory>
 
+#include "drivers/chamber/pauses.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
 
-/// Where the map allows one block, each read() checks the fingerprint too, and fails with mismatch if another unit
-/// answers. head_for() fails with out_of_range, and writes nothing, if the register cannot hold the target. A map
-/// without control describes a chamber that conditions whenever it is powered: start() has nothing to do, stop() is
-/// refused.
-[[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers);
+/// `registers` are those of the map's link in use. Where the map allows one block, each read() checks the fingerprint
+/// too, and fails with mismatch if another unit answers; what the map calls a sentinel, or says cannot be, is
+/// out_of_range. State and alarms are asked for as often as the map says, and are then those of the last time; a
+/// register of theirs that the unit refuses is not asked for again.
+///
+/// head_for() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or the
+/// controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for the
+/// registers that show that it took effect. A map with neither commands nor [control] describes a chamber that
+/// conditions whenever it is powered: start() has nothing to do, stop() is refused.
+[[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
+                                                           std::unique_ptr<Pauses> pauses = real_pauses());
 
 }  // namespace gyrotherm

@@ -3,123 +3,44 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <set>
 #include <utility>
 
 #include "core/toml_reader.hpp"
-#include "drivers/description.hpp"
+#include "drivers/chamber/register_map_parts.hpp"
 
 namespace gyrotherm {
 
 namespace {
-
-constexpr double kFinestOfFloat = 0.001;
-
-constexpr Vocabulary<RegisterType, 5> kTypes{{{"u16", RegisterType::u16},
-                                              {"s16", RegisterType::s16},
-                                              {"u32", RegisterType::u32},
-                                              {"s32", RegisterType::s32},
-                                              {"f32", RegisterType::f32}}};
-constexpr Vocabulary<WordOrder, 4> kOrders{
-    {{"abcd", WordOrder::abcd}, {"cdab", WordOrder::cdab}, {"badc", WordOrder::badc}, {"dcba", WordOrder::dcba}}};
-const std::vector<std::string> kConfidences{"verified", "manual", "secondary", "unverified"};
-
-void read_link(const TomlTable& link, RegisterMap& map) {
-  map.unit = bounded<std::uint8_t>(link, "unit", link.integer("unit", 1), 0, 255);
-  map.port = bounded<std::uint16_t>(link, "port", link.integer("port", 502), 1, 65535);
-  map.timeout = link.duration("timeout", std::chrono::milliseconds(500));
-  if (map.timeout <= Duration::zero()) link.mistake("timeout", "\"timeout\" is zero, expected a positive duration");
-  map.read_at_most = bounded<std::uint16_t>(link, "read_at_most", link.integer("read_at_most", 125), 1, 125);
-  map.one_block = link.boolean("one_block", false);
-}
-
-RegisterItem read_item(const TomlTable& table, WordOrder order) {
-  RegisterItem item;
-  item.name = table.text("name");
-  item.address = bounded<std::uint16_t>(table, "address", table.integer("address"), 0, 65535);
-  item.type = one_of(kTypes, table, "type");
-  item.order = table.has("order") ? one_of(kOrders, table, "order") : order;
-  item.scale = table.number("scale", 1);
-  if (item.scale <= 0) table.mistake("scale", fmt::format("\"scale\" is {}, expected a positive number", item.scale));
-  item.resolution = table.number("resolution", item.type == RegisterType::f32 ? kFinestOfFloat : item.scale);
-  if (item.resolution <= 0)
-    table.mistake("resolution", fmt::format("\"resolution\" is {}, expected a positive number", item.resolution));
-  item.writable = table.choice("access", {"r", "rw"}, "r") == "rw";
-  item.confidence = table.choice("confidence", kConfidences, "unverified");
-  const auto codes = table.table("codes");
-  for (const auto& code : codes.keys()) item.codes[code] = codes.integer(code);
-  if (item.address + word_count(item.type) > 0x10000)
-    table.mistake("address", fmt::format("\"{}\" does not fit below address 65536", item.name));
-  return item;
-}
-
-void read_items(const TomlTable& file, WordOrder order, RegisterMap& map) {
-  std::set<std::string> names;
-  for (const auto& table : file.tables("register")) {
-    map.items.push_back(read_item(table, order));
-    if (!names.insert(map.items.back().name).second)
-      table.mistake("name", fmt::format("a second register is named \"{}\"", map.items.back().name));
-  }
-}
-
-/// The item that `key` names.
-const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
-                               const std::string& name) {
-  const auto* item = map.find(name);
-  if (!item) table.mistake(key, fmt::format("no register is named \"{}\"", name));
-  return item;
-}
-
-std::int64_t named_code(const RegisterItem* item, const TomlTable& table, const char* key) {
-  const auto name = table.text(key, key);
-  if (!item) return 0;
-  const auto code = item->codes.find(name);
-  if (code != item->codes.end()) return code->second;
-  table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", item->name, name));
-  return 0;
-}
-
-void read_identity(const TomlTable& table, RegisterMap& map) {
-  Fingerprint print{table.text("register"), table.number("value")};
-  named_item(map, table, "register", print.item);
-  map.identity = std::move(print);
-}
-
-void read_control(const TomlTable& table, RegisterMap& map) {
-  ControlMode control;
-  control.commanded = table.text("commanded");
-  control.active = table.text("active", control.commanded);
-  const auto* commanded = named_item(map, table, "commanded", control.commanded);
-  named_item(map, table, "active", control.active);
-  if (commanded && !commanded->writable)
-    table.mistake("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
-  control.on = named_code(commanded, table, "on");
-  control.off = named_code(commanded, table, "off");
-  map.control = std::move(control);
-}
 
 void check_required(const TomlTable& file, const RegisterMap& map) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
   if (!air) file.mistake("", "missing [[register]] named \"air_temperature\"");
   if (!set_point) file.mistake("", "missing [[register]] named \"set_point\"");
-  if (set_point && !set_point->writable) file.mistake("", "register \"set_point\" must have access = \"rw\"");
+  if (air && !air->readable) file.mistake("", "register \"air_temperature\" cannot be read");
+  if (set_point && !set_point->writable) file.mistake("", "register \"set_point\" must have access = \"rw\" or \"w\"");
+  const auto is_number = [](const RegisterItem* item) {
+    return !item || (item->type != RegisterType::text && item->type != RegisterType::date_time);
+  };
+  if (!is_number(air) || !is_number(set_point))
+    file.mistake("", "registers \"air_temperature\" and \"set_point\" must be numbers");
 }
 
 void check_block(const TomlTable& link, const RegisterMap& map) {
+  if (!map.one_block) return;
   int first = 0x10000, end = 0;
   for (const auto& name :
        {std::string("air_temperature"), std::string("set_point"), map.identity ? map.identity->item : ""}) {
     const auto* item = map.find(name);
     if (!item) continue;
     first = std::min<int>(first, item->address);
-    end = std::max(end, item->address + word_count(item->type));
+    end = std::max(end, item->address + word_count(*item));
+    if (!item->readable) link.mistake("one_block", fmt::format("register \"{}\" cannot be read", name));
   }
-  if (map.one_block && end - first > map.read_at_most)
-    link.mistake("one_block",
-                 fmt::format("the block spans {} registers, expected at most {}", end - first, map.read_at_most));
+  for (const auto& one : map.links)
+    if (end - first > one.modbus.read_at_most)
+      link.mistake("one_block", fmt::format("the block spans {} registers, expected at most {}", end - first,
+                                            one.modbus.read_at_most));
 }
 
 }  // namespace
@@ -127,6 +48,11 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
 const RegisterItem* RegisterMap::find(std::string_view item) const {
   const auto found = std::find_if(items.begin(), items.end(), [&](const auto& other) { return other.name == item; });
   return found == items.end() ? nullptr : &*found;
+}
+
+const MapLink* RegisterMap::find(LinkKind kind) const {
+  const auto found = std::ranges::find_if(links, [&](const auto& one) { return one.kind == kind; });
+  return found == links.end() ? nullptr : &*found;
 }
 
 Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
@@ -139,17 +65,54 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   (void)parsed->choice("schema", {"gyrotherm-chamber/1"});
   map.name = parsed->text("name");
   map.vendor = parsed->text("vendor");
+  map.model = parsed->text("model", map.name);
+  map.firmware = parsed->text("firmware", "");
   map.source = parsed->text("source");
   const auto link = parsed->table("link");
-  read_link(link, map);
-  const auto order = one_of(kOrders, link, "word_order", "abcd");
-  read_items(*parsed, word_order.value_or(order), map);
+  read_links(link, map);
+  const auto defaults = read_item_defaults(link, word_order);
+  read_items(*parsed, defaults, map);
   if (parsed->has("identity")) read_identity(parsed->table("identity"), map);
   if (parsed->has("control")) read_control(parsed->table("control"), map);
+  read_sequences(parsed->table("sequence"), map);
+  read_states(*parsed, map);
+  read_alarms(*parsed, map);
+  read_limits(parsed->table("limits"), map);
+  read_forbidden(*parsed, defaults, map);
+  if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
+  read_simulated(parsed->table("simulated"), map);
   check_required(*parsed, map);
   check_block(link, map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
+  const auto usual = map.links.front().kind;
+  return on_link(std::move(map), usual);
+}
+
+Result<RegisterMap> on_link(RegisterMap map, LinkKind kind) {
+  const auto* link = map.find(kind);
+  if (!link) return failure(FaultKind::usage, map.name, fmt::format("its map describes no {} link", name(kind)));
+  const bool was_rtu = map.link.kind != LinkKind::tcp, is_rtu = kind != LinkKind::tcp;
+  for (auto& item : map.items)
+    if (item.rtu_address && was_rtu != is_rtu) std::swap(item.address, *item.rtu_address);
+  map.link = *link;
   return map;
+}
+
+Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing) {
+  auto kind = map.links.front().kind;
+  if (std::holds_alternative<SerialLine>(line)) kind = LinkKind::rtu;
+  if (std::holds_alternative<TcpLine>(line)) kind = map.find(LinkKind::tcp) ? LinkKind::tcp : LinkKind::rtu_over_tcp;
+  return on_link(std::move(map), framing.value_or(kind));
+}
+
+const char* name(LinkKind kind) {
+  const auto found = std::ranges::find_if(kLinkKinds, [&](const auto& entry) { return entry.second == kind; });
+  return found->first;
+}
+
+const char* name(Confidence confidence) {
+  const auto found = std::ranges::find_if(kConfidences, [&](const auto& entry) { return entry.second == confidence; });
+  return found->first;
 }
 
 }  // namespace gyrotherm

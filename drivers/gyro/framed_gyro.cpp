@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 
 #include "drivers/gyro/frame_sum.hpp"
@@ -15,15 +16,29 @@ namespace {
 
 constexpr std::size_t kChunk = 4096;
 
+/// A command's first line, for people.
+std::string_view first_line(std::string_view text) { return text.substr(0, text.find_first_of("\r\n")); }
+
 class FramedGyro final : public Gyro {
  public:
-  FramedGyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within)
-      : format_(std::move(format)), line_(std::move(line)), within_(within), decoder_(format_), sum_(format_) {}
+  FramedGyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within, GyroCommands commands)
+      : format_(std::move(format)),
+        line_(std::move(line)),
+        within_(within),
+        commands_(std::move(commands)),
+        decoder_(format_),
+        sum_(format_) {}
+  ~FramedGyro() override;
+  FramedGyro(const FramedGyro&) = delete;
+  FramedGyro& operator=(const FramedGyro&) = delete;
 
-  Result<void> open() override { return line_->write({}, within_); }
+  Result<void> open() override;
   Result<PulseCount> read(Duration expected) override;
+  FrameCount frames() const override { return frames_; }
 
  private:
+  [[nodiscard]] Result<void> send(const GyroCommand& command);
+  [[nodiscard]] Result<PulseCount> read(Duration expected, FrameTally& tally);
   [[nodiscard]] Result<bool> take_chunk(Duration within, FrameTally& tally);
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const;
   [[nodiscard]] Result<PulseCount> verdict(const FrameTally& tally, Duration expected) const;
@@ -34,9 +49,45 @@ class FramedGyro final : public Gyro {
   FrameFormat format_;
   std::unique_ptr<ByteStream> line_;
   Duration within_;
+  GyroCommands commands_;
+  bool open_ = false;
   FrameDecoder decoder_;
   FrameSum sum_;
+  FrameCount frames_;
 };
+
+FramedGyro::~FramedGyro() {
+  if (!open_) return;
+  for (const auto& command : commands_.stop) (void)send(command);
+}
+
+/// What comes while it is waited for is no frame of this stream yet.
+Result<void> FramedGyro::send(const GyroCommand& command) {
+  if (auto sent = line_->write(std::as_bytes(std::span(command.send)), within_); !sent) return sent;
+  std::string heard;
+  std::array<std::byte, kChunk> chunk;
+  for (const Deadline deadline(command.wait); !deadline.over();) {
+    const auto size = line_->read(chunk, deadline.left());
+    if (!size && size.error().kind == FaultKind::timeout) break;
+    if (!size) return failure(size.error());
+    heard.append(reinterpret_cast<const char*>(chunk.data()), *size);
+    if (!command.reply.empty() && heard.find(command.reply) != std::string::npos) return {};
+  }
+  if (command.reply.empty()) return {};
+  const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
+  return failure(
+      FaultKind::timeout, place(),
+      fmt::format("no reply \"{}\" to \"{}\" in {} ms", command.reply, first_line(command.send), waited.count()));
+}
+
+Result<void> FramedGyro::open() {
+  if (auto alive = line_->write({}, within_); !alive || open_) return alive;
+  for (const auto& command : commands_.start)
+    if (auto done = send(command); !done) return done;
+  open_ = true;
+  if (!commands_.start.empty()) start_afresh();
+  return {};
+}
 
 void FramedGyro::start_afresh() {
   decoder_ = FrameDecoder(format_);
@@ -64,7 +115,10 @@ Result<bool> FramedGyro::take_chunk(Duration within, FrameTally& tally) {
   const bool first = !sum_.has_origin();
   const auto lost = tally.lost;
   decoder_.feed(std::span(chunk).first(*size));
-  while (const auto frame = decoder_.take()) sum_.add(*frame, tally);
+  while (const auto frame = decoder_.take()) {
+    sum_.add(*frame, tally);
+    ++frames_.seen;
+  }
   const auto false_bytes = decoder_.rejected_bytes() - rejected;
   if (!first && counts_false_bytes())
     tally.lost = std::max(tally.lost, lost + (false_bytes + format_.length - 1) / format_.length);
@@ -81,7 +135,18 @@ Result<PulseCount> FramedGyro::verdict(const FrameTally& tally, Duration expecte
 }
 
 Result<PulseCount> FramedGyro::read(Duration expected) {
+  if (!open_ && !commands_.start.empty())
+    if (auto opened = open(); !opened) return failure(std::move(opened.error()));
   FrameTally tally;
+  auto count = read(expected, tally);
+  frames_.lost += tally.lost;
+  frames_.bad += tally.bad;
+  const auto kind = count ? FaultKind::corrupted : count.error().kind;
+  if (kind == FaultKind::timeout || kind == FaultKind::disconnected) open_ = false;
+  return count;
+}
+
+Result<PulseCount> FramedGyro::read(Duration expected, FrameTally& tally) {
   const Deadline deadline(within_);
   const bool first = !sum_.has_origin();
   bool enough = false;
@@ -103,8 +168,9 @@ Result<PulseCount> FramedGyro::read(Duration expected) {
 
 }  // namespace
 
-std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within) {
-  return std::make_unique<FramedGyro>(std::move(format), std::move(line), within);
+std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within,
+                                       GyroCommands commands) {
+  return std::make_unique<FramedGyro>(std::move(format), std::move(line), within, std::move(commands));
 }
 
 }  // namespace gyrotherm

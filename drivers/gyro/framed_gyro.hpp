@@ -2,14 +2,25 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
-#include "drivers/gyro/frame_format.hpp"
+#include "drivers/gyro/frame_stream.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
 
+/// What is sent to a gyro before its frames are read, and when it is left.
+struct GyroCommands {
+  std::vector<GyroCommand> start{}, stop{};
+};
+
 /// `within`: how long one read may wait.
+///
+/// The commands of `commands.start` are sent when the gyro is opened (by the first read, if not before), and again
+/// before the read that follows a silence or a broken line; each takes its wait, during which the line is read, or less
+/// if its reply comes. A reply that does not come is a timeout. The commands of `commands.stop` are sent to an open
+/// gyro when it goes.
 ///
 /// Pulses are counts of the frame's field; for a rate or a real number, 1e-6 arcsec each (arcsec_per_count in
 /// frame_sum.hpp). Interval: between the frame that ended the last read and the newest one, by the device's clock; by
@@ -20,6 +31,6 @@ namespace gyrotherm {
 /// out_of_range; the next read counts from the newest frame. After a timeout or a broken line the next read is a first
 /// read again.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
-                                                     Duration within);
+                                                     Duration within, GyroCommands commands = {});
 
 }  // namespace gyrotherm

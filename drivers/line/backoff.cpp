@@ -1,5 +1,7 @@
 #include "drivers/line/backoff.hpp"
 
+#include <fmt/format.h>
+
 namespace gyrotherm {
 
 void Backoff::failed() {
@@ -7,7 +9,9 @@ void Backoff::failed() {
   constexpr Duration kFirst = milliseconds(500), kLongest = milliseconds(10'000);
   if (++failures_ < 2) return;
   rest_ = std::clamp(2 * rest_, kFirst, kLongest);
-  next_ = Deadline(rest_);
+  next_ = Deadline(rest_, clock_);
 }
+
+std::string Backoff::words() const { return fmt::format("failed before, next try in {:.1f} s", to_seconds(left())); }
 
 }  // namespace gyrotherm

@@ -1,5 +1,5 @@
 /// Modbus TCP frames as bytes: pure functions, shared by the client's guarded exchange and the virtual chamber's
-/// server.
+/// server. Modbus Messaging on TCP/IP Implementation Guide V1.0b, section 3.1.3.
 #pragma once
 
 #include <cstddef>
@@ -9,25 +9,16 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "drivers/line/modbus_pdu.hpp"
 
 namespace gyrotherm {
-
-enum class ModbusFunction : std::uint8_t { read_holding = 3, read_input = 4, write_single = 6, write_multiple = 16 };
-
-struct ModbusRequest {
-  std::uint16_t transaction{};
-  std::uint8_t unit{};
-  ModbusFunction function{};
-  std::uint16_t address{};
-  std::uint16_t count{};               ///< registers read or written
-  std::vector<std::uint16_t> words{};  ///< written
-};
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
 /// Compares every field of a reply with its request (transaction, protocol 0, length, unit, function, byte count; for
-/// writes address and count or value). Returns the registers read (none for a write). Fails with refused (exception,
-/// named) or corrupted, naming the field.
+/// writes address and count or value). Fails with corrupted, naming the field.
+[[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
+/// The registers read (none for a write); an exception, named, is a fault too (refused).
 [[nodiscard]] Result<std::vector<std::uint16_t>> decode_reply(const ModbusRequest& request,
                                                               std::span<const std::byte> reply);
 

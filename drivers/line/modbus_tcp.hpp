@@ -1,21 +1,37 @@
-/// Modbus TCP with every reply compared to its request: the guarded exchange, and the only place that calls libmodbus.
+/// Modbus TCP with every reply compared to its request, and the only place that calls libmodbus.
 #pragma once
 
-#include <cstdint>
 #include <memory>
+#include <span>
 
-#include "drivers/wires.hpp"
+#include "drivers/line/modbus_exchange.hpp"
 
 namespace gyrotherm {
 
-/// Registers of `unit` behind `address`. Connects at first use. `timeout` is how long one try waits for its reply.
-///
-/// A read has up to three tries within one limit of 1.0 s. Any anomaly (no reply, a reply to something else, a broken
+/// A connection that carries whole frames. In memory one that breaks on command.
+class FrameConnection {
+ public:
+  virtual ~FrameConnection() = default;
+  [[nodiscard]] virtual bool is_open() const = 0;
+  /// Fails with disconnected.
+  [[nodiscard]] virtual Result<void> open(Duration within) = 0;
+  virtual void close() = 0;
+  [[nodiscard]] virtual Result<void> send(std::span<const std::byte> frame) = 0;
+  /// The next frame, unverified, into `frame`, which has room for 260 bytes; its size. Fails with timeout, corrupted or
+  /// disconnected.
+  [[nodiscard]] virtual Result<std::size_t> receive(std::span<std::byte> frame, Duration within) = 0;
+  /// Waits; false as soon as something comes.
+  [[nodiscard]] virtual bool silent_for(Duration time) = 0;
+};
+
+/// The guarded exchange over frames of its own: every field of a reply is compared with its request, the transaction
+/// number above all, which counts on across connections. Any anomaly (no reply, a reply to something else, a broken
 /// line) closes the connection, since what still comes on it may answer an older request; the next try opens a new one.
-/// A unit that says it is busy is asked again within the limit. A write has one try: if it fails, whether it was
-/// carried out is unknown until the register is read. After a second failure in a row the line rests 0.5 s, then
-/// longer, up to 10 s; until then every use fails at once.
-[[nodiscard]] std::unique_ptr<Registers> make_modbus_tcp(const LineAddress& address, std::uint8_t unit,
-                                                         Duration timeout);
+[[nodiscard]] std::unique_ptr<ModbusLine> make_modbus_tcp(std::unique_ptr<FrameConnection> connection,
+                                                          std::string place, const ModbusLink& link,
+                                                          const Clock* clock = nullptr);
+
+/// The connection to a real unit, by libmodbus.
+[[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line);
 
 }  // namespace gyrotherm

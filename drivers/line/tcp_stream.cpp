@@ -3,63 +3,23 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 #include "drivers/line/backoff.hpp"
-#include "drivers/line/deadline.hpp"
+#include "drivers/line/descriptor.hpp"
 #include "drivers/line/half_open.hpp"
 
 namespace gyrotherm {
 
 namespace {
 
-/// Owns a descriptor.
-class Socket {
- public:
-  Socket() = default;
-  explicit Socket(int descriptor) : descriptor_(descriptor) {}
-  ~Socket() { close(); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(Socket&& other) noexcept {
-    close();
-    descriptor_ = std::exchange(other.descriptor_, -1);
-    return *this;
-  }
-  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-  void close() {
-    if (is_open()) ::close(descriptor_);
-    descriptor_ = -1;
-  }
-
- private:
-  int descriptor_ = -1;
-};
-
-/// True once `socket` is ready for `events` (or broken); false if the time is over. A signal does not end the wait.
-bool ready(const Socket& socket, short events, const Deadline& deadline) {
-  pollfd line{socket.descriptor(), events, 0};
-  while (true) {
-    const auto left = deadline.left();
-    const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
-    const timespec limit{seconds.count(), (left - seconds).count()};
-    const int found = ppoll(&line, 1, &limit, nullptr);
-    if (found >= 0 || errno != EINTR) return found > 0;
-  }
-}
-
-bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
-
 class TcpStream final : public ByteStream {
  public:
-  TcpStream(LineAddress address, Duration connect_within)
-      : address_(std::move(address)), connect_within_(connect_within) {}
+  TcpStream(TcpLine line, Duration connect_within) : line_(std::move(line)), connect_within_(connect_within) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override;
   Result<void> write(std::span<const std::byte> bytes, Duration within) override;
@@ -68,12 +28,12 @@ class TcpStream final : public ByteStream {
   [[nodiscard]] Result<void> connect();
   [[nodiscard]] Result<void> open_socket();
   void close_line();  ///< to be opened again at the next use
-  [[nodiscard]] std::string place() const { return fmt::format("tcp {}:{}", address_.host, address_.port); }
+  [[nodiscard]] std::string place() const { return fmt::format("tcp {}:{}", line_.host, line_.port); }
   [[nodiscard]] tl::unexpected<Fault> broken(const char* why);
 
-  LineAddress address_;
+  TcpLine line_;
   Duration connect_within_;
-  Socket socket_;
+  Descriptor socket_;
   Backoff backoff_;
 };
 
@@ -90,28 +50,26 @@ tl::unexpected<Fault> TcpStream::broken(const char* why) {
 Result<void> TcpStream::open_socket() {
   sockaddr_in peer{};
   peer.sin_family = AF_INET;
-  peer.sin_port = htons(address_.port);
-  if (inet_pton(AF_INET, address_.host.c_str(), &peer.sin_addr) != 1)
+  peer.sin_port = htons(line_.port);
+  if (inet_pton(AF_INET, line_.host.c_str(), &peer.sin_addr) != 1)
     return broken("the host is not a numeric IPv4 address");
 
-  socket_ = Socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  socket_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket_.is_open()) return broken(std::strerror(errno));
-  guard_against_half_open(socket_.descriptor());
-  if (::connect(socket_.descriptor(), reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) return {};
+  guard_against_half_open(socket_.number());
+  if (::connect(socket_.number(), reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) return {};
   if (errno != EINPROGRESS) return broken(std::strerror(errno));
-  if (!ready(socket_, POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
+  if (!ready(socket_.number(), POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
   int error = 0;
   socklen_t size = sizeof error;
-  getsockopt(socket_.descriptor(), SOL_SOCKET, SO_ERROR, &error, &size);
+  getsockopt(socket_.number(), SOL_SOCKET, SO_ERROR, &error, &size);
   if (error != 0) return broken(std::strerror(error));
   return {};
 }
 
 Result<void> TcpStream::connect() {
   if (socket_.is_open()) return {};
-  if (const auto rest = backoff_.left(); rest > Duration::zero())
-    return failure(FaultKind::disconnected, place(),
-                   fmt::format("failed before, next try in {:.1f} s", to_seconds(rest)));
+  if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
   return open_socket();
 }
 
@@ -119,14 +77,14 @@ Result<std::size_t> TcpStream::read(std::span<std::byte> buffer, Duration within
   if (auto connected = connect(); !connected) return failure(std::move(connected.error()));
   const Deadline deadline(within);
   while (true) {
-    const auto size = recv(socket_.descriptor(), buffer.data(), buffer.size(), 0);
+    const auto size = recv(socket_.number(), buffer.data(), buffer.size(), 0);
     if (size > 0) {
       backoff_.succeeded();
       return static_cast<std::size_t>(size);
     }
     if (size == 0) return broken("the other end closed the line");
     if (!would_block()) return broken(std::strerror(errno));
-    if (deadline.over() || !ready(socket_, POLLIN, deadline))
+    if (deadline.over() || !ready(socket_.number(), POLLIN, deadline))
       return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
   }
 }
@@ -135,13 +93,13 @@ Result<void> TcpStream::write(std::span<const std::byte> bytes, Duration within)
   if (auto connected = connect(); !connected) return connected;
   const Deadline deadline(within);
   while (!bytes.empty()) {
-    const auto size = send(socket_.descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    const auto size = send(socket_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (size > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(size));
       continue;
     }
     if (!would_block()) return broken(std::strerror(errno));
-    if (!deadline.over() && ready(socket_, POLLOUT, deadline)) continue;
+    if (!deadline.over() && ready(socket_.number(), POLLOUT, deadline)) continue;
     close_line();  // a part may have been sent
     return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
   }
@@ -150,8 +108,8 @@ Result<void> TcpStream::write(std::span<const std::byte> bytes, Duration within)
 
 }  // namespace
 
-std::unique_ptr<ByteStream> make_tcp_stream(const LineAddress& address, Duration connect_within) {
-  return std::make_unique<TcpStream>(address, connect_within);
+std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within) {
+  return std::make_unique<TcpStream>(line, connect_within);
 }
 
 }  // namespace gyrotherm

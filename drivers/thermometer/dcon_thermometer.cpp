@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "drivers/line/backoff.hpp"
 #include "drivers/line/text_exchange.hpp"
 
 namespace gyrotherm {
@@ -15,12 +16,16 @@ tl::unexpected<Fault> no_thermocouple(std::uint8_t type, std::string where) {
                  fmt::format("set to type {:02X}, expected thermocouple J, K, T or E (0E to 11)", type));
 }
 
+std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, const DconOptions& options) {
+  return std::make_shared<TextExchange>(std::move(line),
+                                        TextExchangeOptions{"\r", "\r", options.within, options.pause});
+}
+
 class DconThermometer final : public Thermometer {
  public:
-  DconThermometer(std::unique_ptr<ByteStream> line, std::string place, DconOptions options)
-      : exchange_(std::move(line), {"\r", "\r", options.within, options.pause}),
-        place_(std::move(place)),
-        options_(options) {}
+  /// Modules on one line share its exchange: what one of them answers too late is no answer to the next.
+  DconThermometer(std::shared_ptr<TextExchange> exchange, std::string place, DconOptions options)
+      : exchange_(std::move(exchange)), place_(std::move(place)), options_(options) {}
 
   Result<std::string> identify() override;
   std::vector<Result<Celsius>> read() override;
@@ -37,7 +42,7 @@ class DconThermometer final : public Thermometer {
   [[nodiscard]] Result<std::vector<Result<Celsius>>> readings();
   [[nodiscard]] Fault here(Fault fault) const;
 
-  TextExchange exchange_;
+  std::shared_ptr<TextExchange> exchange_;
   std::string place_;
   DconOptions options_;
   Ranges ranges_;  ///< empty: the module has yet to tell
@@ -50,7 +55,7 @@ Fault DconThermometer::here(Fault fault) const {
 }
 
 Result<std::string> DconThermometer::ask(std::string_view question) {
-  auto answer = exchange_.ask(seal_dcon(std::string(question), options_.checksum)).and_then([&](const auto& line) {
+  auto answer = exchange_->ask(seal_dcon(std::string(question), options_.checksum)).and_then([&](const auto& line) {
     return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
   });
   if (!answer && answer.error().where.empty()) answer.error().where = question;
@@ -86,6 +91,9 @@ Result<DconThermometer::Ranges> DconThermometer::setting() {
   if (!configuration->in_engineering_units())
     return failure(FaultKind::mismatch, "",
                    fmt::format("set to format {:02X}, expected engineering units", configuration->format));
+  if (options_.type && configuration->type != *options_.type)
+    return failure(FaultKind::mismatch, "",
+                   fmt::format("set to type {:02X}, expected {:02X}", configuration->type, *options_.type));
   if (const auto range = dcon_range(configuration->type)) return Ranges(kDconInputs, *range);
   auto ranges = setting_of_each_input();
   if (!ranges && ranges.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
@@ -124,11 +132,69 @@ std::vector<Result<Celsius>> DconThermometer::read() {
   return std::move(*found);
 }
 
+/// Several of them on one line.
+class DconModules final : public Thermometer {
+ public:
+  struct Module {
+    std::unique_ptr<Thermometer> thermometer;
+    Backoff backoff{};
+    Fault last{};
+  };
+  explicit DconModules(std::vector<Module> modules) : modules_(std::move(modules)) {}
+
+  Result<std::string> identify() override;
+  std::vector<Result<Celsius>> read() override;
+
+ private:
+  std::vector<Module> modules_;
+};
+
+Result<std::string> DconModules::identify() {
+  std::string all;
+  for (auto& module : modules_) {
+    auto who = module.thermometer->identify();
+    if (!who) return who;
+    all += (all.empty() ? "" : ", ") + *who;
+  }
+  return all;
+}
+
+std::vector<Result<Celsius>> DconModules::read() {
+  std::vector<Result<Celsius>> all;
+  for (auto& module : modules_) {
+    if (module.backoff.left() > Duration::zero()) {
+      all.insert(all.end(), kDconInputs, failure(module.last));
+      continue;
+    }
+    auto readings = module.thermometer->read();
+    const auto& first = readings.front();
+    const bool silent =
+        !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
+    if (silent) module.last = first.error();
+    silent ? module.backoff.failed() : module.backoff.succeeded();
+    all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));
+  }
+  return all;
+}
+
 }  // namespace
 
 std::unique_ptr<Thermometer> make_dcon_thermometer(std::unique_ptr<ByteStream> line, std::string place,
                                                    DconOptions options) {
-  return std::make_unique<DconThermometer>(std::move(line), std::move(place), options);
+  return std::make_unique<DconThermometer>(exchange_on(std::move(line), options), std::move(place), options);
+}
+
+std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line, const std::string& place,
+                                               const std::vector<std::uint8_t>& addresses, const DconOptions& options) {
+  const auto exchange = exchange_on(std::move(line), options);
+  std::vector<DconModules::Module> modules;
+  for (const auto address : addresses) {
+    auto own = options;
+    own.address = address;
+    modules.push_back({.thermometer = std::make_unique<DconThermometer>(
+                           exchange, fmt::format("{} module {:02X}", place, address), own)});
+  }
+  return std::make_unique<DconModules>(std::move(modules));
 }
 
 }  // namespace gyrotherm

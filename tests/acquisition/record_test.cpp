@@ -6,6 +6,9 @@
 #include <ctime>
 #include <fstream>
 
+#include "acquisition/calibration.hpp"
+#include "acquisition/sqlite.hpp"
+#include "acquisition/status.hpp"
 #include "runs.hpp"
 
 namespace gyrotherm {
@@ -49,6 +52,48 @@ TEST(Record, KeepsAnUnknownEarthRateUnknown) {
   info.gyro.earth_rate.reset();
   ASSERT_TRUE(Store::create(folder / "run.db", info));
   EXPECT_FALSE(read_record(folder / "run.db").value().info.gyro.earth_rate);
+}
+
+TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.gyro_stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n";
+  info.thermometers[0].polynomial = {0.1, 1 + 1e-15, -2.5e-7};
+  info.thermometers[1].certificate = "2025-0815 \"b\"";
+  info.thermometers[1].due = parse_day("2027-03-01");
+  ASSERT_TRUE(Store::create(folder / "run.db", info));
+  const auto back = read_record(folder / "run.db").value().info;
+  EXPECT_EQ(back.gyro_stream_text, info.gyro_stream_text);
+  for (std::size_t i = 0; i < info.thermometers.size(); ++i) {
+    EXPECT_EQ(back.thermometers[i].offset, info.thermometers[i].offset);
+    EXPECT_EQ(back.thermometers[i].polynomial, info.thermometers[i].polynomial) << "to the bit";
+    EXPECT_EQ(back.thermometers[i].certificate, info.thermometers[i].certificate);
+    EXPECT_EQ(back.thermometers[i].due, info.thermometers[i].due);
+  }
+}
+
+/// As a program wrote it that did not know calibrations, streams and frames.
+void make_older(const std::string& path) {
+  auto database = Database::open(path, Access::read_write, 0).value();
+  ASSERT_TRUE(
+      database.execute("DROP TABLE calibration; DROP TABLE frames; DELETE FROM meta WHERE key = 'gyro_stream_text'"));
+}
+
+TEST(Record, OfAnOlderProgramIsReadAndGoneOnWith) {
+  const Folder folder;
+  store_with(folder / "run.db", 5).reset();
+  make_older(folder / "run.db");
+  const auto record = read_record(folder / "run.db");
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 5u);
+  EXPECT_EQ(record->info.thermometers[1].offset, Kelvins{-0.25});
+  EXPECT_TRUE(record->info.thermometers[1].polynomial.empty());
+  EXPECT_FALSE(read_status(folder / "run.db")->frames);
+  const auto store = Store::reopen(folder / "run.db");
+  ASSERT_TRUE(store) << text(store.error());
+  ASSERT_TRUE((*store)->append(sample_at(5), {}));
+  EXPECT_EQ((*store)->sync().value_or(-2), 5);
+  ASSERT_TRUE((*store)->finish());
 }
 
 TEST(Record, GivesBackEachSampleToTheBit) {

@@ -23,12 +23,14 @@ TEST(Status, GoesThroughJsonUnchanged) {
   status.set_point = Celsius{-40};
   status.thermometers = {{"B", Celsius{1.5}}, {"A", std::nullopt}};
   status.faults = 2;
+  status.frames = FrameCount{.seen = 1000, .lost = 3, .bad = 1};
   const auto back = parse_status(to_json(status), "here");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_EQ(to_json(*back), to_json(status));
   EXPECT_EQ(back->thermometers[0].channel, "B") << "the order of the rig";
   EXPECT_FALSE(back->chamber_air);
   EXPECT_EQ(back->phase, Phase::overdue);
+  EXPECT_EQ(back->frames, status.frames);
 }
 
 TEST(Status, RefusesWhatItDidNotWrite) {
@@ -83,6 +85,23 @@ TEST(Status, OfAFinishedRunComesFromTheRecord) {
   EXPECT_EQ(status->segment, "hold");
   EXPECT_EQ(status->thermometers[1].reading, Celsius{-0.1});
   EXPECT_EQ(status->chamber_air, sample_at(3).chamber.value->air);
+}
+
+TEST(Status, AddsUpTheGyrosFramesOverEveryProgramThatRecordedThem) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 2);
+  Sample sample = sample_at(2);
+  sample.gyro_frames = {.seen = 3000, .lost = 2, .bad = 1};
+  ASSERT_TRUE(store->append(sample, {}) && store->sync());
+  store.reset();
+  store = Store::reopen(folder / "run.db").value();
+  sample = sample_at(3);
+  sample.gyro_frames = {.seen = 1000, .lost = 5, .bad = 0};
+  ASSERT_TRUE(store->append(sample, {}) && store->sync());
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const FrameCount all{.seen = 4000, .lost = 7, .bad = 1};
+  EXPECT_EQ(read_status(folder / "run.db")->frames, all);
 }
 
 TEST(Status, FileOfAFinishedRunSaysSo) {

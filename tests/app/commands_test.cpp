@@ -65,6 +65,25 @@ TEST(Check, ConnectAsksEveryInstrumentOfTheVirtualRig) {
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
 }
 
+TEST(Check, ConnectTimesEveryInstrumentOfMixedOnes) {
+  const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual-mixed.toml --connect");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word : {"word order cdab", "USB-TEMP", "10 reads: ", "2 frames seen, 0 lost, 0 bad"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+TEST(Check, SaysHowSureTheFilesAreAndWhichCalibrationIsDue) {
+  const Folder folder;
+  const auto ran = shell("sed -e 's#\\.\\./#" GYROTHERM_SOURCE_DIR
+                         "/profiles/#; s#2027-01-18#2020-01-18#' profiles/rigs/example-f4t-lakeshore-kvh.toml > " +
+                         (folder / "rig.toml") + " && gyrotherm check --rig " + (folder / "rig.toml"));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word :
+       {"description: verified, from DSP-3000 manual", "WARNING: calibration of B", "from the manual",
+        "polynomial 0.0031, 0.99987, 1.2e-06, certificate K-2026-0118, due 2020-01-18"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
 TEST(Check, FindingsAreOneJsonDocument) {
   const auto ran =
       gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml --connect --json");

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -27,8 +28,9 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTER
 Folder::Folder() {
   const auto* unit = ::testing::UnitTest::GetInstance();
   const auto* test = unit->current_test_info();  // null while a suite is set up
-  const std::string name = unit->current_test_suite()->name() + std::string(test == nullptr ? "" : "-") +
-                           (test == nullptr ? "" : test->name());
+  std::string name = unit->current_test_suite()->name() + std::string(test == nullptr ? "" : "-") +
+                     (test == nullptr ? "" : test->name());
+  std::replace(name.begin(), name.end(), '/', '-');  // of tests with parameters
   path_ = std::filesystem::temp_directory_path() / ("gyrotherm-" + name + "-" + std::to_string(::getpid()));
   std::filesystem::create_directories(path_);
 }

@@ -126,5 +126,16 @@ TEST(TomlTable, AWrongSyntaxIsRefusedAtItsPlace) {
   EXPECT_EQ(t.error().where.substr(0, 9), "f.toml:2:");
 }
 
+// "ʿ" where a key or a value begins: toml++ has no answer to it.
+TEST(TomlTable, ALetterBeyondAsciiOutsideTextsIsRefusedAtItsPlace) {
+  for (const char* text : {"\xCA\xBF\n8", "a = 1\n\xCA\xBF = 2", "a = \xCA\xBF"}) {
+    const auto t = TomlTable::parse(text, "f.toml");
+    ASSERT_FALSE(t) << text;
+    EXPECT_EQ(t.error().kind, FaultKind::bad_file);
+  }
+  EXPECT_EQ(TomlTable::parse("a = \"°\"\nb = °", "f.toml").error().where, "f.toml:2:5");
+  EXPECT_EQ(TomlTable::parse("a = \"°\" # °\n", "f.toml")->text("a"), "°");
+}
+
 }  // namespace
 }  // namespace gyrotherm

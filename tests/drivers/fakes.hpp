@@ -32,7 +32,7 @@ class FakeRegisters final : public Registers {
   void answer_late() { late_ = true; }    ///< writes are carried out, their acknowledgement comes too late
   void ignore_writes() { deaf_ = true; }  ///< acknowledges writes and does nothing
 
-  Result<std::vector<std::uint16_t>> read(std::uint16_t address, std::uint16_t count) override {
+  Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
     ++reads;
     if (broken_ != kWell) return failure(broken_, "fake", "broken");
     std::vector<std::uint16_t> found;
@@ -44,7 +44,7 @@ class FakeRegisters final : public Registers {
     return found;
   }
 
-  Result<void> write(std::uint16_t address, std::span<const std::uint16_t> values) override {
+  Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
     if (broken_ != kWell) return failure(broken_, "fake", "broken");
     for (std::size_t i = 0; i < values.size() && !deaf_; ++i)
       words[static_cast<std::uint16_t>(address + i)] = values[i];

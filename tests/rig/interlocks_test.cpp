@@ -74,6 +74,20 @@ TEST(Interlocks, AbortAnOverdueSegment) {
   EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
 }
 
+TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
+  auto sample = good_sample();
+  sample.chamber.value->alarms = {"filter dirty"};
+  EXPECT_EQ(after(sample, 100).reaction, Reaction::go_on) << "a note stops nothing";
+  sample.chamber.value->activity = ChamberActivity::door_open;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::suspend);
+  sample.chamber.value->must_stop = true;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).cause, "chamber alarm: filter dirty");
+  sample = good_sample();
+  sample.chamber.value->activity = ChamberActivity::emergency_stop;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+}
+
 TEST(Interlocks, TheMostSevereReactionWins) {
   auto sample = good_sample();
   sample.gyro.value = silence();

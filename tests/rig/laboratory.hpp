@@ -18,12 +18,13 @@ namespace gyrotherm {
 
 class Laboratory {
  public:
-  explicit Laboratory(const std::string& profile_path, std::uint64_t seed = 0) : seed_(seed) {
+  explicit Laboratory(const std::string& profile_path, std::uint64_t seed = 0, const std::string& rig = "virtual")
+      : seed_(seed) {
     const auto name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
     folder_ =
         std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(name) + "-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
-    auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
+    auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/" + rig + ".toml");
     EXPECT_TRUE(read) << text(read.error());
     file_ = std::move(*read);
     const auto written = read_text_file(profile_path);
@@ -52,7 +53,8 @@ class Laboratory {
     info.simulated = true;
     info.seed = seed_;
     info.thermometers = channels_of(file_);
-    info.gyro = file_.gyro;
+    info.gyro = file_.gyro.info;
+    info.gyro_stream_text = file_.gyro.stream ? file_.gyro.stream->text : "";
     for (const auto& segment : profile_.segments)
       info.segments.push_back(
           {segment.name, segment.kind == SegmentKind::hold, segment.target, segment.rate, segment.cycle});

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -24,7 +26,7 @@ std::string mistake_in(const std::string& text) {
 }
 
 TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
-  for (const auto* name : {"virtual.toml", "virtual-reference.toml", "virtual-gradients.toml"}) {
+  for (const auto* name : {"virtual.toml", "virtual-reference.toml", "virtual-gradients.toml", "virtual-mixed.toml"}) {
     const auto rig = read_rig(kRigs + name);
     ASSERT_TRUE(rig) << text(rig.error());
     EXPECT_TRUE(rig->simulated);
@@ -34,12 +36,25 @@ TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
   }
 }
 
+TEST(RigFile, EveryShippedRigIsRead) {
+  int real = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kRigs)) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto rig = read_rig(entry.path());
+    ASSERT_TRUE(rig) << text(rig.error());
+    EXPECT_EQ(rig->name, entry.path().stem());
+    EXPECT_EQ(rig->simulated, rig->name.starts_with("virtual"));
+    real += rig->simulated ? 0 : 1;
+  }
+  EXPECT_GE(real, 2) << "examples of real rigs";
+}
+
 TEST(RigFile, EarthRateIsProjectedOnTheInputAxis) {
   const auto rig = read_rig(kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
-  ASSERT_TRUE(rig->gyro.earth_rate);
-  EXPECT_GT(rig->gyro.earth_rate->value, 0);
-  EXPECT_LT(rig->gyro.earth_rate->value, 15.0411);
+  ASSERT_TRUE(rig->gyro.info.earth_rate);
+  EXPECT_GT(rig->gyro.info.earth_rate->value, 0);
+  EXPECT_LT(rig->gyro.info.earth_rate->value, 15.0411);
 }
 
 TEST(RigFile, AMisspeltKeyIsAMistakeWithItsPlaceAndAGuess) {
@@ -93,6 +108,92 @@ TEST(RigFile, AMissingGyroModelIsNamed) {
   EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
   EXPECT_NE(rig.error().where.find("virtual.toml:"), std::string::npos);
   EXPECT_NE(rig.error().what.find("none.reduced.toml"), std::string::npos);
+}
+
+TEST(RigFile, AStreamBringsItsFramesItsScaleAndItsPort) {
+  const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml");
+  ASSERT_TRUE(rig) << text(rig.error());
+  ASSERT_TRUE(rig->gyro.stream);
+  EXPECT_EQ(rig->gyro.frame.name, "kvh-dsp-3000-ascii");
+  EXPECT_EQ(rig->gyro.stream->port.baud, 38400u);
+  EXPECT_EQ(rig->gyro.stream->start.front().send, "RRR");
+  EXPECT_EQ(rig->gyro.info.scale, 1e-6) << "of a rate: a count is 1e-6 arcsec";
+}
+
+std::string mixed_rig() { return read_text_file(kRigs + "virtual-mixed.toml").value(); }
+
+TEST(RigFile, TheScaleIsSaidOnce) {
+  const std::string stream = "stream = \"../gyro-streams/kvh-17xx-a.toml\"";
+  EXPECT_EQ(mistake_in(mixed_rig()), "");
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), stream, stream + "\narcsec_per_pulse = 1")).find("of their own"),
+            std::string::npos);
+  const std::string pulses = "stream = \"../gyro-streams/pulse-count.toml\"";
+  const auto of_pulses = replaced(replaced(mixed_rig(), stream, pulses), "axis = \"z\"\n", "");
+  EXPECT_NE(mistake_in(of_pulses).find("arcsec_per_pulse"), std::string::npos);
+  EXPECT_EQ(mistake_in(replaced(of_pulses, pulses, pulses + "\narcsec_per_pulse = 0.1")), "");
+}
+
+TEST(RigFile, AMissingOrWrongStreamIsNamed) {
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
+  const auto rig = parse_rig(replaced(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");
+  ASSERT_FALSE(rig);
+  EXPECT_NE(rig.error().where.find("kvh-17xx-a.toml:"), std::string::npos) << rig.error().where;
+}
+
+TEST(RigFile, TheRecordsCopyOfTheStreamIsEnough) {
+  const auto rig = read_rig(kRigs + "virtual-mixed.toml").value();
+  const NamedTexts known{
+      .chamber_map = rig.chamber_map.text, .gyro_model = rig.gyro_model.text, .gyro_stream = rig.gyro.stream->text};
+  const auto again = parse_rig(rig.text, "elsewhere/rig.toml", known);
+  ASSERT_TRUE(again) << text(again.error());
+  EXPECT_EQ(again->gyro.frame.name, "kvh-17xx-a");
+}
+
+TEST(RigFile, EachChannelHasItsCalibration) {
+  const auto channels = channels_of(read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value());
+  ASSERT_EQ(channels.size(), 9u);
+  EXPECT_EQ(channels[0].offset, Kelvins{-0.012});
+  EXPECT_EQ(channels[0].certificate, "K-2026-0117") << "the instrument's";
+  EXPECT_EQ(channels[1].polynomial, (std::vector<double>{0.0031, 0.99987, 1.2e-6}));
+  EXPECT_EQ(channels[1].certificate, "K-2026-0118") << "its own";
+  EXPECT_EQ(channels[2].offset, Kelvins{});
+  EXPECT_EQ(channels[8].instrument,
+            "pt12 2 at serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123457-if00-port0, input 1");
+  ASSERT_TRUE(channels[8].due);
+}
+
+TEST(RigFile, ACalibrationThatCannotBeIsAMistake) {
+  const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
+  const auto with = [&](const std::string& more) {
+    return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
+  };
+  const std::string of_a = "[[thermometer.calibration]]\nchannel = \"A\"\n";
+  EXPECT_EQ(with(of_a + "offset = 0.1\ndue = \"2027-01-31\""), "");
+  EXPECT_NE(with(of_a + "offset = 0.1\npolynomial = [0, 1]").find("one of the two"), std::string::npos);
+  EXPECT_NE(with(of_a + "polynomial = [1]").find("2 to 10"), std::string::npos);
+  EXPECT_NE(with(of_a + "due = \"2027-02-30\"").find("expected a day"), std::string::npos);
+  EXPECT_NE(with("[[thermometer.calibration]]\nchannel = \"Z\"\noffset = 1").find("no channel"), std::string::npos);
+  EXPECT_NE(with(of_a + "offset = 0.1\n" + of_a + "offset = 0.2").find("already"), std::string::npos);
+  EXPECT_NE(with("offsets = [1, 2]").find("2 offsets for 4 channels"), std::string::npos);
+}
+
+TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
+  const auto file = kRigs + "example-binder-dcon-stim300.toml";
+  const auto text_of = read_text_file(file).value();
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    const auto rig = parse_rig(replaced(text_of, what, instead), file);
+    return rig ? "" : rig.error().what;
+  };
+  const auto rig = read_rig(file).value();
+  EXPECT_EQ(rig.thermometers[0].addresses, (std::vector<std::uint8_t>{1, 2}));
+  EXPECT_EQ(rig.thermometers[0].type, 0x10);
+  EXPECT_TRUE(std::holds_alternative<MccRtd>(rig.thermometers[1].sensor.value()));
+  EXPECT_LT(rig.gyro.info.earth_rate->value, 0) << "its axis points down";
+  EXPECT_NE(with("addresses = [1, 2]", "addresses = [1, 256]").find("0 to 255"), std::string::npos);
+  EXPECT_NE(with("type = \"T\"", "type = \"X\"").find("none of J, K, T, E"), std::string::npos);
+  EXPECT_NE(with("hid:01A2B3C4", "serial:/dev/ttyUSB0").find("HID device"), std::string::npos);
+  EXPECT_NE(with("channels = [\"shell\"]", "channels = [\"shell\", \"A\"]").find("there twice"), std::string::npos);
+  EXPECT_NE(with("kind = \"rtd\"", "kind = \"ntc\"").find("none of rtd"), std::string::npos);
 }
 
 }  // namespace

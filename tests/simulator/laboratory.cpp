@@ -1,8 +1,10 @@
 #include "tests/simulator/laboratory.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 
 #include "core/text_file.hpp"
@@ -69,6 +71,14 @@ FrameFormat gyro_of_rig(const std::string& name) {
 RegisterMap chamber_map(const std::string& name) {
   const auto path = std::string(GYROTHERM_SOURCE_DIR) + "/profiles/chambers/" + name + ".toml";
   return must(parse_register_map(must(read_text_file(path)), path));
+}
+
+std::vector<std::string> shipped_chambers() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers"))
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem());
+  std::ranges::sort(names);
+  return names;
 }
 
 std::vector<double> rate_cycle_c(double rate_c_per_min) {

@@ -21,6 +21,8 @@ namespace gyrotherm {
 [[nodiscard]] FrameFormat gyro_of_rig(const std::string& name);
 /// profiles/chambers/NAME.toml.
 [[nodiscard]] RegisterMap chamber_map(const std::string& name);
+/// The names of all of them, in alphabetical order.
+[[nodiscard]] std::vector<std::string> shipped_chambers();
 
 /// Set points of one rate cycle, one a second: 20 °C, then −40, 60, −40, 60, 20 °C, each held for 2 h.
 [[nodiscard]] std::vector<double> rate_cycle_c(double rate_c_per_min);

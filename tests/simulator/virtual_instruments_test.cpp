@@ -76,7 +76,7 @@ class VirtualInstrumentsTest : public testing::Test {
   }
   [[nodiscard]] double read_chamber(const Client& client, const char* item) const {
     const auto& found = *map.find(item);
-    const ModbusRequest request{1, map.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
+    const ModbusRequest request{1, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
     client.send(encode_request(request));
     const auto words = decode_reply(request, client.receive(9 + 2 * std::size_t{request.count}));
     EXPECT_TRUE(words);
@@ -86,7 +86,7 @@ class VirtualInstrumentsTest : public testing::Test {
     const auto& found = *map.find(item);
     const auto words = encode(found, value);
     const ModbusRequest request{
-        2, map.unit, ModbusFunction::write_multiple, found.address, static_cast<std::uint16_t>(words.size()), words};
+        2, map.link.modbus.unit, ModbusFunction::write_multiple, found.address, static_cast<std::uint16_t>(words.size()), words};
     client.send(encode_request(request));
     EXPECT_TRUE(decode_reply(request, client.receive(12)));
   }

@@ -1,9 +1,73 @@
-/// Any text as a register map, alone and as the tail of a good one.
+/// Any text as a register map, alone, as the tail of a good one, and as edits of the shipped ones; then any words as
+/// the registers of a map that was accepted, and as its profile memory.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
+#include <vector>
 
+#include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 
 using namespace gyrotherm;
+
+namespace {
+
+using Words = std::vector<std::uint16_t>;
+
+/// `count` words, the input's bytes over and over.
+Words words_from(const std::uint8_t* data, std::size_t size, std::size_t count) {
+  Words words(count);
+  for (std::size_t i = 0; i < count && size > 1; ++i)
+    words[i] = static_cast<std::uint16_t>(data[2 * i % size] << 8 | data[(2 * i + 1) % size]);
+  return words;
+}
+
+void read_item(const RegisterItem& item, const Words& words) {
+  if (item.type == RegisterType::text) {
+    (void)encode_text(item.text, decode_text(item.text, words));
+  } else if (item.type == RegisterType::date_time) {
+    if (const auto time = decode_date(item.date, words)) (void)encode_date(item.date, later(*time, Duration(1)));
+  } else if (const auto value = decode(item, words)) {
+    (void)encode(item, *value);
+    (void)meaning(item, *value);
+  }
+}
+
+void use(const RegisterMap& map, const std::uint8_t* data, std::size_t size) {
+  for (const auto& item : map.items) read_item(item, words_from(data, size, word_count(item)));
+  if (!map.memory) return;
+  const auto words_of = [&](const MemoryBlock& block, int) -> Result<Words> {
+    return words_from(data, size, block.count);
+  };
+  if (auto program = decode_program(*map.memory, {20}, words_of)) (void)encode_program(*map.memory, *program);
+}
+
+const std::vector<std::string>& shipped_maps() {
+  static const std::vector<std::string> maps = [] {
+    std::vector<std::string> texts;
+    for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
+      if (entry.path().extension() != ".toml") continue;
+      std::ifstream file(entry.path(), std::ios::binary);
+      texts.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
+    std::ranges::sort(texts);
+    return texts;
+  }();
+  return maps;
+}
+
+/// A shipped map in which each three bytes of the input replace one character.
+std::string edited_map(const std::uint8_t* data, std::size_t size) {
+  auto text = shipped_maps()[data[0] % shipped_maps().size()];
+  constexpr std::size_t kMostEdits = 4;
+  for (std::size_t i = 1; i + 2 < std::min(size, 1 + 3 * kMostEdits); i += 3)
+    text[(data[i] << 8 | data[i + 1]) % text.size()] = static_cast<char>(data[i + 2]);
+  return text;
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::string good =
@@ -13,11 +77,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)parse_register_map(text, "fuzz");
   const auto map = parse_register_map(good + text, "fuzz");
-  if (map && size > 3)
-    for (const auto& item : map->items) {
-      const std::uint16_t words[] = {static_cast<std::uint16_t>(data[0] << 8 | data[1]),
-                                     static_cast<std::uint16_t>(data[2] << 8 | data[3])};
-      if (const auto value = decode(item, std::span(words).first(word_count(item.type)))) (void)encode(item, *value);
-    }
+  if (map) use(*map, data, size);
+  if (size < 8) return 0;
+  if (const auto edited = parse_register_map(edited_map(data, size), "fuzz")) use(*edited, data, size);
   return 0;
 }

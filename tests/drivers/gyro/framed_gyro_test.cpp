@@ -194,5 +194,74 @@ TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
   EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
 }
 
+TEST_F(FramedGyro, CountsItsFrames) {
+  send(11);
+  (void)gyro->read(seconds(1));
+  skip();
+  skip();
+  send(9);
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::corrupted);
+  send(10, false);
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
+  const FrameCount all{.seen = 30, .lost = 2, .bad = 10};
+  EXPECT_EQ(gyro->frames(), all);
+}
+
+/// The same gyro, told to send by two commands, of which it answers the second.
+class FramedGyroByCommand : public OnFakeStream {
+ protected:
+  FramedGyroByCommand() { connect_with("OK"); }
+  void connect_with(const std::string& reply) {
+    format = virtual_gyro_frame();
+    auto made = std::make_unique<FakeStream>();
+    line = made.get();
+    line->instrument = [](std::string_view command) { return command == "go\r\n" ? "ready OK\r\n" : ""; };
+    gyro = make_framed_gyro(format, std::move(made), milliseconds(100),
+                            {.start = {{.send = "stop\r\n", .wait = milliseconds(1), .reply = ""},
+                                       {.send = "go\r\n", .wait = milliseconds(50), .reply = reply}},
+                             .stop = {{.send = "bye\r\n", .wait = {}, .reply = ""}}});
+  }
+  [[nodiscard]] std::vector<std::string> commands() const {
+    auto heard = line->heard;
+    std::erase(heard, "");
+    return heard;
+  }
+};
+
+TEST_F(FramedGyroByCommand, IsStartedOnce) {
+  send(3);  // of before
+  ASSERT_TRUE(gyro->open());
+  ASSERT_TRUE(gyro->open());
+  EXPECT_EQ(commands(), (std::vector<std::string>{"stop\r\n", "go\r\n"}));
+  send(1);
+  EXPECT_EQ(gyro->read(seconds(1)).value().pulses, 0) << "what came before it was started does not count";
+}
+
+TEST_F(FramedGyroByCommand, IsStartedByTheFirstReadAndAgainAfterASilence) {
+  (void)gyro->read(seconds(1));
+  EXPECT_EQ(commands().size(), 2u);
+  (void)gyro->read(seconds(1));
+  EXPECT_EQ(commands().size(), 4u) << "it may have been switched off";
+}
+
+TEST_F(FramedGyroByCommand, WithoutItsReplyIsATimeout) {
+  connect_with("FINE");
+  const auto opened = gyro->open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().kind, FaultKind::timeout);
+  EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms");
+}
+
+TEST_F(FramedGyroByCommand, IsStoppedWhenItGoes) {
+  static std::string last;
+  line->instrument = [](std::string_view command) {
+    last = command;
+    return command == "go\r\n" ? "OK" : "";
+  };
+  ASSERT_TRUE(gyro->open());
+  gyro.reset();
+  EXPECT_EQ(last, "bye\r\n");
+}
+
 }  // namespace
 }  // namespace gyrotherm

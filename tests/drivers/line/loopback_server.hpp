@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/wires.hpp"
+#include "drivers/line/line_address.hpp"
 
 namespace gyrotherm {
 
@@ -47,7 +47,7 @@ class LoopbackServer {
     close(listener_);
   }
 
-  [[nodiscard]] LineAddress address() const { return {"127.0.0.1", port_}; }
+  [[nodiscard]] TcpLine address() const { return {"127.0.0.1", port_}; }
   [[nodiscard]] int connections() const { return connections_; }
   [[nodiscard]] int requests() const { return requests_; }
 

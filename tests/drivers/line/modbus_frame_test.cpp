@@ -135,7 +135,8 @@ TEST(ModbusServer, DecodesWhatTheClientEncodes) {
 
 TEST(ModbusServer, NamesTheExceptionToAnswerWith) {
   const auto code = [](const char* frame) { return decode_request(hex(frame)).error().what; };
-  EXPECT_EQ(code("00 00 00 00 00 06 01 05 00 00 FF 00"), "1") << "coils";
+  EXPECT_EQ(code("00 00 00 00 00 06 01 07 00 00 FF 00"), "1") << "no function of ours";
+  EXPECT_EQ(code("00 00 00 00 00 06 01 05 00 00 FF 01"), "3") << "neither on nor off";
   EXPECT_EQ(code("00 00 00 00 00 06 01 03 FF FF 00 02"), "2") << "past the last register";
   EXPECT_EQ(code("00 00 00 00 00 06 01 03 00 00 00 00"), "3") << "no register";
   EXPECT_EQ(code("00 00 00 00 00 06 01 03 00 00 00 7E"), "3") << "126 registers";

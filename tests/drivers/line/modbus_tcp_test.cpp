@@ -1,10 +1,9 @@
-#include "drivers/line/modbus_tcp.hpp"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
 
 #include "drivers/line/deadline.hpp"
+#include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/loopback_server.hpp"
 
@@ -14,6 +13,13 @@ namespace {
 using std::chrono::milliseconds;
 using Words = std::vector<std::uint16_t>;
 constexpr Duration kTimeout = milliseconds(60);
+constexpr auto kHolding = ReadFunction::holding_registers;
+
+std::unique_ptr<Registers> make_client(const TcpLine& line) {
+  ModbusLink link;
+  link.timeout = kTimeout;
+  return make_modbus(line, link);
+}
 
 Words words_of(const ModbusRequest& request) {
   Words words(request.count);
@@ -36,7 +42,7 @@ class Unit {
           return request ? behaviour_(number_++, *request, frame) : Answer{};
         }) {}
 
-  [[nodiscard]] std::unique_ptr<Registers> client() const { return make_modbus_tcp(server_.address(), 1, kTimeout); }
+  [[nodiscard]] std::unique_ptr<Registers> client() const { return make_client(server_.address()); }
   [[nodiscard]] int connections() const { return server_.connections(); }
   [[nodiscard]] int requests() const { return server_.requests(); }
 
@@ -49,10 +55,10 @@ class Unit {
 TEST(ModbusTcp, ReadsAndWritesOnOneConnection) {
   Unit unit([](int, const auto& request, auto) { return Answer{good(request)}; });
   const auto client = unit.client();
-  EXPECT_EQ(client->read(2782, 2).value(), (Words{2782, 2783}));
-  EXPECT_TRUE(client->write(2782, Words{0xC221, 0}));
-  EXPECT_TRUE(client->write(2782, Words{7}));
-  EXPECT_EQ(client->read(0, 125).value().size(), 125u);
+  EXPECT_EQ(client->read(kHolding, 2782, 2).value(), (Words{2782, 2783}));
+  EXPECT_TRUE(client->write(WriteFunction::registers, 2782, Words{0xC221, 0}));
+  EXPECT_TRUE(client->write(WriteFunction::one_register, 2782, Words{7}));
+  EXPECT_EQ(client->read(kHolding, 0, 125).value().size(), 125u);
   EXPECT_EQ(unit.connections(), 1);
   EXPECT_EQ(unit.requests(), 4);
 }
@@ -64,7 +70,7 @@ TEST(ModbusTcp, NoTransactionIsUsedTwiceAlsoAcrossConnections) {
     return Answer{good(request), number % 2 == 1};
   });
   const auto client = unit.client();
-  for (int i = 0; i < 6; ++i) (void)client->read(1, 1);
+  for (int i = 0; i < 6; ++i) (void)client->read(kHolding, 1, 1);
   for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_GT(seen[i], seen[i - 1]);
   EXPECT_GT(unit.connections(), 2);
 }
@@ -76,8 +82,8 @@ TEST(ModbusTcp, AGarbledReplyCostsTheConnectionAndIsReadAgain) {
     return Answer{reply};
   });
   const auto client = unit.client();
-  EXPECT_TRUE(client->read(5, 1));
-  EXPECT_EQ(client->read(6, 1).value(), Words{6});
+  EXPECT_TRUE(client->read(kHolding, 5, 1));
+  EXPECT_EQ(client->read(kHolding, 6, 1).value(), Words{6});
   EXPECT_EQ(unit.connections(), 2);
 }
 
@@ -91,16 +97,16 @@ TEST(ModbusTcp, ALateReplyIsNeverTakenForTheNext) {
     return Answer{both};
   });
   const auto client = unit.client();
-  EXPECT_EQ(client->read(60, 1).value(), Words{60});
-  EXPECT_EQ(client->read(61, 1).value(), Words{61});
-  EXPECT_EQ(client->read(62, 1).value(), Words{62});
+  EXPECT_EQ(client->read(kHolding, 60, 1).value(), Words{60});
+  EXPECT_EQ(client->read(kHolding, 61, 1).value(), Words{61});
+  EXPECT_EQ(client->read(kHolding, 62, 1).value(), Words{62});
 }
 
 TEST(ModbusTcp, ASilentUnitIsATimeoutWithinTheLimit) {
   Unit unit([](int, const auto&, auto) { return Answer{}; });
   const auto client = unit.client();
   const Deadline soon(milliseconds(900));
-  const auto words = client->read(2782, 2);
+  const auto words = client->read(kHolding, 2782, 2);
   ASSERT_FALSE(words);
   EXPECT_EQ(words.error().kind, FaultKind::timeout);
   EXPECT_NE(text(words.error()).find("unit 1 read 2782+2: no reply in 60 ms"), std::string::npos)
@@ -113,7 +119,7 @@ TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
   Unit unit([](int, const auto& request, auto) { return Answer{{good(request).front()}}; });
   const auto client = unit.client();
   const Deadline soon(milliseconds(900));
-  EXPECT_EQ(client->read(1, 1).error().kind, FaultKind::timeout);
+  EXPECT_EQ(client->read(kHolding, 1, 1).error().kind, FaultKind::timeout);
   EXPECT_FALSE(soon.over());
 }
 
@@ -121,14 +127,14 @@ TEST(ModbusTcp, AResetIsSurvivedByARead) {
   Unit unit([](int number, const auto& request, auto) {
     return number == 0 ? Answer{{}, true} : Answer{good(request)};
   });
-  EXPECT_TRUE(unit.client()->read(1, 1));
+  EXPECT_TRUE(unit.client()->read(kHolding, 1, 1));
   EXPECT_EQ(unit.connections(), 2);
 }
 
 TEST(ModbusTcp, AFailedWriteIsNotRepeated) {
   Unit unit([](int, const auto&, auto) { return Answer{}; });
   const auto client = unit.client();
-  EXPECT_EQ(client->write(2782, Words{1, 2}).error().kind, FaultKind::timeout);
+  EXPECT_EQ(client->write(WriteFunction::registers, 2782, Words{1, 2}).error().kind, FaultKind::timeout);
   EXPECT_EQ(unit.requests(), 1);
 }
 
@@ -137,7 +143,7 @@ TEST(ModbusTcp, AnEchoOfAnotherRegisterIsCorrupted) {
     request.address = static_cast<std::uint16_t>(request.address + 1);
     return Answer{good(request)};
   });
-  EXPECT_EQ(unit.client()->write(2782, Words{1, 2}).error().kind, FaultKind::corrupted);
+  EXPECT_EQ(unit.client()->write(WriteFunction::registers, 2782, Words{1, 2}).error().kind, FaultKind::corrupted);
 }
 
 TEST(ModbusTcp, AnExceptionIsNamedAndKeepsTheConnection) {
@@ -145,10 +151,10 @@ TEST(ModbusTcp, AnExceptionIsNamedAndKeepsTheConnection) {
     return Answer{number == 0 ? encode_exception(frame, 2) : good(request)};
   });
   const auto client = unit.client();
-  const auto refused = client->read(1, 1);
+  const auto refused = client->read(kHolding, 1, 1);
   EXPECT_EQ(refused.error().kind, FaultKind::refused);
   EXPECT_EQ(refused.error().what, "exception 2, illegal data address");
-  EXPECT_TRUE(client->read(1, 1));
+  EXPECT_TRUE(client->read(kHolding, 1, 1));
   EXPECT_EQ(unit.connections(), 1);
 }
 
@@ -156,20 +162,20 @@ TEST(ModbusTcp, ABusyUnitIsAskedAgain) {
   Unit unit([](int number, const auto& request, auto frame) {
     return Answer{number < 3 ? encode_exception(frame, number == 0 ? 5 : 6) : good(request)};
   });
-  EXPECT_EQ(unit.client()->read(4, 1).value(), Words{4});
+  EXPECT_EQ(unit.client()->read(kHolding, 4, 1).value(), Words{4});
   EXPECT_EQ(unit.connections(), 1);
 }
 
 TEST(ModbusTcp, RestsAfterTheSecondFailureInARow) {
-  LineAddress nobody;
+  TcpLine nobody;
   {
     const LoopbackServer closed([](auto) { return Answer{}; });
     nobody = closed.address();
   }
-  const auto client = make_modbus_tcp(nobody, 1, kTimeout);
-  EXPECT_EQ(client->read(1, 1).error().what, "no connection");
-  EXPECT_EQ(client->read(1, 1).error().what, "no connection");
-  const auto resting = client->read(1, 1);
+  const auto client = make_client(nobody);
+  EXPECT_EQ(client->read(kHolding, 1, 1).error().what, "no connection");
+  EXPECT_EQ(client->read(kHolding, 1, 1).error().what, "no connection");
+  const auto resting = client->read(kHolding, 1, 1);
   EXPECT_EQ(resting.error().kind, FaultKind::disconnected);
   EXPECT_EQ(resting.error().what, "failed before, next try in 0.5 s");
 }

@@ -65,7 +65,7 @@ TEST(TcpStream, ConnectsAgainAfterAReset) {
 }
 
 TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
-  LineAddress nobody;
+  TcpLine nobody;
   {
     const LoopbackServer closed(echo);
     nobody = closed.address();
@@ -74,17 +74,6 @@ TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s");
-}
-
-TEST(LineAddress, IsNumericSoThatNoNameIsLookedUp) {
-  const auto full = parse_line_address("tcp://10.0.0.7:5020", 502).value();
-  EXPECT_EQ(full.host, "10.0.0.7");
-  EXPECT_EQ(full.port, 5020);
-  EXPECT_EQ(parse_line_address("10.0.0.7", 502).value().port, 502);
-  EXPECT_EQ(parse_line_address("tcp://localhost", 502).value().host, "127.0.0.1");
-  for (const char* wrong :
-       {"", "tcp://", "tcp://chamber:502", "10.0.0.7:", "10.0.0.7:0", "10.0.0.7:65536", "10.0.0.7:5x", "10.0.0"})
-    EXPECT_EQ(parse_line_address(wrong, 502).error().kind, FaultKind::bad_file) << wrong;
 }
 
 }  // namespace

@@ -151,5 +151,54 @@ TEST_F(DconThermometer, ABrokenLineNamesTheInstrument) {
   EXPECT_EQ(bank->read()[3].error().where, "bank fake");
 }
 
+TEST_F(OnModule, AnotherTypeThanTheRigExpectsIsAMismatch) {
+  connect({.address = 4, .type = 0x0F});
+  expect_all(FaultKind::mismatch);
+  connect({.address = 4, .type = 0x10});
+  EXPECT_TRUE(bank->read()[0]);
+}
+
+/// Two modules on one line, of which the second can fall silent.
+class OnTwoModules : public testing::Test {
+ protected:
+  OnTwoModules() {
+    second.address = 5;
+    second.readings = ">+01.000+02.000+03.000+04.000+05.000+06.000+07.000+08.000";
+    auto made = std::make_unique<FakeStream>();
+    line = made.get();
+    line->instrument = [this](std::string_view query) {
+      const auto answer = first(query);
+      return answer.empty() && !silent ? second(query) : answer;
+    };
+    bank = make_dcon_modules(std::move(made), "bank", {4, 5});
+  }
+  Module first, second;
+  bool silent = false;
+  FakeStream* line{};
+  std::unique_ptr<Thermometer> bank;
+};
+using DconModules = OnTwoModules;
+
+TEST_F(DconModules, AreOneThermometerInTheirOrder) {
+  EXPECT_EQ(bank->identify().value(), "7018P at 04, 7018P at 05");
+  const auto readings = bank->read();
+  ASSERT_EQ(readings.size(), 16u);
+  EXPECT_EQ(readings[0].value(), Celsius{5.123});
+  EXPECT_EQ(readings[8].value(), Celsius{1});
+  EXPECT_EQ(readings[15].value(), Celsius{8});
+}
+
+TEST_F(DconModules, OneThatIsSilentRestsAndTheOtherIsRead) {
+  silent = true;
+  for (int i = 0; i < 5; ++i) {
+    const auto readings = bank->read();
+    ASSERT_TRUE(readings[0]) << i;
+    ASSERT_EQ(readings[8].error().kind, FaultKind::timeout) << i;
+    EXPECT_EQ(readings[8].error().where.substr(0, 14), "bank module 05");
+  }
+  const auto asked = std::ranges::count_if(line->heard, [](const auto& text) { return text.starts_with("$052"); });
+  EXPECT_EQ(asked, 2) << "it rests after the second failure";
+}
+
 }  // namespace
 }  // namespace gyrotherm

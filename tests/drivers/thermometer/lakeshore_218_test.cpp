@@ -102,6 +102,15 @@ TEST_F(Lakeshore218, ALateReplyIsNotTakenForTheNext) {
   EXPECT_DOUBLE_EQ(bank->read()[0].value().value, kValues[0]);
 }
 
+TEST_F(Lakeshore218, TwoRepliesToOneQueryAreCorrupted) {
+  line->instrument = [](std::string_view) { return std::string(kEight) + "\r\n" + kEight + "\r\n"; };
+  expect_all(bank->read(), FaultKind::corrupted);
+}
+
+TEST_F(Lakeshore218, NoExchangeOutlastsTheRuleOfAnAsynchronousLine) {
+  EXPECT_LE(3 * Lakeshore218Timing{}.within, std::chrono::milliseconds(1500));
+}
+
 TEST_F(Lakeshore218, AGarbledReplyIsCorruptedOrMissing) {
   line->garble();
   const auto readings = bank->read();

@@ -1,0 +1,246 @@
+#include "drivers/chamber/item_exchange.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+
+namespace gyrotherm {
+
+namespace {
+
+/// Of a register's resolution: more than rounding can make, less than a step to the next value.
+constexpr double kSameStep = 0.75;
+/// Between two looks at a register that is waited for.
+constexpr Duration kLookAgain = std::chrono::milliseconds(100);
+constexpr double kMostDecimals = 6;
+
+WriteFunction write_function(const RegisterItem& item, std::size_t count) {
+  return item.write_function.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
+}
+
+/// The finest step in this program's units.
+double finest(const RegisterItem& item) {
+  constexpr double kFahrenheitPerKelvin = 1.8;
+  return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
+}
+
+Fault at(const RegisterItem& item, Fault fault) {
+  if (fault.where == item.name) fault.where = place(item);
+  return fault;
+}
+
+}  // namespace
+
+std::string place(const RegisterItem& item) { return fmt::format("chamber register {} ({})", item.address, item.name); }
+
+const RegisterItem& ItemExchange::item(std::string_view name) const {
+  const auto* found = map_.find(name);
+  assert(found && "parse_register_map() lets no such map pass");
+  return *found;
+}
+
+std::vector<const RegisterItem*> ItemExchange::context_of(std::span<const RegisterItem* const> items) const {
+  std::vector<const RegisterItem*> context;
+  for (const auto* one : items)
+    for (const auto* name : {&one->decimals, &one->unit}) {
+      if (name->empty()) continue;
+      const auto* other = &item(*name);
+      if (std::ranges::find(context, other) == context.end()) context.push_back(other);
+    }
+  return context;
+}
+
+Result<Snapshot> ItemExchange::look(std::span<const ReadSpan> spans) {
+  Snapshot snapshot;
+  for (const auto& span : spans) {
+    auto words = registers_.read(span.function, span.first, span.count);
+    if (!words) return failure(std::move(words.error()));
+    snapshot.add(span, std::move(*words));
+  }
+  return snapshot;
+}
+
+Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterItem& item) const {
+  const auto words = snapshot.words_of(item);
+  if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
+  if (item.decimals.empty() && item.unit.empty()) {
+    auto value = decode(item, words);
+    return value ? value : failure(at(item, std::move(value.error())));
+  }
+  ItemContext context;
+  if (!item.decimals.empty()) {
+    const auto decimals = value_in(snapshot, this->item(item.decimals));
+    if (!decimals) return decimals;
+    if (*decimals < 0 || *decimals > kMostDecimals)
+      return failure(FaultKind::corrupted, place(this->item(item.decimals)), fmt::format("{:g} decimals", *decimals));
+    context.decimals = static_cast<int>(*decimals);
+  }
+  if (!item.unit.empty()) {
+    const auto& unit = this->item(item.unit);
+    const auto code = value_in(snapshot, unit);
+    if (!code) return code;
+    const auto word = meaning(unit, *code);
+    if (word != "celsius" && word != "fahrenheit")
+      return failure(FaultKind::corrupted, place(unit), fmt::format("{} is neither celsius nor fahrenheit", word));
+    context.fahrenheit = word == "fahrenheit";
+  }
+  auto value = decode(in_context(item, context), words);
+  return value ? value : failure(at(item, std::move(value.error())));
+}
+
+Result<double> ItemExchange::read(const RegisterItem& item) {
+  const RegisterItem* const self = &item;
+  auto wanted = context_of(std::span(&self, 1));
+  wanted.push_back(self);
+  const auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
+  if (!snapshot) return failure(snapshot.error());
+  return value_in(*snapshot, item);
+}
+
+Result<std::vector<std::uint16_t>> ItemExchange::read_words(const RegisterItem& item) {
+  auto words = registers_.read(read_function(item), item.address, word_count(item));
+  if (words && words->size() != word_count(item))
+    return failure(FaultKind::corrupted, place(item), "another number of registers");
+  return words;
+}
+
+Result<std::string> ItemExchange::read_text(const RegisterItem& item) {
+  const auto words = read_words(item);
+  if (!words) return failure(words.error());
+  return decode_text(item.text, *words);
+}
+
+Result<CivilTime> ItemExchange::read_date(const RegisterItem& item) {
+  const auto words = read_words(item);
+  if (!words) return failure(words.error());
+  auto time = decode_date(item.date, *words);
+  if (!time) time.error().where = place(item);
+  return time;
+}
+
+Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
+  if (item.decimals.empty() && item.unit.empty()) return item;
+  ItemContext context;
+  if (!item.decimals.empty()) {
+    const auto decimals = read(this->item(item.decimals));
+    if (!decimals) return failure(decimals.error());
+    context.decimals = static_cast<int>(std::clamp(*decimals, 0.0, kMostDecimals));
+  }
+  if (!item.unit.empty()) {
+    const auto& unit = this->item(item.unit);
+    const auto code = read(unit);
+    if (!code) return failure(code.error());
+    context.fahrenheit = meaning(unit, *code) == "fahrenheit";
+  }
+  return in_context(item, context);
+}
+
+/// A bit field leaves the other bits of its register as they are.
+Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& item, double value) {
+  auto words = encode(item, value);
+  const double written = decode_as_written(item, words);
+  if (std::abs(written - value) > finest(item))
+    return failure(FaultKind::out_of_range, place(item), fmt::format("cannot hold {}", value));
+  if (item.type != RegisterType::bits || !item.readable) return words;
+  const auto present = read_words(item);
+  if (!present) return failure(present.error());
+  const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
+  words[0] = static_cast<std::uint16_t>(((*present)[0] & ~mask) | (words[0] & mask));
+  return words;
+}
+
+Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
+  return registers_.write(write_function(item, words.size()), item.address, words);
+}
+
+Result<void> ItemExchange::write(const RegisterItem& item, double value) {
+  const auto set = in_its_context(item);
+  if (!set) return failure(set.error());
+  auto words = words_for(*set, value);
+  if (!words) return failure(words.error());
+  for (const auto& name : item.also) {
+    const auto& other = this->item(name);
+    const auto same = words_for(other, value).and_then([&](const auto& its) { return write_words(other, its); });
+    if (!same) return same;
+  }
+  const double written = decode_as_written(*set, std::span(*words).first(word_count(item)));
+  if (item.companion) {
+    const auto more = encode(this->item(item.companion->item), item.companion->value);
+    words->insert(words->end(), more.begin(), more.end());
+  }
+  if (auto sent = write_words(item, *words); !sent) return sent;
+  const bool seen_elsewhere = !item.seen_in.empty();
+  if (item.self_clearing || item.seen_later || (!item.readable && !seen_elsewhere)) return {};
+  return wait_until_seen(*set, written);
+}
+
+Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double value) {
+  const auto& shown = written.seen_in.empty() ? item(written.name) : item(written.seen_in);
+  const double tolerance = written.tolerance.value_or(kSameStep * finest(written));
+  const auto end = pauses_.now() + written.seen_within;
+  while (true) {
+    const auto found = read(shown);
+    if (!found) return failure(found.error());
+    if (std::abs(*found - value) <= tolerance) return {};
+    if (pauses_.now() >= end)
+      return failure(FaultKind::mismatch, place(shown), fmt::format("reads {} after {} was written", *found, value));
+    pauses_.rest(std::min(kLookAgain, end - pauses_.now()));
+  }
+}
+
+Result<void> ItemExchange::write_date(const RegisterItem& item, const CivilTime& time) {
+  return write_words(item, encode_date(item.date, time));
+}
+
+Result<void> ItemExchange::wait_until(const Condition& condition, Duration within) {
+  const auto& shown = item(condition.item);
+  const auto end = pauses_.now() + within;
+  while (true) {
+    const auto found = read(shown);
+    if (!found) return failure(found.error());
+    if (holds(condition, *found)) return {};
+    if (pauses_.now() >= end)
+      return failure(FaultKind::timeout, place(shown),
+                     fmt::format("is {} and not {} after {:g} s", meaning(shown, *found),
+                                 condition.meanings.empty() ? "what was waited for"
+                                                            : fmt::format("{}", fmt::join(condition.meanings, " or ")),
+                                 to_seconds(within)));
+    pauses_.rest(std::min(kLookAgain, end - pauses_.now()));
+  }
+}
+
+Result<void> ItemExchange::write_step(const SequenceStep& step, const Parameters& parameters) {
+  const auto& target = item(step.item);
+  switch (step.source) {
+    case SequenceStep::Source::number: return write(target, step.value);
+    case SequenceStep::Source::program: return write(target, parameters.program + step.value);
+    case SequenceStep::Source::step: return write(target, parameters.step + step.value);
+    case SequenceStep::Source::date: break;
+  }
+  const auto now = read_date(item(step.date_of));
+  if (!now) return failure(now.error());
+  return write_date(target, later(*now, step.duration));
+}
+
+Result<void> ItemExchange::perform_step(const SequenceStep& step, const Parameters& parameters) {
+  if (step.only_if) {
+    const auto found = read(item(step.only_if->item));
+    if (!found) return failure(found.error());
+    if (!holds(*step.only_if, *found)) return {};
+  }
+  if (step.kind == SequenceStep::Kind::write) return write_step(step, parameters);
+  if (step.kind == SequenceStep::Kind::wait) return wait_until(step.until, step.duration);
+  pauses_.rest(step.duration);
+  return {};
+}
+
+Result<void> ItemExchange::perform(const Sequence& sequence, const Parameters& parameters) {
+  for (const auto& step : sequence)
+    if (auto done = perform_step(step, parameters); !done) return done;
+  return {};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,67 @@
+/// Items of a map, read and written over a line: with their decimals and unit as the controller has them set, and each
+/// write seen to take effect.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/chamber/pauses.hpp"
+#include "drivers/chamber/read_plan.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+class ItemExchange {
+ public:
+  /// All of them outlive it.
+  ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses)
+      : map_(map), registers_(registers), pauses_(pauses) {}
+
+  [[nodiscard]] const RegisterItem& item(std::string_view name) const;
+
+  /// The items that `items` need to be understood: decimals and units.
+  [[nodiscard]] std::vector<const RegisterItem*> context_of(std::span<const RegisterItem* const> items) const;
+  /// Reads the spans; fails with the first that fails.
+  [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
+  /// The value of an item in a snapshot that holds it and its context.
+  [[nodiscard]] Result<double> value_in(const Snapshot& snapshot, const RegisterItem& item) const;
+
+  /// One number, its context read with it. Fails as Registers::read and decode() do.
+  [[nodiscard]] Result<double> read(const RegisterItem& item);
+  [[nodiscard]] Result<std::string> read_text(const RegisterItem& item);
+  [[nodiscard]] Result<CivilTime> read_date(const RegisterItem& item);
+
+  /// Writes `value`, and what the item's map says with it, then waits until it shows where the map says, within its
+  /// time. Fails with out_of_range, and writes nothing, if the register cannot hold it; with mismatch if something else
+  /// is read back.
+  [[nodiscard]] Result<void> write(const RegisterItem& item, double value);
+  [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
+  /// As they are, in pieces of the link's limit.
+  [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words);
+
+  /// Carries out a command. Fails with the first step that fails, or with timeout where a wait was in vain.
+  struct Parameters {
+    int program = 0, step = 0;
+  };
+  [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
+
+ private:
+  [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
+  [[nodiscard]] Result<std::vector<std::uint16_t>> read_words(const RegisterItem& item);
+  [[nodiscard]] Result<std::vector<std::uint16_t>> words_for(const RegisterItem& item, double value);
+  [[nodiscard]] Result<void> wait_until_seen(const RegisterItem& written, double value);
+  [[nodiscard]] Result<void> wait_until(const Condition& condition, Duration within);
+  [[nodiscard]] Result<void> write_step(const SequenceStep& step, const Parameters& parameters);
+  [[nodiscard]] Result<void> perform_step(const SequenceStep& step, const Parameters& parameters);
+
+  const RegisterMap& map_;
+  Registers& registers_;
+  Pauses& pauses_;
+};
+
+/// "chamber register 2782 (set_point)"
+[[nodiscard]] std::string place(const RegisterItem& item);
+
+}  // namespace gyrotherm

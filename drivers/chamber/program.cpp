@@ -1,0 +1,292 @@
+#include "drivers/chamber/program.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace gyrotherm {
+
+namespace {
+
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+tl::unexpected<Fault> cannot(std::size_t step, std::string what) {
+  return failure(FaultKind::out_of_range, fmt::format("step {} of the program", step + 1), std::move(what));
+}
+
+bool holds_soak(const ProfileMemory& memory) {
+  return std::ranges::any_of(memory.step, [](const auto& block) {
+    return std::ranges::any_of(block.cells,
+                               [](const auto& cell) { return cell.source == CellSource::guaranteed_soak; });
+  });
+}
+
+/// `step` in parts that the memory can hold, of whole multiples of its finest time.
+void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vector<ProgramStep>& parts) {
+  const auto count =
+      std::max<std::int64_t>(1, (step.duration + memory.longest_step - Duration(1)) / memory.longest_step);
+  const auto change = step.target - step.start;
+  Duration done{};
+  for (std::int64_t i = 1; i <= count; ++i) {
+    const auto until = i == count ? step.duration : step.duration * i / count / memory.finest * memory.finest;
+    const auto at = [&](Duration time) {
+      return step.start + change * (step.duration > Duration{} ? to_seconds(time) / to_seconds(step.duration) : 1);
+    };
+    auto part = step;
+    part.start = done == Duration{} ? step.start : at(done);
+    part.target = i == count ? step.target : at(until);
+    part.duration = until - done;
+    parts.push_back(part);
+    done = until;
+  }
+}
+
+/// What a cell of a step or of the program is to hold.
+struct Content {
+  const ProfileMemory& memory;
+  const ChamberProgram& program;
+  const std::vector<ProgramStep>& steps;
+  const ContextOf& context_of;
+
+  [[nodiscard]] double value(const MemoryCell& cell, int index) const;
+  [[nodiscard]] Result<std::vector<std::uint16_t>> words(const MemoryBlock& block, int index) const;
+};
+
+double code(const MemoryCell& cell, const char* meaning) {
+  const auto found = cell.form.codes.find(meaning);
+  return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
+}
+
+const char* word(StepKind kind) {
+  switch (kind) {
+    case StepKind::ramp: return "ramp";
+    case StepKind::soak: return "soak";
+    case StepKind::end: return "end";
+  }
+  return "";
+}
+
+double Content::value(const MemoryCell& cell, int index) const {
+  const ProgramStep none;
+  const auto& step = index < 0 ? none : steps[static_cast<std::size_t>(index)];
+  switch (cell.source) {
+    case CellSource::constant: return cell.constant;
+    case CellSource::name: return 0;
+    case CellSource::number: return program.number;
+    case CellSource::step_count: return static_cast<double>(steps.size());
+    case CellSource::step: return index + memory.first_step;
+    case CellSource::kind: return code(cell, word(step.kind));
+    case CellSource::start: return step.start.value;
+    case CellSource::target: return step.target.value;
+    case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
+    case CellSource::hours: return static_cast<double>(step.duration / hours(1));
+    case CellSource::minutes: return static_cast<double>(step.duration / minutes(1) % 60);
+    case CellSource::seconds: return static_cast<double>(step.duration / seconds(1) % 60);
+    case CellSource::total_seconds: return static_cast<double>(step.duration / seconds(1));
+    case CellSource::guaranteed_soak: return code(cell, step.guaranteed_soak ? "on" : "off");
+    case CellSource::soak_band: return program.soak_band.value;
+  }
+  return 0;
+}
+
+RegisterItem form_of(const MemoryCell& cell, const ContextOf& context_of) {
+  return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())
+             ? in_context(cell.form, context_of(cell.form))
+             : cell.form;
+}
+
+Result<std::vector<std::uint16_t>> Content::words(const MemoryBlock& block, int index) const {
+  std::vector<std::uint16_t> all(block.count);
+  for (const auto& cell : block.cells) {
+    const auto form = form_of(cell, context_of);
+    std::vector<std::uint16_t> own;
+    if (cell.source == CellSource::name) {
+      own = encode_text(form.text, program.name);
+    } else {
+      const double wanted = value(cell, index);
+      own = encode(form, wanted);
+      if (!(std::abs(decode_as_written(form, own) - wanted) <= form.resolution))
+        return cannot(static_cast<std::size_t>(std::max(index, 0)),
+                      fmt::format("register {} cannot hold {:g}", block.address + cell.at, wanted));
+    }
+    for (std::size_t i = 0; i < own.size(); ++i) all[cell.at + i] |= own[i];
+  }
+  return all;
+}
+
+bool is_for(const MemoryBlock& block, StepKind kind) {
+  return block.kinds.empty() || std::ranges::find(block.kinds, kind) != block.kinds.end();
+}
+
+/// What was found in the cells of one step.
+struct FoundStep {
+  std::optional<double> kind_raw, start, target, hours, minutes, seconds, total;
+  std::string kind;
+  bool guaranteed_soak{};
+
+  [[nodiscard]] Duration duration() const {
+    if (total) return from_seconds(*total);
+    return from_seconds(hours.value_or(0) * 3600 + minutes.value_or(0) * 60 + seconds.value_or(0));
+  }
+};
+
+void take(const MemoryCell& cell, const RegisterItem& form, double value, FoundStep& step) {
+  switch (cell.source) {
+    case CellSource::kind: step.kind = meaning(form, value), step.kind_raw = value; return;
+    case CellSource::start: step.start = value; return;
+    case CellSource::target: step.target = value; return;
+    case CellSource::hours: step.hours = value; return;
+    case CellSource::minutes: step.minutes = value; return;
+    case CellSource::seconds: step.seconds = value; return;
+    case CellSource::total_seconds: step.total = value; return;
+    case CellSource::guaranteed_soak: step.guaranteed_soak = value == code(cell, "on"); return;
+    default: return;
+  }
+}
+
+/// A block's cells with their values.
+template <class Take>
+Result<void> for_each_cell(const MemoryBlock& block, const std::vector<std::uint16_t>& words, const ContextOf& context,
+                           Take take_cell) {
+  if (words.size() < block.count) return failure(FaultKind::corrupted, "profile memory", "a block is too short");
+  for (const auto& cell : block.cells) {
+    const auto form = form_of(cell, context);
+    const auto own = std::span(words).subspan(cell.at, word_count(form));
+    take_cell(cell, form, own);
+  }
+  return {};
+}
+
+/// Whether a step of the kind that was found, if any was, has this block at all.
+bool may_have(const MemoryBlock& block, const std::string& kind) {
+  return kind.empty() || block.kinds.empty() ||
+         std::ranges::any_of(block.kinds, [&](auto one) { return kind == word(one); });
+}
+
+Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockWords& words_of,
+                            const ContextOf& context) {
+  FoundStep found;
+  for (const auto& block : memory.step) {
+    if (block.select || !may_have(block, found.kind)) continue;
+    const auto words = words_of(block, index);
+    if (!words) return failure(words.error());
+    const auto taken = for_each_cell(block, *words, context, [&](const auto& cell, const auto& form, auto own) {
+      if (cell.source != CellSource::name) take(cell, form, decode_as_written(form, own), found);
+    });
+    if (!taken) return failure(taken.error());
+    if (found.kind == word(StepKind::end) && found.kind != word(StepKind::soak) && !found.start) break;
+  }
+  return found;
+}
+
+/// Name, count of steps (if the memory holds it) and band.
+Result<int> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context,
+                        ChamberProgram& program) {
+  int count = memory.steps_at_most;
+  for (const auto& block : memory.header) {
+    if (block.select) continue;
+    const auto words = words_of(block, -1);
+    if (!words) return failure(words.error());
+    const auto taken = for_each_cell(block, *words, context, [&](const auto& cell, const auto& form, auto own) {
+      if (cell.source == CellSource::name) program.name = decode_text(form.text, own);
+      if (cell.source == CellSource::soak_band) program.soak_band = {decode_as_written(form, own)};
+      if (cell.source == CellSource::step_count)
+        count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
+    });
+    if (!taken) return failure(taken.error());
+  }
+  return count;
+}
+
+/// A memory that holds where each step starts: a ramp ends where the next one starts.
+void close_ramps(std::vector<ProgramStep>& steps) {
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i)
+    if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
+}
+
+}  // namespace
+
+Result<std::vector<ProgramStep>> steps_in_memory(const ProfileMemory& memory, const ChamberProgram& program) {
+  std::vector<ProgramStep> parts;
+  const bool soaks = holds_soak(memory);
+  for (std::size_t i = 0; i < program.steps.size(); ++i) {
+    const auto& step = program.steps[i];
+    if (step.duration <= Duration{} || step.duration % memory.finest != Duration{})
+      return cannot(
+          i, fmt::format("{:g} s is no multiple of {:g} s", to_seconds(step.duration), to_seconds(memory.finest)));
+    if (step.guaranteed_soak && !soaks) return cannot(i, "this controller has no guaranteed soak");
+    append_parts(memory, step, parts);
+  }
+  if (parts.empty()) return cannot(0, "there is none");
+  if (memory.end_step) {
+    const auto last = parts.back().target;
+    parts.push_back({StepKind::end, last, last, memory.end_time, false});
+  }
+  if (parts.size() > static_cast<std::size_t>(memory.steps_at_most))
+    return cannot(static_cast<std::size_t>(memory.steps_at_most),
+                  fmt::format("is one too many: this controller keeps {}, and {} are needed", memory.steps_at_most,
+                              parts.size()));
+  return parts;
+}
+
+Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, const ChamberProgram& program,
+                                                const ContextOf& context_of) {
+  const auto steps = steps_in_memory(memory, program);
+  if (!steps) return failure(steps.error());
+  const Content content{memory, program, *steps, context_of};
+  std::vector<MemoryWrite> writes;
+  const auto add = [&](const MemoryBlock& block, int index) -> Result<void> {
+    auto words = content.words(block, index);
+    if (!words) return failure(words.error());
+    const auto address = block.address + std::max(index, 0) * memory.stride;
+    writes.push_back(
+        {static_cast<std::uint16_t>(address), std::move(*words), block.function, block.select, block.read_back, index});
+    return {};
+  };
+  for (const auto& block : memory.header)
+    if (auto added = add(block, -1); !added) return failure(added.error());
+  for (std::size_t i = 0; i < steps->size(); ++i)
+    for (const auto& block : memory.step)
+      if (is_for(block, (*steps)[i].kind))
+        if (auto added = add(block, static_cast<int>(i)); !added) return failure(added.error());
+  for (const auto& block : memory.footer)
+    if (auto added = add(block, -1); !added) return failure(added.error());
+  return writes;
+}
+
+Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from, const BlockWords& words_of,
+                                      const ContextOf& context_of) {
+  ChamberProgram program;
+  const auto count = find_header(memory, words_of, context_of, program);
+  if (!count) return failure(count.error());
+  bool has_starts = false;
+  for (int i = 0; i < *count; ++i) {
+    const auto found = find_step(memory, i, words_of, context_of);
+    if (!found) return failure(found.error());
+    const bool is_last = memory.end_step && *count < memory.steps_at_most && i + 1 == *count;
+    if (!found->start && found->kind == word(StepKind::end)) break;
+    ProgramStep step;
+    step.start = found->start ? Celsius{*found->start} : program.steps.empty() ? from : program.steps.back().target;
+    step.target = found->target ? Celsius{*found->target} : step.start;
+    step.duration = found->duration();
+    step.guaranteed_soak = found->guaranteed_soak;
+    step.kind = step.target == step.start ? StepKind::soak : StepKind::ramp;
+    if (found->kind_raw && !found->kind.empty()) {
+      if (found->kind != "ramp" && found->kind != "soak" && found->kind != "end")
+        return failure(FaultKind::corrupted, fmt::format("step {} of the program", i + 1), "is of kind " + found->kind);
+      step.kind = found->kind == "ramp" ? StepKind::ramp : StepKind::soak;
+    }
+    has_starts = has_starts || found->start.has_value();
+    if (is_last && has_starts) step.kind = StepKind::end;
+    program.steps.push_back(step);
+  }
+  if (has_starts) close_ramps(program.steps);
+  if (!program.steps.empty() && program.steps.back().kind == StepKind::end) program.steps.pop_back();
+  return program;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,180 @@
+#include "drivers/line/hid_line.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <hidapi.h>
+#include <linux/hidraw.h>
+#include <sys/ioctl.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+#include "drivers/line/backoff.hpp"
+#include "drivers/line/descriptor.hpp"
+
+namespace gyrotherm {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::size_t kLongestReport = 64;
+constexpr int kMostOddFailures = 3;  ///< a signal, say: the device is still there
+
+/// hidapi lists, opens and closes for one thread at a time.
+std::mutex& library() {
+  static std::mutex one;
+  return one;
+}
+
+struct CloseDevice {
+  void operator()(hid_device* device) const {
+    const std::scoped_lock lock(library());
+    hid_close(device);
+  }
+};
+
+/// What is not ASCII becomes a question mark.
+std::string narrow(const wchar_t* text) {
+  std::string narrowed;
+  for (; text != nullptr && *text != L'\0'; ++text) narrowed += *text < 128 ? static_cast<char>(*text) : '?';
+  return narrowed;
+}
+
+/// Why a node cannot be used, or "". hidapi reads freed memory if what it opens is no HID device or is just going.
+std::string objection_to(const std::string& path) {
+  const Descriptor node(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!node.is_open() && errno == EACCES) return "permission denied; \"gyrotherm devices\" tells how to allow it";
+  if (!node.is_open()) return std::strerror(errno);
+  int size = 0;
+  return ioctl(node.number(), HIDIOCGRDESCSIZE, &size) == 0 ? "" : std::strerror(errno);
+}
+
+class HidLine final : public HidReports {
+ public:
+  HidLine(std::vector<HidKind> kinds, std::string serial) : kinds_(std::move(kinds)), serial_(std::move(serial)) {}
+
+  Result<std::string> open() override;
+  Result<void> write(std::span<const std::byte> report) override;
+  Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
+
+ private:
+  [[nodiscard]] const HidKind* kind_of(const HidDeviceFound& device) const;
+  [[nodiscard]] Result<HidDeviceFound> find() const;
+  [[nodiscard]] std::string names() const;
+  [[nodiscard]] std::string place() const { return serial_.empty() ? "hid" : "hid " + serial_; }
+  [[nodiscard]] tl::unexpected<Fault> broken(std::string why);
+  [[nodiscard]] bool still_there() const { return access(path_.c_str(), F_OK) == 0; }
+
+  std::vector<HidKind> kinds_;
+  std::string serial_;
+  std::unique_ptr<hid_device, CloseDevice> device_;
+  std::string path_, who_;
+  Backoff backoff_;
+};
+
+tl::unexpected<Fault> HidLine::broken(std::string why) {
+  device_.reset();
+  backoff_.failed();
+  return failure(FaultKind::disconnected, place(), std::move(why));
+}
+
+const HidKind* HidLine::kind_of(const HidDeviceFound& device) const {
+  const auto found = std::ranges::find_if(
+      kinds_, [&](const auto& kind) { return kind.vendor == device.vendor && kind.product == device.product; });
+  return found == kinds_.end() ? nullptr : &*found;
+}
+
+std::string HidLine::names() const {
+  std::string all;
+  for (const auto& kind : kinds_) all += (all.empty() ? "" : " or ") + std::string(kind.name);
+  return all;
+}
+
+Result<HidDeviceFound> HidLine::find() const {
+  std::vector<HidDeviceFound> fitting;
+  std::string serials;
+  for (auto& device : hid_devices()) {
+    if (kind_of(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
+    serials += (serials.empty() ? "" : ", ") + device.serial;
+    fitting.push_back(std::move(device));
+  }
+  if (fitting.size() == 1) return std::move(fitting.front());
+  const auto which = serial_.empty() ? std::string() : fmt::format(" with serial number {}", serial_);
+  if (fitting.empty()) return failure(FaultKind::disconnected, "", fmt::format("no {}{} is there", names(), which));
+  return failure(FaultKind::disconnected, "",
+                 fmt::format("{} of {}{} are there ({}); expected one", fitting.size(), names(), which, serials));
+}
+
+Result<std::string> HidLine::open() {
+  if (device_) return who_;
+  if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
+  const auto found = find();
+  if (!found) return broken(found.error().what);
+  if (auto objection = objection_to(found->path); !objection.empty()) return broken(std::move(objection));
+  {
+    const std::scoped_lock lock(library());
+    device_.reset(hid_open_path(found->path.c_str()));
+  }
+  if (!device_) return broken("cannot be opened");
+  path_ = found->path;
+  who_ = fmt::format("{} {}", kind_of(*found)->name, found->serial);
+  std::array<unsigned char, kLongestReport> stale;
+  while (hid_read_timeout(device_.get(), stale.data(), stale.size(), 0) > 0) {
+  }
+  return who_;
+}
+
+Result<void> HidLine::write(std::span<const std::byte> report) {
+  if (auto opened = open(); !opened) return failure(std::move(opened.error()));
+  const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
+  if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
+  return broken(still_there() ? "the report was not taken" : "unplugged");
+}
+
+Result<std::size_t> HidLine::read(std::span<std::byte> report, Duration within) {
+  if (auto opened = open(); !opened) return failure(std::move(opened.error()));
+  const Deadline deadline(within);
+  for (int failures = 0; failures < kMostOddFailures;) {
+    const auto left = std::chrono::ceil<milliseconds>(deadline.left()).count();
+    auto* bytes = reinterpret_cast<unsigned char*>(report.data());
+    const int size = hid_read_timeout(device_.get(), bytes, report.size(), static_cast<int>(left));
+    if (size > 0) {
+      backoff_.succeeded();
+      return static_cast<std::size_t>(size);
+    }
+    if (size == 0)
+      return failure(FaultKind::timeout, place(), fmt::format("no report in {} ms", within / milliseconds(1)));
+    if (!still_there()) return broken("unplugged");
+    ++failures;
+  }
+  return broken("reports cannot be read");
+}
+
+}  // namespace
+
+std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial) {
+  return std::make_unique<HidLine>(std::move(kinds), std::move(serial));
+}
+
+std::vector<HidDeviceFound> hid_devices() {
+  const std::scoped_lock lock(library());
+  std::vector<HidDeviceFound> found;
+  auto* first = hid_enumerate(0, 0);
+  for (const auto* device = first; device != nullptr; device = device->next) {
+    const std::string path = device->path == nullptr ? "" : device->path;
+    const bool seen = std::ranges::any_of(found, [&](const auto& other) { return other.path == path; });
+    if (seen) continue;  // listed once per usage
+    found.push_back({path, device->vendor_id, device->product_id, narrow(device->serial_number),
+                     narrow(device->manufacturer_string), narrow(device->product_string)});
+  }
+  hid_free_enumeration(first);
+  std::ranges::sort(found, {}, &HidDeviceFound::path);
+  return found;
+}
+
+}  // namespace gyrotherm

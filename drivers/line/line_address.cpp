@@ -1,0 +1,123 @@
+#include "drivers/line/line_address.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+
+#include "drivers/line/serial_stream.hpp"
+#include "drivers/line/tcp_stream.hpp"
+
+namespace gyrotherm {
+
+namespace {
+
+constexpr std::array kBaudRates{300,   600,   1200,  2400,  4800,   9600,   14400,  19200,
+                                28800, 38400, 57600, 76800, 115200, 230400, 460800, 921600};
+constexpr std::string_view kParities = "NOE";  ///< in the order of SerialParity
+constexpr std::string_view kTcp = "tcp://", kSerial = "serial:", kHid = "hid:", kVirtual = "virtual";
+
+tl::unexpected<Fault> wrong(std::string_view text, std::string_view what, std::string_view expected) {
+  return failure(FaultKind::bad_file, "", fmt::format("\"{}\": {}, expected {}", text, what, expected));
+}
+
+template <class Number>
+bool take_number(std::string_view digits, Number& number) {
+  const auto* end = digits.data() + digits.size();
+  const auto [stopped, error] = std::from_chars(digits.data(), end, number);
+  return error == std::errc{} && stopped == end;
+}
+
+Result<Line> parse_tcp(std::string_view text) {
+  constexpr auto kExpected = "tcp://A.B.C.D:PORT, serial:DEVICE, hid:SERIAL or virtual";
+  auto rest = text;
+  if (rest.starts_with(kTcp)) rest.remove_prefix(kTcp.size());
+  const auto colon = rest.find(':');
+  TcpLine line{std::string(rest.substr(0, colon)), 0};
+  if (line.host == "localhost") line.host = "127.0.0.1";
+  if (in_addr numeric{}; inet_pton(AF_INET, line.host.c_str(), &numeric) != 1)
+    return wrong(text, "the host is not a numeric IPv4 address", kExpected);
+  if (colon == std::string_view::npos) return line;
+  if (!take_number(rest.substr(colon + 1), line.port) || line.port == 0)
+    return wrong(text, "the port is not a number from 1 to 65535", kExpected);
+  return line;
+}
+
+Result<Line> parse_serial(std::string_view text) {
+  const auto rest = text.substr(kSerial.size());
+  const auto question = rest.find('?');
+  SerialLine line{std::string(rest.substr(0, question)), {}};
+  if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
+    return wrong(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
+  if (question == std::string_view::npos) return line;
+  const auto format = parse_serial_format(rest.substr(question + 1));
+  if (!format) return failure(format.error());
+  line.format = *format;
+  return line;
+}
+
+}  // namespace
+
+Result<SerialFormat> parse_serial_format(std::string_view text) {
+  constexpr auto kExpected = "something like 9600,8N1 (7 or 8 data bits; N, O or E; 1 or 2 stop bits)";
+  SerialFormat format;
+  const auto comma = text.find(',');
+  const auto frame = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+  if (frame.size() != 3) return wrong(text, "no serial format", kExpected);
+  if (!take_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
+    return wrong(text, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
+  const auto parity = kParities.find(frame[1]);
+  if ((frame[0] != '7' && frame[0] != '8') || parity == std::string_view::npos || (frame[2] != '1' && frame[2] != '2'))
+    return wrong(text, "no serial format", kExpected);
+  format.data_bits = frame[0] - '0';
+  format.parity = static_cast<SerialParity>(parity);
+  format.stop_bits = frame[2] - '0';
+  return format;
+}
+
+std::string text(const SerialFormat& format) {
+  return fmt::format("{},{}{}{}", format.baud, format.data_bits, kParities[static_cast<std::size_t>(format.parity)],
+                     format.stop_bits);
+}
+
+Duration character_time(const SerialFormat& format) {
+  const int bits = 1 + format.data_bits + (format.parity == SerialParity::none ? 0 : 1) + format.stop_bits;
+  return Duration(std::chrono::seconds(1)) * bits / format.baud;
+}
+
+Result<Line> parse_line(std::string_view text) {
+  if (text == kVirtual) return VirtualLine{};
+  if (text.starts_with(kHid)) return HidLine{std::string(text.substr(kHid.size()))};
+  return text.starts_with(kSerial) ? parse_serial(text) : parse_tcp(text);
+}
+
+std::string text(const Line& line) {
+  struct Words {
+    std::string operator()(const VirtualLine&) const { return std::string(kVirtual); }
+    std::string operator()(const TcpLine& tcp) const {
+      return tcp.port == 0 ? fmt::format("{}{}", kTcp, tcp.host) : fmt::format("{}{}:{}", kTcp, tcp.host, tcp.port);
+    }
+    std::string operator()(const SerialLine& serial) const {
+      return fmt::format("{}{}{}", kSerial, serial.device, serial.format ? "?" + text(*serial.format) : "");
+    }
+    std::string operator()(const HidLine& hid) const { return fmt::format("{}{}", kHid, hid.serial); }
+  };
+  return std::visit(Words{}, line);
+}
+
+bool carries_bytes(const Line& line) {
+  return std::holds_alternative<TcpLine>(line) || std::holds_alternative<SerialLine>(line);
+}
+
+std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& defaults, Duration connect_within) {
+  assert(carries_bytes(line));
+  if (const auto* tcp = std::get_if<TcpLine>(&line))
+    return make_tcp_stream({tcp->host, tcp->port == 0 ? defaults.port : tcp->port}, connect_within);
+  const auto& serial = std::get<SerialLine>(line);
+  return make_serial_stream(serial.device, serial.format.value_or(defaults.serial));
+}
+
+}  // namespace gyrotherm

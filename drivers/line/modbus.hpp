@@ -1,0 +1,56 @@
+/// Modbus by the guarded exchange, on whatever line a unit is connected to.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "drivers/line/line_address.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+/// How one unit wants to be spoken to. A zero duration asks for nothing beyond the framing's own needs.
+struct ModbusLink {
+  enum class Framing : std::uint8_t { tcp, rtu };  ///< rtu on a TcpLine is RTU over TCP
+  Framing framing = Framing::tcp;
+  std::uint8_t unit = 1;     ///< 0 is a unit's own number here, no broadcast
+  std::uint16_t port = 502;  ///< where a TcpLine names none
+  SerialFormat serial;       ///< where a SerialLine names none
+
+  Duration timeout = std::chrono::milliseconds(500);  ///< of one try, from the request's end to the reply's end
+  Duration minimum_period{};  ///< from the beginning of one exchange to the beginning of the next
+  Duration after_write{};     ///< from the end of a write to the next request
+  Duration gap{};             ///< RTU: silence before a request; 0: 3.5 characters
+  /// RTU: a reply whose bytes stop for this long is over. Operating systems and gateways deliver in pieces, so this is
+  /// longer than the 1.5 characters of the standard.
+  Duration piece_gap = std::chrono::milliseconds(30);
+
+  std::uint16_t read_at_most = 125;               ///< registers in one exchange
+  std::uint16_t write_at_most = 123;              ///< by WriteFunction::registers
+  bool answers_reads_by_either_function = false;  ///< a read by 3 may be answered by 4, and the other way round
+  bool loop_back = false;  ///< RTU: the unit knows function 8, which then finds the beat again after a lost reply
+
+  std::vector<std::uint8_t> busy_exceptions{5, 6};        ///< asked again within the limit
+  std::map<std::uint8_t, std::string> exception_names{};  ///< where the maker means others than the standard
+};
+
+/// The same unit in virtual time: it needs no pauses, and real ones would hold up the run.
+[[nodiscard]] ModbusLink without_pauses(ModbusLink link);
+
+/// Registers of the link's unit at the end of `line`, which carries bytes; opened at first use.
+///
+/// A read has up to three tries within one limit: 1.0 s on TCP, 1.5 s on RTU, and more only where the link's own times
+/// leave no room for one try after a lost answer. A unit that says it is busy is asked again within the limit. A write
+/// has one try: if it fails, whether it was carried out is unknown until the register is read. After a second failure
+/// in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once. An exception is an
+/// answer and no failure of the line. Counts are within the link's limits.
+///
+/// What stands between a reply and its request: on TCP see modbus_tcp.hpp, on RTU modbus_rtu.hpp.
+[[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);
+
+}  // namespace gyrotherm

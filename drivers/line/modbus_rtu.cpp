@@ -1,0 +1,155 @@
+#include "drivers/line/modbus_rtu.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "drivers/line/modbus_rtu_frame.hpp"
+
+namespace gyrotherm {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kFastestByCharacters = 19200;
+constexpr Duration kSilenceOfFastLines = std::chrono::microseconds(1750);
+constexpr std::size_t kRoom = kLongestRtuFrame + 4;
+
+/// Whether `bytes`, three or more, are those that `sent` begins with.
+bool begins_with(std::span<const std::byte> bytes, std::span<const std::byte> sent) {
+  const auto size = std::min(bytes.size(), sent.size());
+  return size >= 3 && std::ranges::equal(bytes.first(size), sent.first(size));
+}
+
+class ModbusRtu final : public ModbusLine {
+ public:
+  ModbusRtu(std::unique_ptr<ByteStream> stream, std::string place, const ModbusLink& link, const Clock* clock)
+      : stream_(std::move(stream)),
+        place_(std::move(place)),
+        unit_(link.unit),
+        timeout_(link.timeout),
+        piece_gap_(link.piece_gap),
+        silence_(silence_between_frames(link)),
+        loop_back_(link.loop_back),
+        clock_(clock),
+        late_answers_(Duration::zero(), clock),
+        pace_(link, clock) {}
+
+  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override;
+  void rest(Duration time) override;
+  std::string place() const override { return place_; }
+
+ private:
+  [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline);
+  [[nodiscard]] Result<void> find_the_beat(const Deadline& deadline);
+  [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline);
+  [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
+                                             const Deadline& deadline);
+
+  std::unique_ptr<ByteStream> stream_;
+  std::string place_;
+  std::uint8_t unit_;
+  Duration timeout_, piece_gap_, silence_;
+  bool loop_back_;
+  const Clock* clock_;
+  bool answer_may_come_late_ = true;  ///< who used the line before is not known
+  Deadline late_answers_;             ///< until then answers to the last request are to be expected
+  Pace pace_;
+  std::uint16_t last_number_ = 0;  ///< of a loop-back
+};
+
+/// Throws away what comes until the line has been silent long enough.
+Result<void> ModbusRtu::wait_for_silence(const Deadline& deadline) {
+  std::array<std::byte, kRoom> stale;
+  while (true) {
+    const auto pause = std::max(silence_, pace_.left());
+    const auto silence = answer_may_come_late_ ? std::max({timeout_, late_answers_.left(), pause}) : pause;
+    const auto left = deadline.left();
+    const auto size = stream_->read(stale, std::min(silence, left));
+    if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
+    if (!size && left >= silence) return {};
+    if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
+    if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not fall silent");
+    answer_may_come_late_ = true;
+  }
+}
+
+void ModbusRtu::rest(Duration time) {
+  std::array<std::byte, kRoom> stale;
+  const Deadline deadline(time, clock_);
+  while (!deadline.over()) {
+    const auto size = stream_->read(stale, deadline.left());
+    if (size) answer_may_come_late_ = true;
+    if (!size && size.error().kind != FaultKind::timeout) return;  // the next try says so
+  }
+}
+
+/// Collects the bytes of one answer, and no more.
+Result<ModbusAnswer> ModbusRtu::receive(const ModbusRequest& request, std::span<const std::byte> sent,
+                                        const Deadline& deadline) {
+  std::array<std::byte, kRoom> frame;
+  std::size_t size = 0;
+  const Deadline reply(std::min(timeout_, deadline.left()), clock_);
+  while (true) {
+    const auto within = size == 0 ? reply.left() : std::min(piece_gap_, reply.left());
+    const auto more = stream_->read(std::span(frame).subspan(size), within);
+    if (!more && more.error().kind != FaultKind::timeout) return failure(more.error());
+    if (!more && size == 0)
+      return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
+    if (!more) return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", size));
+    size += *more;
+    const auto bytes = std::span<const std::byte>(frame).first(size);
+    const auto whole = rtu_answer_size(request, bytes);
+    if (!whole && begins_with(bytes, sent))
+      return failure(FaultKind::corrupted, "", "what was sent comes back: the line or its adapter echoes");
+    if (!whole) return failure(whole.error());
+    if (*whole && size >= **whole) return decode_rtu_answer(request, bytes);
+  }
+}
+
+Result<ModbusAnswer> ModbusRtu::exchange(const ModbusRequest& request, const Deadline& deadline) {
+  const auto frame = encode_rtu_request(request);
+  if (auto sent = stream_->write(frame, deadline.left()); !sent) return failure(std::move(sent.error()));
+  pace_.began();
+  answer_may_come_late_ = true;
+  late_answers_ = Deadline(2 * timeout_, clock_);
+  auto answer = receive(request, frame, deadline);
+  pace_.ended(request);
+  if (answer) answer_may_come_late_ = false;
+  return answer;
+}
+
+/// A number that only this request can have brought back.
+Result<void> ModbusRtu::find_the_beat(const Deadline& deadline) {
+  const ModbusRequest ask{.unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
+  auto answer = exchange(ask, deadline);
+  if (!answer) return failure(std::move(answer.error()));
+  if (answer->exception == 0) return wait_for_silence(deadline);
+  return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
+}
+
+Result<ModbusAnswer> ModbusRtu::ask(ModbusRequest& request, const Deadline& deadline) {
+  const bool lost_the_beat = answer_may_come_late_;
+  if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
+  if (loop_back_ && (lost_the_beat || answer_may_come_late_))
+    if (auto found = find_the_beat(deadline); !found) return failure(std::move(found.error()));
+  return exchange(request, deadline);
+}
+
+}  // namespace
+
+Duration silence_between_frames(const ModbusLink& link) {
+  if (link.gap > Duration::zero()) return link.gap;
+  if (link.serial.baud >= kFastestByCharacters) return kSilenceOfFastLines;
+  return 7 * character_time(link.serial) / 2;
+}
+
+std::unique_ptr<ModbusLine> make_modbus_rtu(std::unique_ptr<ByteStream> stream, std::string place,
+                                            const ModbusLink& link, const Clock* clock) {
+  return std::make_unique<ModbusRtu>(std::move(stream), std::move(place), link, clock);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,98 @@
+#include "rig/inquiry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "drivers/chamber/word_order_probe.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kSecond = std::chrono::seconds(1);
+constexpr std::size_t kCalls = 10;
+constexpr int kSeconds = 2;
+
+double in_ms(Duration time) { return to_seconds(time) * 1e3; }
+
+Result<std::vector<std::uint16_t>> words_of(const RegisterItem& item, Registers& registers) {
+  const auto count = std::max<std::uint16_t>(item.read_count, word_count(item.type));
+  return registers.read(item.read_function.value_or(ReadFunction::holding_registers), item.address, count);
+}
+
+}  // namespace
+
+RoundTrips time_calls(const std::function<void()>& call, const Clock& clock) {
+  std::array<Duration, kCalls> times{};
+  for (auto& time : times) {
+    const auto before = clock.now().since_start;
+    call();
+    time = clock.now().since_start - before;
+  }
+  std::ranges::sort(times);
+  return {.least = times.front(), .median = (times[kCalls / 2 - 1] + times[kCalls / 2]) / 2, .most = times.back()};
+}
+
+std::string text(const RoundTrips& trips) {
+  return fmt::format("{} reads: {:.3f}, {:.3f}, {:.3f} ms (least, median, most)", kCalls, in_ms(trips.least),
+                     in_ms(trips.median), in_ms(trips.most));
+}
+
+Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers) {
+  const auto* air = map.find("air_temperature");
+  const auto* set_point = map.find("set_point");
+  if (!air || !set_point || !set_point->readable) return std::string();
+  if (word_count(air->type) < 2 || word_count(set_point->type) < 2) return std::string();
+  const auto air_words = words_of(*air, registers);
+  if (!air_words) return failure(air_words.error());
+  const auto set_point_words = words_of(*set_point, registers);
+  if (!set_point_words) return failure(set_point_words.error());
+  const auto findings = probe_word_order(*air, *air_words, *set_point, *set_point_words);
+  return findings.empty() ? std::string() : in_words(findings);
+}
+
+Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock) {
+  const auto name = chamber.identify();
+  if (!name) return failure(name.error());
+  const auto state = chamber.read();
+  if (!state) return failure(state.error());
+  const auto trips = time_calls([&] { (void)chamber.read(); }, clock);
+  auto line = fmt::format("{}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
+  if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
+  if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
+  return line + "; " + text(trips);
+}
+
+Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<std::string>& channels,
+                                    const Clock& clock) {
+  const auto name = thermometer.identify();
+  if (!name) return failure(name.error());
+  auto line = *name;
+  const auto readings = thermometer.read();
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    line += readings[i] ? fmt::format(", {} {:.3f} °C", channels[i], readings[i]->value)
+                        : fmt::format(", {} {}", channels[i], readings[i].error().what);
+  return line + "; " + text(time_calls([&] { (void)thermometer.read(); }, clock));
+}
+
+Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames, const std::function<void()>& let_pass) {
+  if (auto opened = gyro.open(); !opened) return failure(opened.error());
+  let_pass();
+  if (const auto origin = gyro.read(kSecond); !origin) return failure(origin.error());
+  const auto before = gyro.frames();
+  PulseCount sum;
+  for (int i = 0; i < kSeconds; ++i) {
+    let_pass();
+    const auto count = gyro.read(kSecond);
+    if (!count) return failure(count.error());
+    sum.pulses += count->pulses;
+    sum.interval += count->interval;
+  }
+  const auto after = gyro.frames();
+  return fmt::format("{} frames, {} counts in {:.6f} s; {} frames seen, {} lost, {} bad", frames, sum.pulses,
+                     to_seconds(sum.interval), after.seen - before.seen, after.lost - before.lost,
+                     after.bad - before.bad);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,39 @@
+/// What each instrument is asked before a run, in lines for people; nothing is moved.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "core/result.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/instruments.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+/// How long some calls took.
+struct RoundTrips {
+  Duration least{}, median{}, most{};
+};
+/// Ten of them, by `clock`.
+[[nodiscard]] RoundTrips time_calls(const std::function<void()>& call, const Clock& clock);
+/// "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
+[[nodiscard]] std::string text(const RoundTrips& trips);
+
+/// Which word orders make sense of the unit's air temperature and set point (word_order_probe.hpp); empty where the map
+/// leaves nothing to find.
+[[nodiscard]] Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers);
+/// Who it is, one reading, and how long ten take. Fails with the first fault.
+[[nodiscard]] Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock);
+/// The same, with one reading of each channel; one that is faulty says so in its place.
+[[nodiscard]] Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<std::string>& channels,
+                                                  const Clock& clock);
+/// What a gyro's frames say in two seconds, and how many were seen, lost and bad. `let_pass` lets a second pass where
+/// it does not pass by itself.
+[[nodiscard]] Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames,
+                                           const std::function<void()>& let_pass);
+
+}  // namespace gyrotherm

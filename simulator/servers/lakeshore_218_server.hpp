@@ -1,0 +1,27 @@
+/// The virtual Lake Shore 218's side of its command language (user's manual pp. 6-10 to 6-29).
+#pragma once
+
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
+#include "simulator/servers/text_session.hpp"
+#include "simulator/world.hpp"
+
+namespace gyrotherm {
+
+/// Answers *IDN?, CRDG? and KRDG? (no argument or 0: all eight inputs; 1…8: one), three decimals. Anything else has no
+/// reply, as on the instrument. An input without a thermometer reads 0 K.
+class Lakeshore218Session final : public TextSession {
+ public:
+  using Inputs = gyrotherm::Inputs<kLakeshore218Inputs>;
+
+  /// `world` must outlive this.
+  Lakeshore218Session(const World& world, const Inputs& inputs) : TextSession('\n'), world_(world), inputs_(inputs) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+  [[nodiscard]] std::string readings(std::string_view argument, double zero_c) const;
+
+  const World& world_;
+  Inputs inputs_;
+};
+
+}  // namespace gyrotherm

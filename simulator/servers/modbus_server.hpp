@@ -1,0 +1,50 @@
+/// The virtual chamber's side of Modbus: its map's functions over the registers of its map, framed for TCP or for a
+/// serial line.
+#pragma once
+
+#include "drivers/line/modbus_pdu.hpp"
+#include "simulator/chamber_registers.hpp"
+#include "simulator/servers/session.hpp"
+
+namespace gyrotherm {
+
+/// Carries out what is asked. `words`: what a read found. Fails with the exception that answers it. Function 4 reads
+/// the same registers as 3; coils are read by 1 and 2.
+[[nodiscard]] tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const ModbusRequest& request,
+                                                            std::vector<std::uint16_t>& words);
+
+/// Requests to another unit are not answered, as by a unit on a shared line; nor is what a map's unit meets with
+/// silence. Bytes that cannot become a frame end the session.
+class ModbusSession final : public Session {
+ public:
+  /// `registers` must outlive this.
+  explicit ModbusSession(ChamberRegisters& registers) : registers_(registers) {}
+  [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
+
+ private:
+  [[nodiscard]] std::vector<std::byte> answer(std::span<const std::byte> frame);
+
+  ChamberRegisters& registers_;
+  std::vector<std::byte> pending_;    ///< the beginning of a frame
+  std::vector<std::uint16_t> words_;  ///< of one reply, kept for its memory
+};
+
+/// The same with Modbus RTU's framing. There is no silence to tell frames apart in a function of bytes, so a frame ends
+/// where its function says; what is no frame, or fails its check, is dropped up to the end of what came with it.
+class ModbusRtuSession final : public Session {
+ public:
+  explicit ModbusRtuSession(ChamberRegisters& registers) : registers_(registers) {}
+  [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
+
+ private:
+  void answer(std::span<const std::byte> frame, std::vector<std::byte>& reply);
+
+  ChamberRegisters& registers_;
+  std::vector<std::byte> pending_;
+  std::vector<std::uint16_t> words_;
+};
+
+/// The session that the map's link in use wants.
+[[nodiscard]] std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers);
+
+}  // namespace gyrotherm

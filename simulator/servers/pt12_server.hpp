@@ -1,0 +1,27 @@
+/// The virtual RH Systems PT12's side of its command language (manual of 7/20/2021, chapter 5).
+#pragma once
+
+#include "drivers/thermometer/pt12_codec.hpp"
+#include "simulator/servers/text_session.hpp"
+#include "simulator/world.hpp"
+
+namespace gyrotherm {
+
+/// Answers ID?, SN?, T?, T1? to T12? and CONNECTED?, in any letter case, five decimals. Anything else has no reply. An
+/// input without a thermometer reads NaN.
+class Pt12Session final : public TextSession {
+ public:
+  using Inputs = gyrotherm::Inputs<kPt12Inputs>;
+
+  /// `world` must outlive this.
+  Pt12Session(const World& world, const Inputs& inputs) : TextSession('\r'), world_(world), inputs_(inputs) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+  [[nodiscard]] std::string connected() const;
+
+  const World& world_;
+  Inputs inputs_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,118 @@
+#include "simulator/servers/reply_server.hpp"
+
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::size_t kMostBytesAtOnce = 4096;
+constexpr int kMostEvents = 64;
+
+}  // namespace
+
+ReplyServer::ReplyServer(std::mutex& world_guard)
+    : world_guard_(world_guard),
+      poll_(::epoll_create1(EPOLL_CLOEXEC)),
+      stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      incoming_(kMostBytesAtOnce) {
+  watch(stop_.descriptor());
+}
+
+ReplyServer::~ReplyServer() {
+  ::eventfd_write(stop_.descriptor(), 1);
+  if (thread_.joinable()) thread_.join();
+}
+
+void ReplyServer::add(Socket listener, MakeSession make_session) {
+  const int descriptor = listener.descriptor();
+  watch(descriptor);
+  listeners_.emplace(descriptor, Listener{std::move(listener), std::move(make_session)});
+}
+
+void ReplyServer::add(Pty line, MakeSession make_session) {
+  const int descriptor = line.ours.descriptor();
+  watch(descriptor);
+  lines_.emplace(descriptor, Line{std::move(line), std::move(make_session), nullptr});
+}
+
+void ReplyServer::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void ReplyServer::watch(int descriptor) {
+  epoll_event interest{};
+  interest.events = EPOLLIN;
+  interest.data.fd = descriptor;
+  ::epoll_ctl(poll_.descriptor(), EPOLL_CTL_ADD, descriptor, &interest);
+}
+
+void ReplyServer::run() {
+  std::array<epoll_event, kMostEvents> events{};
+  while (true) {
+    const int count = ::epoll_wait(poll_.descriptor(), events.data(), kMostEvents, -1);
+    if (count < 0 && errno != EINTR) return;
+    for (int i = 0; i < count; ++i) {
+      const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
+      if (descriptor == stop_.descriptor()) return;
+      const auto listener = listeners_.find(descriptor);
+      if (listener == listeners_.end())
+        attend(descriptor);
+      else
+        admit(listener->second);
+    }
+  }
+}
+
+void ReplyServer::admit(Listener& listener) {
+  auto socket = accept_client(listener.socket);
+  if (!socket.is_open() || listener.clients == kMostClients) return;
+  const int descriptor = socket.descriptor();
+  const std::scoped_lock lock(world_guard_);
+  clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), &listener});
+  ++listener.clients;
+  watch(descriptor);
+}
+
+void ReplyServer::attend(int descriptor) {
+  if (const auto line = lines_.find(descriptor); line != lines_.end()) return exchange(line->second);
+  const auto found = clients_.find(descriptor);
+  if (found == clients_.end() || exchange(found->second)) return;
+  --found->second.listener->clients;
+  clients_.erase(found);
+}
+
+/// False: the client is to be dropped.
+bool ReplyServer::exchange(Client& client) {
+  const auto size = ::recv(client.socket.descriptor(), incoming_.data(), incoming_.size(), MSG_DONTWAIT);
+  if (size < 0) return errno == EAGAIN || errno == EINTR;
+  if (size == 0) return false;
+  reply_.clear();
+  {
+    const std::scoped_lock lock(world_guard_);
+    if (!client.session->feed(std::span(incoming_).first(static_cast<std::size_t>(size)), reply_)) return false;
+  }
+  return reply_.empty() || send_now(client.socket, reply_);
+}
+
+/// What cannot be the protocol ends the session, and the next bytes begin another.
+void ReplyServer::exchange(Line& line) {
+  const auto size = ::read(line.pty.ours.descriptor(), incoming_.data(), incoming_.size());
+  if (size <= 0) return;
+  reply_.clear();
+  {
+    const std::scoped_lock lock(world_guard_);
+    if (!line.session) line.session = line.make_session();
+    if (!line.session->feed(std::span(incoming_).first(static_cast<std::size_t>(size)), reply_)) line.session.reset();
+  }
+  if (!reply_.empty()) send_now(line.pty, reply_);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,68 @@
+/// Serves the instruments that answer when asked: one thread over all their sockets.
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "simulator/servers/session.hpp"
+#include "simulator/servers/sockets.hpp"
+
+namespace gyrotherm {
+
+/// A pseudo-terminal is a line with one client who never goes. Each listener takes at most kMostClients at once; a
+/// further one is closed at once. A client that closes, breaks its protocol or does not take its replies is dropped.
+class ReplyServer {
+ public:
+  static constexpr std::size_t kMostClients = 16;
+
+  /// Sessions are made and fed with `world_guard` held.
+  explicit ReplyServer(std::mutex& world_guard);
+  /// Ends the thread, then every connection.
+  ~ReplyServer();
+  ReplyServer(const ReplyServer&) = delete;
+  ReplyServer& operator=(const ReplyServer&) = delete;
+
+  /// To be called before start().
+  void add(Socket listener, MakeSession make_session);
+  void add(Pty line, MakeSession make_session);
+  void start();
+
+ private:
+  struct Listener {
+    Socket socket;
+    MakeSession make_session;
+    std::size_t clients{};
+  };
+  struct Client {
+    Socket socket;
+    std::unique_ptr<Session> session;
+    Listener* listener{};
+  };
+  struct Line {
+    Pty pty;
+    MakeSession make_session;
+    std::unique_ptr<Session> session;  ///< made with the first bytes
+  };
+
+  void run();
+  void watch(int descriptor);
+  void admit(Listener& listener);
+  void attend(int descriptor);
+  [[nodiscard]] bool exchange(Client& client);
+  void exchange(Line& line);
+
+  std::mutex& world_guard_;
+  Socket poll_;
+  Socket stop_;
+  std::unordered_map<int, Listener> listeners_;  ///< by descriptor
+  std::unordered_map<int, Client> clients_;      ///< by descriptor
+  std::unordered_map<int, Line> lines_;          ///< by our descriptor
+  std::vector<std::byte> incoming_;
+  std::vector<std::byte> reply_;
+  std::thread thread_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,284 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "tests/drivers/fakes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr const char* kMap = R"(schema = "gyrotherm-chamber/1"
+name = "oven"
+vendor = "test"
+source = "none"
+[link]
+status_every = 2
+[[register]]
+name = "air_temperature"
+address = 1
+type = "s16"
+scale = 0.1
+sentinels = { "sensor broken" = 32767 }
+[[register]]
+name = "set_point"
+address = 3
+type = "s16"
+decimals = "decimals"
+unit_register = "unit"
+access = "rw"
+within = "1 s"
+[[register]]
+name = "decimals"
+address = 4
+type = "u16"
+[[register]]
+name = "unit"
+address = 5
+type = "u16"
+codes = { celsius = 0, fahrenheit = 1 }
+[[register]]
+name = "command"
+address = 6
+type = "u16"
+access = "command"
+codes = { run = 1, stop = 4 }
+[[register]]
+name = "state"
+address = 7
+type = "u16"
+codes = { stopped = 0, constant = 1, program = [2, 3] }
+[[register]]
+name = "alarms"
+address = 8
+type = "u16"
+flags = { door_open = 0, emergency_stop = 1, water_low = 2 }
+[[register]]
+name = "light"
+address = 9
+type = "bits"
+bit = 3
+access = "rw"
+[[register]]
+name = "highest"
+address = 10
+type = "s16"
+scale = 0.1
+[limits]
+lowest = -60
+highest_register = "highest"
+[sequence]
+start = [
+  { when = { register = "state", is = "program" }, write = "command", code = "stop" },
+  { pause = "2 s" },
+  { write = "command", code = "run" },
+  { wait = { register = "state", is = "constant" }, within = "3 s" },
+]
+stop = [{ write = "command", code = "stop" }, { wait = { register = "state", is = "stopped" }, within = "3 s" }]
+acknowledge = [{ write = "light", value = 1 }]
+[[state]]
+activity = "emergency_stop"
+register = "alarms"
+is = "emergency_stop"
+[[state]]
+activity = "door_open"
+register = "alarms"
+is = "door_open"
+[[state]]
+activity = "running"
+register = "state"
+is = "constant"
+[[state]]
+activity = "off"
+register = "state"
+is_not = ["constant", "program"]
+[[alarm]]
+severity = "warning"
+register = "alarms"
+is = ["door_open", "water_low"]
+[[alarm]]
+severity = "stop"
+text = "somebody pressed it"
+register = "alarms"
+is = "emergency_stop"
+)";
+
+/// A unit that does what it is told after a while, on a clock that only rests move.
+class SlowUnit final : public Registers {
+ public:
+  std::map<std::uint16_t, std::uint16_t> words{{1, 215}, {3, 200}, {4, 1}, {5, 0},   {6, 0},
+                                               {7, 0},   {8, 0},   {9, 5}, {10, 800}};
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> written;
+  std::function<void(std::uint16_t address, std::uint16_t word)> obey = [](auto, auto) {};
+  std::uint16_t refused_from = 0xFFFF;
+  int reads = 0;
+
+  Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
+    ++reads;
+    std::vector<std::uint16_t> found;
+    for (std::uint16_t i = 0; i < count; ++i) found.push_back(words[static_cast<std::uint16_t>(address + i)]);
+    if (address >= refused_from) return failure(FaultKind::refused, "unit", "exception 2, illegal data address");
+    return found;
+  }
+  Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto at = static_cast<std::uint16_t>(address + i);
+      written.emplace_back(at, values[i]);
+      if (at != 6) words[at] = values[i];
+      obey(at, values[i]);
+    }
+    return {};
+  }
+};
+
+class Timekeeper final : public Pauses {
+ public:
+  std::function<void(Duration now)> tick = [](Duration) {};
+  Duration now() const override { return now_; }
+  void rest(Duration time) override {
+    now_ += time;
+    tick(now_);
+  }
+
+ private:
+  Duration now_{};
+};
+
+class ChamberCommands : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto map = parse_register_map(kMap, "map.toml");
+    ASSERT_TRUE(map) << text(map.error());
+    auto made = std::make_unique<SlowUnit>();
+    auto keeper = std::make_unique<Timekeeper>();
+    unit = made.get();
+    time = keeper.get();
+    chamber = make_modbus_chamber(std::move(*map), std::move(made), std::move(keeper));
+  }
+  using Written = std::vector<std::pair<std::uint16_t, std::uint16_t>>;
+  SlowUnit* unit{};
+  Timekeeper* time{};
+  std::unique_ptr<Chamber> chamber;
+};
+
+TEST_F(ChamberCommands, StartIsDoneWhenTheStateRegisterSaysSo) {
+  Duration commanded{};
+  unit->obey = [&](auto address, auto word) {
+    if (address == 6 && word == 1) commanded = time->now();
+  };
+  time->tick = [&](Duration now) {
+    if (commanded > Duration{} && now - commanded >= seconds(1)) unit->words[7] = 1;
+  };
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(unit->written, (Written{{6, 1}}));
+  EXPECT_EQ(commanded, seconds(2)) << "after the pause";
+  EXPECT_GE(time->now(), seconds(3));
+}
+
+TEST_F(ChamberCommands, AStartThatDoesNotShowIsATimeout) {
+  const auto done = chamber->start();
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, FaultKind::timeout);
+  EXPECT_EQ(text(done.error()), "chamber register 7 (state): is stopped and not constant after 3 s");
+}
+
+TEST_F(ChamberCommands, AStepIsLeftOutUnlessItsConditionHolds) {
+  unit->words[7] = 3;
+  unit->obey = [&](auto address, auto word) {
+    if (address == 6) unit->words[7] = word == 1 ? 1 : 0;
+  };
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(unit->written, (Written{{6, 4}, {6, 1}})) << "a program ran, and was stopped first";
+}
+
+TEST_F(ChamberCommands, AnUnknownCommandIsRefused) {
+  EXPECT_EQ(chamber->perform("defrost").error().kind, FaultKind::refused);
+}
+
+TEST_F(ChamberCommands, ABitIsSetAndTheOthersStay) {
+  ASSERT_TRUE(chamber->perform("acknowledge"));
+  EXPECT_EQ(unit->words[9], 0b1101);
+}
+
+TEST_F(ChamberCommands, ASetPointIsWrittenAsTheControllerCountsNow) {
+  ASSERT_TRUE(chamber->head_for({40}));
+  EXPECT_EQ(unit->words[3], 400);
+  unit->words[4] = 2;
+  ASSERT_TRUE(chamber->head_for({40}));
+  EXPECT_EQ(unit->words[3], 4000) << "somebody set two decimals";
+  unit->words[5] = 1;
+  ASSERT_TRUE(chamber->head_for({40}));
+  EXPECT_EQ(unit->words[3], 10400) << "… and °F";
+  EXPECT_NEAR(chamber->read().value().set_point.value, 40, 1e-9);
+}
+
+TEST_F(ChamberCommands, ASetPointThatTakesItsTimeToShowIsWaitedFor) {
+  bool slow = true;
+  unit->obey = [&](auto address, auto) {
+    if (address == 3 && slow) unit->words[3] = 200;
+  };
+  time->tick = [&](Duration now) {
+    if (now >= std::chrono::milliseconds(500)) unit->words[3] = 300;
+  };
+  EXPECT_TRUE(chamber->head_for({30}));
+  EXPECT_LE(time->now(), seconds(1));
+  time->tick = [](Duration) {};
+  EXPECT_EQ(chamber->head_for({31}).error().kind, FaultKind::mismatch);
+}
+
+TEST_F(ChamberCommands, ASetPointBeyondTheControllersLimitIsNotWritten) {
+  const auto above = chamber->head_for({81});
+  ASSERT_FALSE(above);
+  EXPECT_EQ(above.error().kind, FaultKind::out_of_range);
+  EXPECT_NE(above.error().what.find("81 °C is above the controller's limit of 80 °C"), std::string::npos);
+  EXPECT_EQ(chamber->head_for({-61}).error().kind, FaultKind::out_of_range);
+  EXPECT_TRUE(unit->written.empty());
+}
+
+TEST_F(ChamberCommands, ASentinelInTheAirIsAFaultAndNoTemperature) {
+  unit->words[1] = 32767;
+  const auto state = chamber->read();
+  ASSERT_FALSE(state);
+  EXPECT_EQ(text(state.error()), "chamber register 1 (air_temperature): sensor broken (7FFF)");
+}
+
+TEST_F(ChamberCommands, SomebodyElsesSetPointIsSeen) {
+  ASSERT_TRUE(chamber->head_for({40}));
+  unit->words[3] = 555;
+  EXPECT_NEAR(chamber->read().value().set_point.value, 55.5, 1e-9);
+}
+
+TEST_F(ChamberCommands, TheFirstRuleThatHoldsIsTheState) {
+  unit->words[7] = 1;
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
+  unit->words[8] = 0b101;
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running) << "asked at every second read alone";
+  const auto state = chamber->read().value();
+  EXPECT_EQ(state.activity, ChamberActivity::door_open);
+  EXPECT_EQ(state.alarms, std::vector<std::string>{"door open, water low"});
+  EXPECT_FALSE(state.must_stop);
+}
+
+TEST_F(ChamberCommands, TheGravestAlarmComesFirst) {
+  unit->words[8] = 0b111;
+  const auto state = chamber->read().value();
+  EXPECT_EQ(state.activity, ChamberActivity::emergency_stop);
+  EXPECT_EQ(state.alarms, (std::vector<std::string>{"somebody pressed it", "door open, water low"}));
+  EXPECT_TRUE(state.must_stop);
+}
+
+TEST_F(ChamberCommands, ARegisterOfTheStatusThatTheUnitRefusesIsNotAskedForAgain) {
+  unit->words[7] = 1;
+  unit->refused_from = 8;
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
+  const int before = unit->reads;
+  (void)chamber->read();
+  (void)chamber->read();
+  EXPECT_EQ(unit->reads - before, 4 + 5) << "air, set point, decimals, unit; then the state too";
+}
+
+}  // namespace
+}  // namespace gyrotherm

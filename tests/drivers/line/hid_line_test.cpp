@@ -1,0 +1,26 @@
+// What can be told of HID without a device; with one: tests/qemu.
+#include "drivers/line/hid_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+
+namespace gyrotherm {
+namespace {
+
+TEST(HidLine, ADeviceThatIsNotThereIsDisconnectedAndThenLeftAlone) {
+  const auto line = make_hid_line({{0xFFFF, 0xFFFE, "NONE"}, {0xFFFF, 0xFFFD, "NOTHING"}}, "01234567");
+  EXPECT_EQ(text(line->open().error()), "hid 01234567: no NONE or NOTHING with serial number 01234567 is there");
+  std::array<std::byte, 2> report{};
+  EXPECT_EQ(line->write(report).error().kind, FaultKind::disconnected);
+  EXPECT_EQ(line->read(report, std::chrono::seconds(5)).error().what, "failed before, next try in 0.5 s");
+}
+
+TEST(HidLine, DevicesAreListedOnceEach) {
+  const auto devices = hid_devices();
+  for (std::size_t i = 1; i < devices.size(); ++i) EXPECT_LT(devices[i - 1].path, devices[i].path);
+}
+
+}  // namespace
+}  // namespace gyrotherm

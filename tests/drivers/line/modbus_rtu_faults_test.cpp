@@ -1,0 +1,206 @@
+// The guarded exchange of RTU frames against a unit whose answers are delayed, doubled, cut off, falsified, preceded
+// and followed by others', or lost. The law: what is returned as good is what the last request was answered with.
+//
+// RTU frames carry no number of their request. What no client can tell apart is not made here:
+// - an answer later than twice the timeout;
+// - a copy of an answer that comes after the gap between frames, while an answer of the same shape (unit, function,
+//   size) is awaited; or an answer of a second unit with the same number and that shape;
+// - four or more false bits that are no burst of 16, and answers that are cut off and filled up by what follows within
+//   the gap inside a frame: of these one in 65536 passes its CRC by chance;
+// - the echo of a write, which is its answer.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "drivers/line/modbus_rtu.hpp"
+#include "drivers/line/modbus_rtu_frame.hpp"
+#include "tests/drivers/line/faults.hpp"
+#include "tests/drivers/line/simulated_line.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using Bytes = std::vector<std::byte>;
+using Words = std::vector<std::uint16_t>;
+
+constexpr std::size_t kMostAskedFor = 20;
+constexpr Duration kTimeout = milliseconds(200), kPieceGap = milliseconds(30);
+
+class FaultyUnit {
+ public:
+  FaultyUnit(SimulatedLine& line, Duration gap, unsigned seed) : line_(line), gap_(gap), chance_(seed) {}
+
+  void hear(std::span<const std::byte> frame) {
+    const auto request = decode_rtu_request(frame);
+    ASSERT_TRUE(request) << text(request.error());
+    ++requests_;
+    if (!reads(request->function))
+      for (std::size_t i = 0; i < request->words.size(); ++i)
+        stored_[static_cast<std::uint16_t>(request->address + i)] = request->words[i];
+    auto reply = encode_rtu_reply(
+        *request, reads(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
+    misbehave(*request, Bytes(frame.begin(), frame.end()), std::move(reply));
+  }
+
+  [[nodiscard]] std::uint32_t requests() const { return requests_; }
+  [[nodiscard]] bool holds(std::uint16_t address, const Words& words) const {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const auto found = stored_.find(static_cast<std::uint16_t>(address + i));
+      if (found == stored_.end() || found->second != words[i]) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] long faults() const { return faults_; }
+
+ private:
+  [[nodiscard]] Duration soon() { return chance_.between(milliseconds(1), milliseconds(60)); }
+
+  void misbehave(const ModbusRequest& request, const Bytes& asked, Bytes reply) {
+    ++faults_;
+    const auto at = soon();
+    switch (chance_.below(16)) {
+      case 0: return;  // lost
+      case 1: return line_.arrive(chance_.between(kTimeout, 2 * kTimeout - milliseconds(1)), std::move(reply));
+      case 2: return twice(at, std::move(reply));
+      case 3: reply.resize(chance_.below(reply.size())); return line_.arrive(at, std::move(reply));
+      case 4: falsify(reply); return line_.arrive(at, std::move(reply));
+      case 5: line_.arrive(chance_.between({}, at), foreign(request)); return line_.arrive(at, std::move(reply));
+      case 6: line_.arrive(at + chance_.between({}, 2 * kTimeout), foreign(request)); return line_.arrive(at, reply);
+      case 7: return in_pieces(at, reply);
+      case 8: line_.arrive(chance_.between({}, at), noise()); return line_.arrive(at, std::move(reply));
+      case 9: return line_.arrive(at, encode_rtu_exception(asked, static_cast<std::uint8_t>(1 + chance_.below(11))));
+      case 10: return misdirect(at, request);
+      case 11: line_.arrive(at, foreign(request)); return;  // instead of the answer
+      default: --faults_; return line_.arrive(at, std::move(reply));
+    }
+  }
+
+  /// Within the gap, in which nobody may speak.
+  void twice(Duration at, Bytes reply) {
+    line_.arrive(at + chance_.between({}, gap_), reply);
+    line_.arrive(at, std::move(reply));
+  }
+
+  /// One to three bits, or a burst of up to 16.
+  void falsify(Bytes& reply) {
+    const auto flip = [&](std::size_t bit) { reply[bit / 8] ^= static_cast<std::byte>(1 << bit % 8); };
+    const auto bits = 8 * reply.size();
+    const auto first = chance_.below(bits - 16);
+    flip(first);
+    if (chance_.one_in(2)) {
+      for (std::size_t bit = 1; bit < 16; ++bit)
+        if (chance_.one_in(2)) flip(first + bit);
+    } else {
+      for (auto more = chance_.below(3); more > 0; --more) flip((first + 16 * more) % bits);
+    }
+  }
+
+  /// A right answer to a request that the client never makes: to another unit, by another function, of another size.
+  [[nodiscard]] Bytes foreign(ModbusRequest request) {
+    if (!reads(request.function))
+      request = {.unit = request.unit, .function = ModbusFunction::read_holding, .count = 9};
+    const auto kind = chance_.below(3);
+    if (kind == 0) request.unit ^= static_cast<std::uint8_t>(1 + chance_.below(255));
+    if (kind == 1) request.function = ModbusFunction::read_input;
+    if (kind == 2) request.count = static_cast<std::uint16_t>(kMostAskedFor + 1 + chance_.below(20));
+    return encode_rtu_reply(request, telltale_words(request.address, request.count, ~requests_));
+  }
+
+  /// A write's answer that names another register or value; a read has no such field.
+  void misdirect(Duration at, ModbusRequest request) {
+    if (reads(request.function)) return line_.arrive(at, foreign(request));
+    request.address ^= static_cast<std::uint16_t>(1 + chance_.below(0xFFFF));
+    line_.arrive(at, encode_rtu_reply(request, {}));
+  }
+
+  void in_pieces(Duration at, const Bytes& reply) {
+    const auto cut = 1 + chance_.below(reply.size() - 1);
+    line_.arrive(at, Bytes(reply.begin(), reply.begin() + static_cast<std::ptrdiff_t>(cut)));
+    line_.arrive(at + chance_.between({}, kPieceGap),
+                 Bytes(reply.begin() + static_cast<std::ptrdiff_t>(cut), reply.end()));
+  }
+
+  [[nodiscard]] Bytes noise() {
+    Bytes bytes(1 + chance_.below(5));
+    for (auto& byte : bytes) byte = chance_.byte();
+    return bytes;
+  }
+
+  SimulatedLine& line_;
+  Duration gap_;
+  Chance chance_;
+  std::uint32_t requests_ = 0;
+  std::map<std::uint16_t, std::uint16_t> stored_;
+  long faults_ = 0;
+};
+
+class Client {
+ public:
+  Client(unsigned seed, bool loop_back) : chance_(seed) {
+    ModbusLink link;
+    link.framing = ModbusLink::Framing::rtu;
+    link.timeout = kTimeout;
+    link.piece_gap = kPieceGap;
+    link.loop_back = loop_back;
+    auto made = std::make_unique<SimulatedLine>(clock_);
+    line_ = made.get();
+    unit_ = std::make_unique<FaultyUnit>(*line_, silence_between_frames(link), seed + 1);
+    line_->heard = [this](auto frame) { unit_->hear(frame); };
+    registers_ = make_guarded_registers(make_modbus_rtu(std::move(made), "line", link, &clock_), link, &clock_);
+  }
+
+  Account run(long transactions) {
+    Account account;
+    for (long i = 0; i < transactions; ++i) {
+      const auto good = chance_.one_in(4) ? write_once(account) : read_once(account);
+      ++(good ? account.good : account.failed);
+      if (chance_.one_in(4)) clock_.advance(chance_.between({}, milliseconds(1000)));
+      if (!good) clock_.advance(milliseconds(10'000));  // the line may be used again
+    }
+    account.faults = unit_->faults();
+    return account;
+  }
+
+ private:
+  bool read_once(Account& account) {
+    const auto address = static_cast<std::uint16_t>(chance_.below(400));
+    const auto count = static_cast<std::uint16_t>(1 + chance_.below(chance_.one_in(2) ? 2 : kMostAskedFor));
+    const auto words = registers_->read(ReadFunction::holding_registers, address, count);
+    if (words && *words != telltale_words(address, count, unit_->requests())) ++account.wrong;
+    return words.has_value();
+  }
+
+  bool write_once(Account& account) {
+    const auto address = static_cast<std::uint16_t>(chance_.below(400));
+    Words words(1 + chance_.below(3));
+    for (auto& word : words) word = static_cast<std::uint16_t>(chance_.below(0x10000));
+    const auto function = chance_.one_in(2) ? WriteFunction::one_register : WriteFunction::registers;
+    const auto done = registers_->write(function, address, words);
+    if (done && !unit_->holds(address, words)) ++account.wrong;
+    return done.has_value();
+  }
+
+  Chance chance_;
+  VirtualClock clock_;
+  SimulatedLine* line_{};
+  std::unique_ptr<FaultyUnit> unit_;
+  std::unique_ptr<Registers> registers_;
+};
+
+void expect_no_wrong_value(unsigned seed, bool loop_back) {
+  const auto account = Client(seed, loop_back).run(kFaultedTransactions);
+  EXPECT_EQ(account.wrong, 0) << "seed " << seed;
+  EXPECT_GT(account.good, kFaultedTransactions * 2 / 5);
+  EXPECT_GT(account.failed, kFaultedTransactions / 100);
+  fmt::print("{} good, {} failed, {} wrong, {} faults made\n", account.good, account.failed, account.wrong,
+             account.faults);
+}
+
+TEST(ModbusRtuFaults, NoneMakesAWrongValueGood) { expect_no_wrong_value(20151130, false); }
+TEST(ModbusRtuFaults, NoneDoesWhereLoopBacksFindTheBeat) { expect_no_wrong_value(20151201, true); }
+
+}  // namespace
+}  // namespace gyrotherm

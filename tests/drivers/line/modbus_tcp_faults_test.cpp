@@ -1,0 +1,176 @@
+// The guarded exchange of Modbus TCP frames against a unit whose answers are delayed, doubled, cut off, falsified in
+// any field that says what they answer, mixed with others' or lost, also across connections, as gateways do. The law:
+// what is returned as good is what the last request was answered with.
+//
+// What no client can tell apart is not made here: false bits in the words themselves, which TCP's own check sum guards
+// and Modbus TCP does not; and an answer that is cut off and filled up on the same connection by what follows.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "drivers/line/modbus_frame.hpp"
+#include "drivers/line/modbus_tcp.hpp"
+#include "tests/drivers/line/faults.hpp"
+#include "tests/drivers/line/simulated_line.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+using Bytes = std::vector<std::byte>;
+using Words = std::vector<std::uint16_t>;
+
+constexpr Duration kTimeout = milliseconds(200);
+
+/// Frames out of a line in memory, as libmodbus takes them: by function and byte count, and not by the header's length.
+class MemoryConnection final : public FrameConnection {
+ public:
+  MemoryConnection(VirtualClock& clock, std::function<void(SimulatedLine&, std::span<const std::byte>)> unit)
+      : clock_(clock), unit_(std::move(unit)) {}
+
+  Bytes gateway_keeps;  ///< comes on the next connection
+  int opened = 0;
+
+  bool is_open() const override { return line_ != nullptr; }
+  Result<void> open(Duration) override {
+    line_ = std::make_unique<SimulatedLine>(clock_);
+    ++opened;
+    if (!gateway_keeps.empty()) line_->arrive(milliseconds(2), std::exchange(gateway_keeps, {}));
+    return {};
+  }
+  void close() override { line_.reset(); }
+  Result<void> send(std::span<const std::byte> frame) override {
+    unit_(*line_, frame);
+    return {};
+  }
+  Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
+    const auto until = clock_.now().since_start + within;
+    std::size_t size = 0;
+    for (std::size_t wanted = 8; size < wanted;) {
+      const auto more = line_->read(frame.subspan(size, wanted - size), until - clock_.now().since_start);
+      if (!more) return more;
+      size += *more;
+      if (size == 8) wanted += byte_at(frame, 7) == 6 || byte_at(frame, 7) == 16 ? 4 : 1;
+      if (size == 9 && byte_at(frame, 7) <= 4) wanted += byte_at(frame, 8);
+      if (wanted > 260) return failure(FaultKind::corrupted, "", "too many data");
+    }
+    return size;
+  }
+  bool silent_for(Duration time) override {
+    std::array<std::byte, 1> any;
+    if (line_) return !line_->read(any, time);
+    clock_.advance(time);
+    return true;
+  }
+
+ private:
+  VirtualClock& clock_;
+  std::function<void(SimulatedLine&, std::span<const std::byte>)> unit_;
+  std::unique_ptr<SimulatedLine> line_;
+};
+
+class FaultyClient {
+ public:
+  explicit FaultyClient(unsigned seed) : chance_(seed) {
+    auto made = std::make_unique<MemoryConnection>(clock_, [this](auto& line, auto frame) { hear(line, frame); });
+    connection_ = made.get();
+    ModbusLink link;
+    link.timeout = kTimeout;
+    registers_ = make_guarded_registers(make_modbus_tcp(std::move(made), "unit", link, &clock_), link, &clock_);
+  }
+
+  Account run(long transactions) {
+    Account account;
+    for (long i = 0; i < transactions; ++i) {
+      const bool good = chance_.one_in(4) ? write_once(account) : read_once(account);
+      ++(good ? account.good : account.failed);
+      if (!good) clock_.advance(milliseconds(10'000));
+    }
+    account.faults = faults_;
+    return account;
+  }
+  [[nodiscard]] int connections() const { return connection_->opened; }
+
+ private:
+  void hear(SimulatedLine& line, std::span<const std::byte> frame) {
+    const auto request = decode_request(frame);
+    ASSERT_TRUE(request) << text(request.error());
+    ++requests_;
+    if (!reads(request->function)) stored_ = *request;
+    auto reply = encode_reply(
+        *request, reads(request->function) ? telltale_words(request->address, request->count, requests_) : Words{});
+    misbehave(line, *request, frame, std::move(reply));
+    last_ = *request;
+  }
+
+  void misbehave(SimulatedLine& line, const ModbusRequest& request, std::span<const std::byte> asked, Bytes reply) {
+    ++faults_;
+    const auto at = chance_.between(milliseconds(1), milliseconds(60));
+    switch (chance_.below(12)) {
+      case 0: return;
+      case 1: return line.arrive(chance_.between(kTimeout, 4 * kTimeout), std::move(reply));
+      case 2: line.arrive(at + chance_.between({}, milliseconds(300)), reply); return line.arrive(at, std::move(reply));
+      case 3: reply.resize(chance_.below(reply.size())); return line.arrive_last(at, std::move(reply));
+      case 4: falsify(request, reply); return line.arrive(at, std::move(reply));
+      case 5: line.arrive(chance_.between({}, at), older()); return line.arrive(at, std::move(reply));
+      case 6: return line.arrive(at, older());
+      case 7: connection_->gateway_keeps = std::move(reply); return;
+      case 8: return line.arrive(at, encode_exception(asked, static_cast<std::uint8_t>(1 + chance_.below(11))));
+      default: --faults_; return line.arrive(at, std::move(reply));
+    }
+  }
+
+  /// In the header, the function, the byte count; of a write also address, count and value.
+  void falsify(const ModbusRequest& request, Bytes& reply) {
+    const auto end = reads(request.function) ? std::size_t{9} : reply.size();
+    for (auto flips = 1 + chance_.below(3); flips > 0; --flips)
+      reply[chance_.below(end)] ^= static_cast<std::byte>(1 + chance_.below(255));
+  }
+
+  /// An answer to the request before, of whatever shape it had.
+  [[nodiscard]] Bytes older() {
+    auto request = last_;
+    if (request.function == ModbusFunction{}) request.function = ModbusFunction::read_holding, request.count = 1;
+    return encode_reply(request,
+                        telltale_words(request.address, reads(request.function) ? request.count : 0, requests_));
+  }
+
+  bool read_once(Account& account) {
+    const auto address = static_cast<std::uint16_t>(chance_.below(400));
+    const auto count = static_cast<std::uint16_t>(1 + chance_.below(chance_.one_in(2) ? 2 : 20));
+    const auto words = registers_->read(ReadFunction::holding_registers, address, count);
+    if (words && *words != telltale_words(address, count, requests_)) ++account.wrong;
+    return words.has_value();
+  }
+
+  bool write_once(Account& account) {
+    const auto address = static_cast<std::uint16_t>(chance_.below(400));
+    Words words(1 + chance_.below(3));
+    for (auto& word : words) word = static_cast<std::uint16_t>(chance_.below(0x10000));
+    const auto done = registers_->write(WriteFunction::registers, address, words);
+    if (done && (stored_.address != address || stored_.words != words)) ++account.wrong;
+    return done.has_value();
+  }
+
+  Chance chance_;
+  VirtualClock clock_;
+  MemoryConnection* connection_{};
+  std::unique_ptr<Registers> registers_;
+  std::uint32_t requests_ = 0;
+  ModbusRequest stored_, last_;
+  long faults_ = 0;
+};
+
+TEST(ModbusTcpFaults, NoneMakesAWrongValueGood) {
+  constexpr unsigned kSeed = 20151202;
+  FaultyClient client(kSeed);
+  const auto account = client.run(kFaultedTransactions);
+  EXPECT_EQ(account.wrong, 0) << "seed " << kSeed;
+  EXPECT_GT(account.good, kFaultedTransactions / 2);
+  EXPECT_GT(account.failed, kFaultedTransactions / 100);
+  EXPECT_GT(client.connections(), kFaultedTransactions / 10);
+  fmt::print("{} good, {} failed, {} wrong, {} faults made\n", account.good, account.failed, account.wrong,
+             account.faults);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,151 @@
+// The serial line as far as pseudo-terminals go, which have no baud rate and no parity. The settings are tried on two
+// UARTs of an emulated machine: tests/qemu.
+#include "drivers/line/serial_stream.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/time.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+
+#include "drivers/line/serial_port.hpp"
+#include "tests/drivers/fakes.hpp"
+#include "tests/drivers/line/pseudo_terminal.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr Duration kSoon = milliseconds(30), kPatient = milliseconds(2000);
+
+Result<std::string> read_text(ByteStream& stream, Duration within) {
+  std::array<std::byte, 256> buffer;
+  const auto size = stream.read(buffer, within);
+  if (!size) return failure(size.error());
+  return std::string(reinterpret_cast<const char*>(buffer.data()), *size);
+}
+
+/// Opens the line, which then hears what is said.
+std::unique_ptr<ByteStream> opened(const std::string& device) {
+  auto stream = make_serial_stream(device, {});
+  EXPECT_EQ(read_text(*stream, Duration::zero()).error().kind, FaultKind::timeout);
+  return stream;
+}
+
+TEST(SerialStream, CarriesEveryByteBothWays) {
+  const PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  std::string all;
+  for (int byte = 0; byte < 256; ++byte) all += static_cast<char>(byte);
+  pair.say(all);
+  std::string heard;
+  while (heard.size() < all.size()) {
+    const auto more = read_text(*stream, kPatient);
+    ASSERT_TRUE(more) << text(more.error());
+    heard += *more;
+  }
+  EXPECT_EQ(heard, all);
+  EXPECT_TRUE(stream->write(bytes_of(all), kPatient));
+  EXPECT_EQ(pair.hear(), all);
+}
+
+TEST(SerialStream, ASilentPeerIsATimeoutAndNotAnEnd) {
+  const PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  EXPECT_EQ(read_text(*stream, kSoon).error().kind, FaultKind::timeout);
+  pair.say("here");
+  EXPECT_EQ(read_text(*stream, kPatient).value(), "here");
+}
+
+TEST(SerialStream, WhatCameBeforeTheOpeningIsThrownAway) {
+  const PseudoTerminal pair;
+  const Descriptor keeps_it(open(pair.device().c_str(), O_RDWR | O_NOCTTY));
+  pair.say("stale\n");
+  const auto stream = opened(pair.device());
+  pair.say("fresh");
+  EXPECT_EQ(read_text(*stream, kPatient).value(), "fresh");
+}
+
+TEST(SerialStream, AnUnpluggedLineIsDisconnectedAtOnce) {
+  PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  pair.unplug();
+  const Deadline soon(kPatient / 2);
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "the port is gone");
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "there is no such device");
+  EXPECT_EQ(read_text(*stream, kPatient).error().what, "failed before, next try in 0.5 s");
+  EXPECT_FALSE(soon.over());
+}
+
+TEST(SerialStream, AWriteToAnUnpluggedLineIsDisconnected) {
+  PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  pair.unplug();
+  EXPECT_EQ(stream->write(bytes_of("?"), kPatient).error().kind, FaultKind::disconnected);
+}
+
+TEST(SerialStream, ALinkIsFollowedAnewToWhereTheAdapterCameBack) {
+  const auto link = std::filesystem::temp_directory_path() / ("gyrotherm-serial-" + std::to_string(getpid()));
+  auto first = std::make_unique<PseudoTerminal>();
+  std::filesystem::create_symlink(first->device(), link);
+  const auto stream = opened(link.string());
+  const PseudoTerminal second;
+  first->unplug();
+  EXPECT_EQ(read_text(*stream, kPatient).error().kind, FaultKind::disconnected);
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(second.device(), link);
+  EXPECT_EQ(read_text(*stream, Duration::zero()).error().kind, FaultKind::timeout);
+  second.say("again");
+  EXPECT_EQ(read_text(*stream, kPatient).value_or("nothing"), "again");
+  std::filesystem::remove(link);
+}
+
+TEST(SerialStream, OneProgramHasTheLine) {
+  const PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  const auto other = make_serial_stream(pair.device(), {});
+  EXPECT_NE(read_text(*other, kSoon).error().what.find("in use by another program"), std::string::npos);
+  pair.say("mine");
+  EXPECT_EQ(read_text(*stream, kPatient).value(), "mine");
+}
+
+TEST(SerialStream, ALockThatAnotherHoldsIsRespected) {
+  const PseudoTerminal pair;
+  const Descriptor other(open(pair.device().c_str(), O_RDWR | O_NOCTTY));
+  ASSERT_EQ(flock(other.number(), LOCK_EX), 0);
+  EXPECT_EQ(open_serial_port(pair.device(), {}).error().what, "in use by another program");
+}
+
+TEST(SerialStream, ASignalDoesNotEndAWait) {
+  struct sigaction notice {
+  }, before{};
+  notice.sa_handler = [](int) {};
+  sigaction(SIGALRM, &notice, &before);
+  const itimerval often{{0, 2000}, {0, 2000}}, never{};
+  const PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  setitimer(ITIMER_REAL, &often, nullptr);
+  EXPECT_EQ(read_text(*stream, milliseconds(50)).error().kind, FaultKind::timeout);
+  pair.say("here");
+  EXPECT_EQ(read_text(*stream, kPatient).value_or("cut off"), "here");
+  setitimer(ITIMER_REAL, &never, nullptr);
+  sigaction(SIGALRM, &before, nullptr);
+}
+
+TEST(SerialStream, APeerThatDoesNotReadIsATimeout) {
+  const PseudoTerminal pair;
+  const auto stream = opened(pair.device());
+  const std::vector<std::byte> much(1 << 20);
+  EXPECT_EQ(stream->write(much, kSoon).error().kind, FaultKind::timeout);
+}
+
+TEST(SerialStream, WhatIsNoSerialPortIsRefused) {
+  EXPECT_EQ(open_serial_port("/dev/null", {}).error().kind, FaultKind::disconnected);
+  EXPECT_EQ(open_serial_port("/dev/gyrotherm-none", {}).error().what, "there is no such device");
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,75 @@
+/// A line in memory on a virtual clock, which only waiting moves: what is sent on it arrives when it is told to.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "drivers/wires.hpp"
+
+namespace gyrotherm {
+
+class SimulatedLine final : public ByteStream {
+ public:
+  using Bytes = std::vector<std::byte>;
+  /// What the other end does about a request: call arrive().
+  std::function<void(std::span<const std::byte> request)> heard = [](auto) {};
+
+  explicit SimulatedLine(VirtualClock& clock) : clock_(clock) {}
+
+  void arrive(Duration after, Bytes bytes) {
+    if (!ended_) coming_.emplace(now() + after, std::move(bytes));
+  }
+  /// The other end says nothing more after this.
+  void arrive_last(Duration after, Bytes bytes) {
+    const auto at = now() + after;
+    coming_.erase(coming_.upper_bound(at), coming_.end());
+    coming_.emplace(at, std::move(bytes));
+    ended_ = true;
+  }
+  void disconnect() { gone_ = true; }
+  void recover() { gone_ = false; }
+  [[nodiscard]] bool empty() const { return coming_.empty(); }
+  [[nodiscard]] Duration now() const { return clock_.now().since_start; }
+
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
+    if (gone_) return failure(FaultKind::disconnected, "line", "gone");
+    if (coming_.empty() || coming_.begin()->first > now() + within) {
+      clock_.advance(within);
+      return failure(FaultKind::timeout, "line", "nothing came");
+    }
+    if (const auto wait = coming_.begin()->first - now(); wait > Duration::zero()) clock_.advance(wait);
+    std::size_t size = 0;
+    while (size < buffer.size() && !coming_.empty() && coming_.begin()->first <= now())
+      size += take(buffer.subspan(size));
+    return size;
+  }
+
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    if (gone_) return failure(FaultKind::disconnected, "line", "gone");
+    heard(bytes);
+    return {};
+  }
+
+ private:
+  /// Of the first bytes that have come, as many as there is room for.
+  std::size_t take(std::span<std::byte> room) {
+    auto& bytes = coming_.begin()->second;
+    const auto size = std::min(room.size(), bytes.size());
+    std::copy_n(bytes.begin(), size, room.begin());
+    bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    if (bytes.empty()) coming_.erase(coming_.begin());
+    return size;
+  }
+
+  VirtualClock& clock_;
+  std::multimap<Duration, Bytes> coming_;
+  bool gone_ = false, ended_ = false;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,81 @@
+/// The files on the page docs/adding-an-instrument.md are read, and run on the virtual laboratory.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "tests/rig/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// The page's TOML blocks by the path that their first line is.
+std::map<std::string, std::string> shown_files() {
+  std::istringstream page(read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value());
+  std::map<std::string, std::string> files;
+  std::string path;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("```")) {
+      inside = line == "```toml";
+      path.clear();
+    } else if (inside && path.empty()) {
+      path = line.substr(2);
+    } else if (inside) {
+      files[path] += line + "\n";
+    }
+  }
+  return files;
+}
+
+/// The page's rig, with the laboratory of the default one behind it.
+Result<RigFile> shown_rig() {
+  auto files = shown_files();
+  const auto by_default = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
+  const auto laboratory = by_default.substr(by_default.find("[analysis]"));
+  return parse_rig(
+      files["profiles/rigs/acme.toml"] + laboratory, "acme.toml",
+      {.chamber_map = files["profiles/chambers/acme_tc100.toml"],
+       .gyro_model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value(),
+       .gyro_stream = files["profiles/gyro-streams/acme-g1.toml"]});
+}
+
+TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
+  EXPECT_EQ(shown_files().size(), 3u);
+  const auto rig = shown_rig();
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->chamber_map.name, "TC-100");
+  EXPECT_EQ(rig->gyro.frame.name, "acme-g1");
+  EXPECT_DOUBLE_EQ(rig->gyro.info.scale, 0.01);
+}
+
+TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
+  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
+  auto rig = shown_rig();
+  ASSERT_TRUE(rig) << text(rig.error());
+  laboratory.file() = std::move(*rig);
+  laboratory.run(600);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  ASSERT_EQ(record->slot.size(), 600u);
+  for (std::size_t i = 0; i < record->slot.size(); ++i) {
+    ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.051) << i;
+    ASSERT_NEAR(record->info.gyro.scale * record->gyro[i], 10.6, 1) << i;
+    for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
+  }
+}
+
+TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
+  const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value();
+  for (const auto* path :
+       {"drivers/thermometer/pt12_codec.hpp", "drivers/thermometer/pt12.cpp", "rig/thermometer_entry.cpp",
+        "simulator/servers/pt12_server.cpp", "simulator/virtual_instruments.cpp",
+        "tests/drivers/gyro/frame_stream_test.cpp", "docs/chamber-maps.md", "profiles/gyro-streams/"}) {
+    EXPECT_NE(page.find(path), std::string::npos) << path;
+    EXPECT_TRUE(std::filesystem::exists(std::string(GYROTHERM_SOURCE_DIR "/") + path)) << path;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,90 @@
+// Each shipped register map, on each of its links, drives the virtual rig through the qualification profile shortened
+// to an hour: client and virtual unit read the same file.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/rig/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct MapOnALink {
+  std::string map;
+  LinkKind link{};
+};
+
+RegisterMap map_of(const std::string& name) {
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
+  return parse_register_map(text.value(), name + ".toml").value();
+}
+
+/// On the virtual rig every line is a TCP one: RTU and RTU over TCP are the same there.
+std::vector<MapOnALink> all_maps() {
+  std::vector<MapOnALink> all;
+  for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
+    if (file.path().extension() != ".toml") continue;
+    const auto name = file.path().stem().string();
+    for (const auto& link : map_of(name).links)
+      if (link.kind != LinkKind::rtu_over_tcp) all.push_back({name, link.kind});
+  }
+  std::ranges::sort(all, {}, [](const auto& one) { return one.map + name(one.link); });
+  return all;
+}
+
+class EveryMap : public testing::TestWithParam<MapOnALink> {};
+
+TEST_P(EveryMap, RunsTheShortQualification) {
+  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  auto map = on_link(map_of(GetParam().map), GetParam().link);
+  ASSERT_TRUE(map) << text(map.error());
+  const auto& set_point = *map->find("set_point");
+  const double step = set_point.decimals.empty() ? set_point.resolution : 0.1;
+  // On RTU the first request waits for twice this: the line may still carry answers to somebody else.
+  map->link.modbus.timeout = std::min<Duration>(map->link.modbus.timeout, std::chrono::milliseconds(400));
+  map->limits.every = Duration{};
+  laboratory.file().chamber_map = *map;
+  ASSERT_EQ(laboratory.run(), Outcome::complete);
+
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  ASSERT_EQ(record->slot.size(), 3600u);
+  double furthest = 0;
+  for (std::size_t i = 0; i < record->slot.size(); ++i) {
+    ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.51 * step + 1e-4) << "second " << i;
+    furthest = std::max(furthest, std::abs(record->chamber_air_c[i] - record->set_point_c[i]));
+  }
+  EXPECT_LT(furthest, 4.0) << "the air follows the set point at 5 °C/min";
+  for (const auto& event : record->events) EXPECT_NE(event.event.kind, EventKind::fault) << event.event.text;
+}
+
+TEST(SetPoints, AreSentNoMoreOftenThanTheMapSays) {
+  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  auto map = map_of("csz_ezt570i");
+  map.link.modbus.timeout = std::chrono::milliseconds(400);
+  ASSERT_EQ(map.limits.every, std::chrono::seconds(2));
+  laboratory.file().chamber_map = map;
+  laboratory.run(600);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  const auto& sent = record->chamber_set_point_c;
+  std::size_t last = 0, changes = 0;
+  for (std::size_t i = 1; i < sent.size(); ++i) {
+    if (sent[i] == sent[i - 1]) continue;
+    EXPECT_GE(i - last, 2u) << "second " << i;
+    last = i;
+    ++changes;
+    ASSERT_NEAR(sent[i], record->set_point_c[i], 0.26) << "a staircase beside the ramp";
+  }
+  EXPECT_GT(changes, 100u) << "five minutes of a ramp at 5 °C/min";
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, EveryMap, testing::ValuesIn(all_maps()),
+                         [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
+
+}  // namespace
+}  // namespace gyrotherm

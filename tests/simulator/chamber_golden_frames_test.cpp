@@ -1,0 +1,128 @@
+// Published frames of chamber controllers, and frames that their manuals' rules give: what the client sends with the
+// shipped maps, byte for byte.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/simulator/chamber_on_a_line.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Words = std::vector<std::uint16_t>;
+
+/// The reply to a request that was sent, or "not sent".
+std::string reply_to(const ChamberOnALine& line, const std::string& request) {
+  const auto found = std::ranges::find(line.heard, request);
+  return found == line.heard.end() ? "not sent" : line.said[static_cast<std::size_t>(found - line.heard.begin())];
+}
+
+/// Modbus TCP: requests and replies without their transaction number.
+std::string reply_behind_number(const ChamberOnALine& line, const std::string& request) {
+  constexpr std::size_t kNumber = 6;
+  for (std::size_t i = 0; i < line.heard.size(); ++i)
+    if (line.heard[i].substr(kNumber) == request) return line.said[i].substr(std::min(kNumber, line.said[i].size()));
+  return "not sent";
+}
+
+TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
+  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ASSERT_TRUE(line.chamber->head_for({20.0}));
+  EXPECT_EQ(reply_to(line, "01 06 00 3C 00 C8 48 50"), "01 06 00 3C 00 C8 48 50");
+  ASSERT_TRUE(line.chamber->head_for({-40.0}));
+  EXPECT_EQ(reply_to(line, "01 06 00 3C FE 70 08 42"), "01 06 00 3C FE 70 08 42");
+  ASSERT_TRUE(line.chamber->start());
+  EXPECT_EQ(reply_to(line, "01 06 00 16 00 01 A9 CE"), "01 06 00 16 00 01 A9 CE");
+  ASSERT_TRUE(line.chamber->read());
+  EXPECT_NE(reply_to(line, "01 03 00 3C 00 02 04 07"), "not sent");
+  EXPECT_NE(reply_to(line, "01 03 00 00 00 3C 45 DB"), "not sent");
+}
+
+TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
+  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ASSERT_TRUE(line.chamber->head_for({30.0}));
+  EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
+  ASSERT_TRUE(line.chamber->head_for({35.0}));
+  line.world.command({25.0});  // somebody at the panel
+  const auto seen = line.chamber->read();
+  ASSERT_FALSE(seen);
+  EXPECT_EQ(seen.error().kind, FaultKind::mismatch);
+  EXPECT_EQ(line.chamber->read().value().set_point.value, 25.0) << "later it is what the controller holds";
+}
+
+TEST(GoldenFrames, OfTheEzt570iAsValues) {
+  const auto map = chamber_map("csz_ezt570i");
+  EXPECT_NEAR(decode(*map.find("air_temperature"), Words{0x00EC}).value(), 23.6, 1e-9);
+  EXPECT_NEAR(decode(*map.find("set_point"), Words{0x0190}).value(), 40.0, 1e-9);
+  const auto& name = map.find("profile_name")->text;
+  EXPECT_EQ(decode_text(name, Words{0x4554, 0x5453, 0x3120, 0x3332, 0x2020}), "TEST 123");
+  EXPECT_EQ(decode_text(name, Words{0x454A, 0x4453, 0x3232, 0x2041, 0x2020}), "JESD22A");
+  EXPECT_EQ(encode_text(name, "JESD22A"), (Words{0x454A, 0x4453, 0x3232, 0x2041, 0x2020}));
+  EXPECT_EQ(decode_date(map.find("clock")->date, Words{0x0801, 0x1702, 0x1131, 0x0000}).value(),
+            (CivilTime{2008, 1, 23, 17, 49, 0}));
+  EXPECT_EQ(encode_date(map.find("clock")->date, {2008, 1, 23, 17, 49, 0})[1], 0x1703) << "a Wednesday; the example "
+                                                                                          "of the manual says Tuesday";
+}
+
+TEST(GoldenFrames, OfTheSamwon) {
+  ChamberOnALine line("samwon_temi", LinkKind::rtu);
+  ASSERT_TRUE(line.chamber->read());
+  EXPECT_NE(reply_to(line, "01 03 00 00 00 02 C4 0B"), "not sent");
+  EXPECT_NEAR(decode(*line.map.find("air_temperature"), Words{0x00FA}).value(), 25.0, 1e-9);
+  const auto registers = line.registers();
+  ClockPauses pauses(line.clock);
+  ItemExchange items(line.map, *registers, pauses);
+  ASSERT_TRUE(items.write(*line.map.find("pattern"), 2));
+  EXPECT_EQ(reply_to(line, "01 06 00 63 00 02 F8 15"), "01 06 00 63 00 02 F8 15");
+}
+
+TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
+  ChamberOnALine line("tt5166", LinkKind::rtu);
+  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  EXPECT_EQ(reply_to(line, "00 06 00 26 00 DC 68 49"), "00 06 00 26 00 DC 68 49");
+  ASSERT_TRUE(line.chamber->start());
+  EXPECT_EQ(reply_to(line, "00 05 00 00 FF 00 8D EB"), "00 05 00 00 FF 00 8D EB");
+  ASSERT_TRUE(line.chamber->stop());
+  EXPECT_EQ(reply_to(line, "00 05 00 01 FF 00 DC 2B"), "00 05 00 01 FF 00 DC 2B");
+  const auto state = line.chamber->read();
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->set_point.value, 22.0) << "as it was acknowledged";
+  EXPECT_NE(reply_to(line, "00 03 00 00 00 01 85 DB"), "not sent");
+  EXPECT_NEAR(decode(*line.map.find("air_temperature"), Words{0x0898}).value(), 22.0, 1e-9);
+  const auto registers = line.registers();
+  ClockPauses pauses(line.clock);
+  ItemExchange items(line.map, *registers, pauses);
+  ASSERT_TRUE(items.write(*line.map.find("humidity_set_point"), 55));
+  EXPECT_NE(reply_to(line, "00 06 00 27 02 26 B8 AA"), "not sent");
+  ASSERT_TRUE(items.read(*line.map.find("humidity")));
+  EXPECT_NE(reply_to(line, "00 03 00 03 00 01 75 DB"), "not sent");
+}
+
+TEST(GoldenFrames, OfTheYinhe) {
+  ChamberOnALine line("yinhe", LinkKind::tcp);
+  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  EXPECT_EQ(reply_behind_number(line, "00 00 00 0B 01 10 06 CE 00 02 04 41 B0 00 00"), "00 00 00 06 01 10 06 CE 00 02");
+  ASSERT_TRUE(line.chamber->start());
+  EXPECT_NE(reply_behind_number(line, "00 00 00 09 01 10 00 C8 00 01 02 00 01"), "not sent");
+  ASSERT_TRUE(line.chamber->read());
+  EXPECT_NE(reply_behind_number(line, "00 00 00 06 01 03 00 A0 00 02"), "not sent");
+  EXPECT_EQ(decode(*line.map.find("air_temperature"), Words{0x41B0, 0x0000}).value(), 22.0);
+}
+
+TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
+  auto text = chamber_map("umc1200").text;
+  const std::string none = "together_with = { register = \"humidity_set_point\", value = 0 }";
+  text.replace(text.find(none), none.size(), "together_with = { register = \"humidity_set_point\", value = 55 }");
+  ChamberOnALine line(parse_register_map(text, "umc1200.toml").value());
+  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  EXPECT_NE(reply_behind_number(line, "00 00 00 0B 00 10 00 2B 00 02 04 00 DC 02 26"), "not sent");
+  ASSERT_TRUE(line.chamber->start());
+  EXPECT_NE(reply_behind_number(line, "00 00 00 09 00 10 00 2F 00 01 02 00 01"), "not sent");
+  ASSERT_TRUE(line.chamber->stop());
+  EXPECT_NE(reply_behind_number(line, "00 00 00 09 00 10 00 2F 00 01 02 00 00"), "not sent");
+  ASSERT_TRUE(line.chamber->read());
+  EXPECT_NE(reply_behind_number(line, "00 00 00 06 00 03 00 00 00 02"), "not sent");
+}
+
+}  // namespace
+}  // namespace gyrotherm

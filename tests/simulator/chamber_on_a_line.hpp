@@ -1,0 +1,121 @@
+/// A chamber of a register map from both ends: the driver, the guarded exchange with the pace of the map's link on a
+/// virtual clock, frames, the virtual unit, the world.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "drivers/chamber/item_exchange.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/line/modbus_rtu.hpp"
+#include "drivers/line/modbus_tcp.hpp"
+#include "simulator/servers/modbus_server.hpp"
+#include "tests/drivers/hex_bytes.hpp"
+#include "tests/drivers/line/simulated_line.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+
+/// Rests on the virtual clock.
+class ClockPauses final : public Pauses {
+ public:
+  explicit ClockPauses(VirtualClock& clock) : clock_(clock) {}
+  Duration now() const override { return clock_.now().since_start; }
+  void rest(Duration time) override { clock_.advance(time); }
+
+ private:
+  VirtualClock& clock_;
+};
+
+/// Whole frames, answered at once or never.
+class SessionConnection final : public FrameConnection {
+ public:
+  using Ask = std::function<std::vector<std::byte>(std::span<const std::byte>)>;
+  SessionConnection(VirtualClock& clock, Ask ask) : clock_(clock), ask_(std::move(ask)) {}
+
+  bool is_open() const override { return open_; }
+  Result<void> open(Duration) override {
+    open_ = true;
+    return {};
+  }
+  void close() override { open_ = false, waiting_.clear(); }
+  Result<void> send(std::span<const std::byte> frame) override {
+    waiting_ = ask_(frame);
+    return {};
+  }
+  Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
+    if (waiting_.empty()) {
+      clock_.advance(within);
+      return failure(FaultKind::timeout, "", "nothing came");
+    }
+    std::copy(waiting_.begin(), waiting_.end(), frame.begin());
+    return std::exchange(waiting_, {}).size();
+  }
+  bool silent_for(Duration time) override {
+    clock_.advance(time);
+    return true;
+  }
+
+ private:
+  VirtualClock& clock_;
+  Ask ask_;
+  std::vector<std::byte> waiting_;
+  bool open_ = false;
+};
+
+class ChamberOnALine {
+ public:
+  explicit ChamberOnALine(RegisterMap described)
+      : map(std::move(described)),
+        world(world_of_rig("virtual"), {}),
+        unit(map, world),
+        session(make_modbus_session(unit)),
+        chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
+  ChamberOnALine(const std::string& name, LinkKind kind) : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
+
+  /// A second line of its own to the same unit.
+  [[nodiscard]] std::unique_ptr<Registers> registers() {
+    const auto& link = map.link.modbus;
+    if (map.link.kind == LinkKind::tcp) {
+      auto connection = std::make_unique<SessionConnection>(clock, [this](auto frame) { return answer(frame); });
+      return make_guarded_registers(make_modbus_tcp(std::move(connection), "unit", link, &clock), link, &clock);
+    }
+    auto line = std::make_unique<SimulatedLine>(clock);
+    auto* end = line.get();
+    line->heard = [this, end](std::span<const std::byte> frame) {
+      if (auto reply = answer(frame); !reply.empty()) end->arrive(Duration(1000), std::move(reply));
+    };
+    return make_guarded_registers(make_modbus_rtu(std::move(line), "line", link, &clock), link, &clock);
+  }
+
+  /// Lets the world's time pass, whatever the line's clock says.
+  void pass(int seconds) {
+    for (int i = 0; i < seconds; ++i) {
+      unit.pass_second();
+      world.step();
+    }
+  }
+
+  VirtualClock clock;
+  RegisterMap map;
+  World world;
+  ChamberRegisters unit;
+  std::unique_ptr<Session> session;
+  std::vector<std::string> heard;  ///< requests, as hex bytes
+  std::vector<std::string> said;   ///< replies
+  std::unique_ptr<Chamber> chamber;
+
+ private:
+  std::vector<std::byte> answer(std::span<const std::byte> frame) {
+    heard.push_back(hex_of(frame));
+    std::vector<std::byte> reply;
+    (void)session->feed(frame, reply);
+    said.push_back(hex_of(reply));
+    return reply;
+  }
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,162 @@
+// A program goes into the controller's own memory, is compared, started, and carried out by the virtual unit: for each
+// shipped map with a profile memory, on each of its framings, at the pace of its link on a virtual clock.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/chamber/program.hpp"
+#include "tests/simulator/chamber_on_a_line.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+/// The qualification profile shortened to an hour: 5 °C/min, holds of 5 min.
+ChamberProgram an_hour() {
+  ChamberProgram program{.name = "HOUR", .number = 1, .soak_band = {}, .steps = {}};
+  Celsius at{20};
+  const auto soak = [&] { program.steps.push_back({StepKind::soak, at, at, minutes(5), false}); };
+  soak();
+  for (const double target : {-40.0, 60.0, 20.0}) {
+    const auto time = abs(Celsius{target} - at) / CelsiusPerMinute{5};
+    program.steps.push_back({StepKind::ramp, at, {target}, time, false});
+    at = {target};
+    soak();
+  }
+  return program;
+}
+
+double set_point_at(const ChamberProgram& program, int second) {
+  Duration begun{};
+  for (const auto& step : program.steps) {
+    const auto within = seconds(second) - begun;
+    if (within < step.duration)
+      return step.start.value + (step.target - step.start).value * to_seconds(within) / to_seconds(step.duration);
+    begun += step.duration;
+  }
+  return program.steps.back().target.value;
+}
+
+struct Uploading {
+  std::string map;
+  LinkKind link{};
+};
+
+std::vector<Uploading> maps_with_memory() {
+  std::vector<Uploading> all;
+  for (const auto& name : shipped_chambers()) {
+    const auto map = chamber_map(name);
+    for (const auto& link : map.links)
+      if (map.memory) all.push_back({name, link.kind});
+  }
+  return all;
+}
+
+class Upload : public testing::TestWithParam<Uploading> {};
+
+TEST_P(Upload, IsComparedAndCarriedOut) {
+  ChamberOnALine line(GetParam().map, GetParam().link);
+  const auto program = an_hour();
+  const auto sent = line.chamber->head_for({20});
+  ASSERT_TRUE(sent) << text(sent.error());
+  ASSERT_TRUE(line.chamber->start());
+  const auto report = line.chamber->upload(program);
+  ASSERT_TRUE(report) << text(report.error());
+  RecordProperty("upload", fmt::format("{}; {:.0f} s of line time", *report, to_seconds(line.clock.now().since_start)));
+  const auto started = line.chamber->start_program();
+  ASSERT_TRUE(started) << text(started.error());
+
+  double furthest = 0;
+  for (int second = 0; second < 3600; ++second) {
+    line.pass(1);
+    furthest = std::max(furthest, std::abs(line.world.set_point().value - set_point_at(program, second)));
+  }
+  EXPECT_LT(furthest, 0.06) << "the set point is a straight line between those of the memory's resolution";
+  const auto during = line.chamber->read();
+  ASSERT_TRUE(during) << text(during.error());
+  EXPECT_EQ(line.unit.program().step(), 6) << "the last second is the last step's";
+  line.pass(5);
+  EXPECT_FALSE(line.unit.program().runs());
+  EXPECT_EQ(line.world.set_point().value, 20);
+}
+
+TEST_P(Upload, IsEndedByASetPoint) {
+  ChamberOnALine line(GetParam().map, GetParam().link);
+  ASSERT_TRUE(line.chamber->head_for({20}));
+  ASSERT_TRUE(line.chamber->upload(an_hour()));
+  ASSERT_TRUE(line.chamber->start_program());
+  line.pass(600);
+  ASSERT_TRUE(line.unit.program().runs());
+  const auto done = line.chamber->head_for({25});
+  ASSERT_TRUE(done) << text(done.error());
+  line.pass(10);
+  EXPECT_FALSE(line.unit.program().runs());
+  EXPECT_EQ(line.world.set_point().value, 25);
+}
+
+TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
+  ChamberOnALine line(GetParam().map, GetParam().link);
+  ASSERT_TRUE(line.chamber->upload(an_hour()));
+  ASSERT_TRUE(line.chamber->start_program());
+  line.pass(10);
+  const auto running = line.chamber->read();
+  ASSERT_TRUE(running) << text(running.error());
+  EXPECT_TRUE(running->activity == ChamberActivity::program || running->activity == ChamberActivity::soaking)
+      << name(running->activity);
+  EXPECT_TRUE(running->alarms.empty()) << running->alarms.front();
+  if (!line.map.sequences.contains("resume")) return;
+  ASSERT_TRUE(line.chamber->perform("pause"));
+  const auto held = line.chamber->read();
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->activity, ChamberActivity::holding);
+  ASSERT_TRUE(line.chamber->perform("resume"));
+  EXPECT_TRUE(line.unit.program().runs());
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
+                         [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
+
+TEST(EztUpload, IsThePublishedFrames) {
+  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  const ChamberProgram program{
+      .name = "JESD22A", .number = 1, .soak_band = {1.0}, .steps = {{StepKind::soak, {-40}, {-40}, minutes(90), true}}};
+  ASSERT_TRUE(line.chamber->upload(program));
+  ASSERT_TRUE(line.chamber->start_program());
+  const auto said = [&](const std::string& request) {
+    const auto found = std::ranges::find(line.heard, request);
+    return found == line.heard.end() ? "not sent" : line.said[static_cast<std::size_t>(found - line.heard.begin())];
+  };
+  EXPECT_NE(said("01 03 00 B4 00 01 C4 2C"), "not sent") << "whether the controller is busy";
+  EXPECT_EQ(said("01 10 00 C8 00 0F 1E 00 00 00 00 00 00 00 00 45 4A 44 53 32 32 20 41 20 20 00 01 00 0A "
+                 "00 00 00 00 00 00 00 00 3E B4"),
+            "01 10 00 C8 00 0F 01 F3");
+  EXPECT_EQ(said("01 10 00 D7 00 0F 1E 00 01 1E 00 00 01 00 00 00 01 00 00 00 00 00 00 00 01 00 00 FE 70 "
+                 "00 00 00 00 00 00 00 00 73 19"),
+            "01 10 00 D7 00 0F 30 35");
+  EXPECT_NE(said("01 06 00 25 00 01 59 C1"), "not sent") << "start at step 1";
+  EXPECT_NE(said("01 06 00 18 00 04 08 0E"), "not sent") << "run";
+  ASSERT_TRUE(line.chamber->perform("pause"));
+  EXPECT_NE(said("01 06 00 18 00 02 88 0C"), "not sent") << "hold";
+}
+
+TEST(EztUpload, BlocksAreASecondApart) {
+  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ASSERT_TRUE(line.chamber->upload(an_hour()));
+  EXPECT_GE(line.clock.now().since_start, seconds(8)) << "a header and seven steps";
+}
+
+TEST(EztUnit, IsSilentWhereOthersAnswerWithAnExceptionAndIgnoresBlocksElsewhere) {
+  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  const auto registers = line.registers();
+  EXPECT_EQ(registers->read(ReadFunction::holding_registers, 1800, 1).error().kind, FaultKind::timeout);
+  const std::uint16_t word = 300;
+  EXPECT_TRUE(registers->write(WriteFunction::registers, 60, std::span(&word, 1))) << "acknowledged …";
+  EXPECT_EQ(line.world.set_point().value, 20) << "… and ignored";
+}
+
+}  // namespace
+}  // namespace gyrotherm

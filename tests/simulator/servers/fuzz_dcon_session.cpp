@@ -1,0 +1,19 @@
+/// Any bytes to the virtual thermocouple modules: no crash, and every reply is a whole line.
+#include <cstdlib>
+
+#include "simulator/servers/dcon_server.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace gyrotherm;
+  static const World world(world_of_rig("virtual"), {});
+  DconSession session(world, {{.inputs = {0, 1}}, {.address = 2, .checksum = DconChecksum::on, .inputs = {}}});
+  std::vector<std::byte> reply;
+  if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
+  for (const char* command : {"\r#01", "\r$01", "\r#02"}) {
+    if (!session.feed(std::as_bytes(std::span(std::string_view(command))), reply)) std::abort();
+    if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
+  }
+  if (!reply.empty() && reply.back() != std::byte{'\r'}) std::abort();
+  return 0;
+}

@@ -1,0 +1,19 @@
+/// Any bytes to the virtual Lake Shore 218: no crash, and every reply is a whole line.
+#include <cstdlib>
+
+#include "simulator/servers/lakeshore_218_server.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace gyrotherm;
+  static const World world(world_of_rig("virtual"), {});
+  Lakeshore218Session session(world, {0, 1, 2, 3});
+  std::vector<std::byte> reply;
+  if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
+  for (const char* command : {"\nCRDG?", "\nKRDG? "}) {
+    if (!session.feed(std::as_bytes(std::span(std::string_view(command))), reply)) std::abort();
+    if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
+  }
+  if (!reply.empty() && reply.back() != std::byte{'\n'}) std::abort();
+  return 0;
+}

@@ -1,0 +1,19 @@
+/// Any report to the virtual USB-TEMP: no crash, and a reply is one of its own commands and no longer than it may be.
+#include <cstdlib>
+
+#include "simulator/servers/virtual_usb_temp.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace gyrotherm;
+  static const World world(world_of_rig("virtual"), {});
+  static std::mutex guard;
+  static VirtualUsbTemp device(world, guard, {0, 1, 2, 3});
+  if (!device.write(std::as_bytes(std::span(data, size)))) std::abort();
+  std::array<std::byte, 256> report{};
+  const auto got = device.read(report, {});
+  if (got && (size == 0 || *got < 2 || *got > kMccLongestReport || report[0] != static_cast<std::byte>(data[0])))
+    std::abort();
+  if (device.read(report, {})) std::abort();
+  return 0;
+}

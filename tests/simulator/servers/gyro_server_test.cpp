@@ -1,0 +1,66 @@
+#include "simulator/servers/gyro_server.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "drivers/gyro/framed_gyro.hpp"
+#include "drivers/line/line_address.hpp"
+#include "tests/drivers/gyro/frame_streams.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kSoon = std::chrono::milliseconds(200);
+
+std::unique_ptr<ByteStream> connect(std::uint16_t port) { return make_stream(TcpLine{"127.0.0.1", port}, {}, kSoon); }
+
+std::string receive(ByteStream& line) {
+  std::array<std::byte, 4096> buffer{};
+  const auto size = line.read(buffer, kSoon);
+  return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
+}
+
+TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
+  const auto stream = shipped_stream("vectornav");
+  auto listener = listen_on_loopback(0);
+  ASSERT_TRUE(listener);
+  const auto port = port_of(*listener);
+  GyroServer server(std::move(*listener), StreamWriter(stream.frame, 0.1), stream.start);
+  const auto line = connect(port);
+  const std::string& command = stream.start.front().send;
+  const auto bytes = std::as_bytes(std::span(command));
+  ASSERT_TRUE(line->write(bytes.first(5), kSoon));
+  server.attend();
+  EXPECT_EQ(receive(*line), "");
+  ASSERT_TRUE(line->write(bytes.subspan(5), kSoon));
+  server.attend();
+  EXPECT_EQ(receive(*line), stream.start.front().reply + "\r\n");
+}
+
+TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
+  const auto stream = shipped_stream("kvh-17xx-b");
+  auto listener = listen_on_loopback(0);
+  auto pty = open_pty();
+  ASSERT_TRUE(listener && pty);
+  const auto port = port_of(*listener);
+  const int other_end = ::open(pty->path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+  GyroServer server(std::move(*listener), StreamWriter(stream.frame, 0.1));
+  server.add(std::move(*pty));
+  const auto line = connect(port);
+  ASSERT_TRUE(line->write({}, kSoon));
+  server.send(1000, 1'000'000);
+  std::array<char, 4096> buffer{};
+  const auto size = ::read(other_end, buffer.data(), buffer.size());
+  ASSERT_GT(size, 0);
+  EXPECT_EQ(receive(*line), std::string(buffer.data(), static_cast<std::size_t>(size)));
+  for (int i = 0; i < 1000; ++i)
+    server.send(1000 + i, 2'000'000 + i);  // nobody listens: the line fills, nothing breaks
+  const auto rest = ::read(other_end, buffer.data(), buffer.size());
+  EXPECT_GT(rest, 0);
+  EXPECT_EQ(rest % static_cast<long>(stream.frame.length), 0) << "whole frames";
+  ::close(other_end);
+}
+
+}  // namespace
+}  // namespace gyrotherm

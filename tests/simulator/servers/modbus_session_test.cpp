@@ -1,0 +1,171 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "drivers/line/modbus_frame.hpp"
+#include "simulator/servers/modbus_server.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Words = std::vector<std::uint16_t>;
+
+class ModbusSessionTest : public testing::Test {
+ protected:
+  Result<Words> ask(const ModbusRequest& request) {
+    std::vector<std::byte> reply;
+    EXPECT_TRUE(session.feed(encode_request(request), reply));
+    return decode_reply(request, reply);
+  }
+  Result<Words> read(const char* item) {
+    const auto& found = *map.find(item);
+    return ask({7, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}});
+  }
+  Result<Words> write(const char* item, double value) {
+    const auto& found = *map.find(item);
+    const auto words = encode(found, value);
+    return ask({8, map.link.modbus.unit, ModbusFunction::write_multiple, found.address,
+                static_cast<std::uint16_t>(words.size()), words});
+  }
+  static void expect_exception(const Result<Words>& reply, const std::string& code) {
+    ASSERT_FALSE(reply);
+    EXPECT_EQ(reply.error().kind, FaultKind::refused);
+    EXPECT_TRUE(reply.error().what.starts_with("exception " + code)) << reply.error().what;
+  }
+
+  RegisterMap map = chamber_map("virtual");
+  World world{world_of_rig("virtual"), {}};
+  ChamberRegisters registers{map, world};
+  ModbusSession session{registers};
+};
+
+TEST_F(ModbusSessionTest, ReadsTheAirAsMeasured) {
+  world.step();
+  const auto words = read("air_temperature");
+  ASSERT_TRUE(words);
+  EXPECT_NEAR(*decode(*map.find("air_temperature"), *words), world.air_as_measured().value, 1e-5);
+}
+
+TEST_F(ModbusSessionTest, AnswersTheGoldenFrames) {
+  const auto bytes = [](std::initializer_list<int> values) {
+    std::vector<std::byte> all;
+    for (const int value : values) all.push_back(static_cast<std::byte>(value));
+    return all;
+  };
+  std::vector<std::byte> reply;
+  ASSERT_TRUE(session.feed(bytes({0x12, 0x34, 0, 0, 0, 6, 1, 3, 0, 100, 0, 1}), reply));
+  EXPECT_EQ(reply, bytes({0x12, 0x34, 0, 0, 0, 5, 1, 3, 2, 0x55, 0x6C}));
+  reply.clear();
+  ASSERT_TRUE(session.feed(bytes({0x12, 0x35, 0, 0, 0, 6, 1, 3, 0, 103, 0, 2}), reply));
+  EXPECT_EQ(reply, bytes({0x12, 0x35, 0, 0, 0, 7, 1, 3, 4, 0x41, 0xA0, 0, 0}));
+  reply.clear();
+  ASSERT_TRUE(session.feed(bytes({0x12, 0x36, 0, 0, 0, 6, 1, 3, 0, 99, 0, 1}), reply));
+  EXPECT_EQ(reply, bytes({0x12, 0x36, 0, 0, 0, 3, 1, 0x83, 2}));
+}
+
+TEST_F(ModbusSessionTest, TakesASetPointAndGivesItBack) {
+  ASSERT_TRUE(write("set_point", -40.25));
+  EXPECT_EQ(world.set_point().value, -40.25);
+  EXPECT_EQ(*read("set_point"), encode(*map.find("set_point"), -40.25));
+}
+
+TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
+  ASSERT_TRUE(write("control_mode", 1));
+  EXPECT_TRUE(world.is_on());
+  ASSERT_TRUE(ask({9, map.link.modbus.unit, ModbusFunction::write_single, map.find("control_mode")->address, 1, {0}}));
+  EXPECT_FALSE(world.is_on());
+  expect_exception(write("control_mode", 2), "3");
+}
+
+TEST_F(ModbusSessionTest, ReadsByFunctionFourWhatItReadsByThree) {
+  const auto address = map.find("set_point")->address;
+  EXPECT_EQ(*ask({1, map.link.modbus.unit, ModbusFunction::read_input, address, 2, {}}), *read("set_point"));
+}
+
+TEST_F(ModbusSessionTest, RefusesASetPointThatThePlantCannotHold) {
+  expect_exception(write("set_point", 200), "3");
+  EXPECT_EQ(world.set_point().value, 20);
+}
+
+TEST_F(ModbusSessionTest, RefusesToWriteWhatIsReadOnly) { expect_exception(write("air_temperature", 20), "2"); }
+
+TEST_F(ModbusSessionTest, RefusesHalfASetPoint) {
+  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::write_single, map.find("set_point")->address, 1, {0}}),
+                   "2");
+}
+
+TEST_F(ModbusSessionTest, WritesAllOrNothing) {
+  const auto address = map.find("set_point")->address;
+  auto words = encode(*map.find("set_point"), 30);
+  words.push_back(1);  // control_mode
+  words.push_back(0);  // output, read-only
+  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::write_multiple, address, 4, words}), "2");
+  EXPECT_EQ(world.set_point().value, 20);
+  EXPECT_FALSE(world.is_on());
+}
+
+TEST_F(ModbusSessionTest, RefusesRegistersThatTheMapDoesNotHave) {
+  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 5000, 1, {}}), "2");
+  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 107, 2, {}}), "2");
+}
+
+TEST_F(ModbusSessionTest, RefusesACountOfZero) {
+  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 101, 0, {}}), "3");
+}
+
+TEST_F(ModbusSessionTest, IsSilentForAnotherUnit) {
+  std::vector<std::byte> reply;
+  EXPECT_TRUE(session.feed(encode_request({1, 17, ModbusFunction::read_holding, 101, 2, {}}), reply));
+  EXPECT_TRUE(reply.empty());
+}
+
+TEST_F(ModbusSessionTest, DropsAClientThatDoesNotSpeakModbus) {
+  std::vector<std::byte> reply;
+  EXPECT_FALSE(session.feed(std::as_bytes(std::span(std::string_view("GET / HTTP/1.1"))), reply));
+}
+
+TEST_F(ModbusSessionTest, TakesFramesInAnyPieces) {
+  auto bytes = encode_request({1, map.link.modbus.unit, ModbusFunction::read_holding, 103, 2, {}});
+  const auto second = encode_request({2, map.link.modbus.unit, ModbusFunction::read_holding, 101, 2, {}});
+  bytes.insert(bytes.end(), second.begin(), second.end());
+  std::vector<std::byte> at_once;
+  ASSERT_TRUE(session.feed(bytes, at_once));
+  std::vector<std::byte> in_pieces;
+  for (const auto byte : bytes) ASSERT_TRUE(session.feed(std::span(&byte, 1), in_pieces));
+  EXPECT_EQ(at_once, in_pieces);
+  EXPECT_EQ(at_once.size(), 26U);
+}
+
+TEST(ChamberRegisters, ServesEveryItemOfEveryShippedMap) {
+  for (const auto& name : shipped_chambers()) {
+    World world(world_of_rig("virtual"), {});
+    world.step();
+    const auto map = chamber_map(name);
+    const ChamberRegisters registers(map, world);
+    for (const auto& item : map.items) {
+      if (!item.readable) continue;
+      Words words;
+      const auto function = item.read_function.value_or(ReadFunction::holding_registers);
+      EXPECT_TRUE(registers.read(function, item.address, word_count(item), words)) << name << " " << item.name;
+      EXPECT_EQ(words.size(), word_count(item));
+    }
+  }
+}
+
+TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
+  auto map = chamber_map("virtual");
+  for (auto& item : map.items) {
+    if (item.name == "set_point") item.address = 110;
+  }
+  World world(world_of_rig("virtual"), {});
+  Words words;
+  EXPECT_TRUE(ChamberRegisters(map, world).read(ReadFunction::holding_registers, 100, 12, words));
+  EXPECT_EQ(words[9], 0);
+  EXPECT_EQ(words[10], 0x41A0);
+  map.one_block = false;
+  EXPECT_FALSE(ChamberRegisters(map, world).read(ReadFunction::holding_registers, 100, 12, words));
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,62 @@
+#include "simulator/servers/virtual_usb_temp.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/thermometer/mcc_usb_temp_setup.hpp"
+#include "tests/simulator/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+class VirtualUsbTempTest : public testing::Test {
+ protected:
+  std::vector<std::byte> ask(const MccRequest& request) {
+    EXPECT_TRUE(device.write(encode_mcc_request(request)));
+    std::vector<std::byte> report(kMccLongestReport);
+    const auto size = device.read(report, {});
+    report.resize(size.value_or(0));
+    return report;
+  }
+  World world{world_of_rig("virtual"), {}};
+  std::mutex guard;
+  VirtualUsbTemp device{world, guard, {0, 1, std::nullopt, 3, 4, 5, 6, 8}};
+};
+
+TEST_F(VirtualUsbTempTest, ScansItsInputs) {
+  const auto scan = mcc_scan(0, 7);
+  const auto readings = decode_mcc_temperatures(scan, ask(scan));
+  ASSERT_TRUE(readings) << text(readings.error());
+  const auto world_c = world.thermometers_as_measured_c();
+  EXPECT_NEAR((*readings)[1]->value, world_c[1], 2e-6);
+  EXPECT_NEAR((*readings)[7]->value, world_c[8], 2e-6);
+  EXPECT_EQ((*readings)[2].error().kind, FaultKind::out_of_range);
+  const auto one = mcc_read_input(3);
+  EXPECT_NEAR(decode_mcc_temperatures(one, ask(one)).value()[0]->value, world_c[3], 2e-6);
+}
+
+TEST_F(VirtualUsbTempTest, KeepsWhatItsItemsAreSetTo) {
+  const auto sensor = mcc_read_item(5, MccItem::sensor);
+  EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{0}) << "platinum at first";
+  for (const auto& request : mcc_setup(5, MccThermocouple{MccThermocoupleType::t})) EXPECT_TRUE(ask(request).empty());
+  EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{2});
+  EXPECT_TRUE(ask(mcc_set_item(2, MccItem::coefficient_0, 100.02f)).empty());
+  const auto coefficient = mcc_read_item(2, MccItem::coefficient_0);
+  EXPECT_EQ(decode_mcc_numbers(coefficient, ask(coefficient)).value()[0], 100.02f);
+}
+
+TEST_F(VirtualUsbTempTest, CalibratesInNoTimeAndKnowsItsDate) {
+  EXPECT_TRUE(ask(mcc_request(MccCommand::calibrate)).empty());
+  const auto status = mcc_request(MccCommand::read_status);
+  EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
+  const auto date = mcc_read_calibration_date();
+  EXPECT_TRUE(decode_mcc_date(decode_mcc_bytes(date, ask(date)).value()));
+}
+
+TEST_F(VirtualUsbTempTest, IsSilentToWhatItDoesNotUnderstand) {
+  EXPECT_TRUE(device.write(std::vector{std::byte{0x99}, std::byte{0}}));
+  std::array<std::byte, 64> report{};
+  EXPECT_EQ(device.read(report, {}).error().kind, FaultKind::timeout);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -20,7 +20,7 @@ namespace {
 using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
 constexpr double kWorthSolving = 0.25;  ///< of the worst input's error at a point, for another input there
-constexpr double kMargin = 0.05;        ///< of the goal, for the errors within the reduction
+constexpr double kMargin = 0.01;        ///< of the goal, for the errors within the reduction: in time they add up
 constexpr int kFewestStates = 8;
 constexpr double kRange_k = 100;   ///< of the ambient, over a chamber's programs
 constexpr double kAmbient_k = 50;  ///< at which errors are told

@@ -25,9 +25,9 @@ inline constexpr double kSolved = 1e-4;
 using SolveColumns = std::function<Result<Eigen::MatrixXd>(const SparseMatrix& matrix, const Eigen::MatrixXd& right)>;
 
 struct ReductionOptions {
-  int states = 76;       ///< at most
-  int most_fields = 96;  ///< to solve for before the compression
-  double goal_k = 5e-3;  ///< largest error of an output, for 50 K of ambient or the powers
+  int states = 84;        ///< at most
+  int most_fields = 200;  ///< to solve for before the compression
+  double goal_k = 5e-3;   ///< largest error of an output, for 50 K of ambient or the powers
 };
 
 struct ReducedSystem {

@@ -30,7 +30,7 @@ using HyperParameters = std::vector<HyperParameter>;
 [[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
 
 struct MethodOptions {
-  TuningOptions tuning;    ///< of the support vector methods
+  TuningOptions tuning{};  ///< of the support vector methods
   std::uint64_t seed = 1;  ///< of methods that start at random
   double tight_gap = 0;    ///< > 0: the support vector methods try for this relative gap first
   bool quick = false;      ///< a try: methods that search long search less

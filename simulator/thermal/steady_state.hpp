@@ -16,9 +16,9 @@ namespace gyrotherm {
 
 struct SteadyOptions {
   double ambient_c = 20;
-  std::optional<double> film_w_per_m2_k;            ///< absent: the model's still film, in block mode its block film
-  std::optional<ThermalCoefficients> coefficients;  ///< given: kept, whatever the temperatures (the linear problem)
-  double tolerance_k = 1e-4;                        ///< of the air's temperature between two rounds
+  std::optional<double> film_w_per_m2_k{};            ///< absent: the model's still film, in block mode its block film
+  std::optional<ThermalCoefficients> coefficients{};  ///< given: kept, whatever the temperatures (the linear problem)
+  double tolerance_k = 1e-4;                          ///< of the air's temperature between two rounds
   int most_rounds = 30;
 };
 

@@ -90,8 +90,8 @@ double log_density(const Covariance& covariance, const Samples& samples) {
   k.diagonal().array() += covariance.noise * covariance.noise;
   const Eigen::LDLT<Eigen::MatrixXd> factor(k);
   const double log_determinant = factor.vectorD().array().log().sum();
-  return -0.5 *
-         (samples.y.dot(factor.solve(samples.y)) + log_determinant + samples.y.size() * std::log(2 * std::acos(-1.0)));
+  return -0.5 * (samples.y.dot(factor.solve(samples.y)) + log_determinant +
+                 static_cast<double>(samples.y.size()) * std::log(2 * std::acos(-1.0)));
 }
 
 TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {

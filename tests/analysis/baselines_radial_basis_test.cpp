@@ -154,7 +154,8 @@ TEST(KohonenNetwork, LeavesNoMoreUnexplainedThanItsTolerance) {
     ASSERT_TRUE(fit);
     const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
     EXPECT_LT(residual.squaredNorm(), tolerance * (samples.y.array() - samples.y.mean()).square().sum());
-    EXPECT_EQ(fit->effective_parameters, std::get<ExpansionModel>(fit->function).weights.size() + 1.0);
+    EXPECT_EQ(fit->effective_parameters,
+              static_cast<double>(std::get<ExpansionModel>(fit->function).weights.size() + 1));
   }
 }
 

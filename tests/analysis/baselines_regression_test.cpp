@@ -63,7 +63,8 @@ double f_of(const Samples& samples, std::vector<Eigen::Index> columns, Eigen::In
   };
   const double before = rss(columns);
   columns.push_back(input);
-  const double after = rss(columns), freedom = static_cast<double>(samples.x.rows()) - columns.size() - 1.0;
+  const double after = rss(columns),
+               freedom = static_cast<double>(samples.x.rows()) - static_cast<double>(columns.size()) - 1;
   return (before - after) / (after / freedom);
 }
 
@@ -93,7 +94,7 @@ TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
         EXPECT_LE(f_of(samples, taken, input), kFToEnter) << input;
       }
     }
-    EXPECT_EQ(fit->effective_parameters, taken.size() + 1.0);
+    EXPECT_EQ(fit->effective_parameters, static_cast<double>(taken.size() + 1));
     const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
     EXPECT_NEAR(residual.mean(), 0, 1e-12);
     for (const Eigen::Index input : taken) EXPECT_NEAR(residual.dot(samples.x.col(input)), 0, 1e-10);
@@ -142,7 +143,7 @@ TEST(Ridge, SatisfiesItsNormalEquations) {
       ASSERT_TRUE(fit);
       const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
       const Eigen::VectorXd gradient =
-          samples.x.transpose() * residual - lambda * samples.y.size() * linear_of(*fit).weights;
+          samples.x.transpose() * residual - lambda * static_cast<double>(samples.y.size()) * linear_of(*fit).weights;
       EXPECT_LT(gradient.cwiseAbs().maxCoeff(), 1e-10);
       EXPECT_NEAR(residual.mean(), 0, 1e-12);
     }

@@ -51,9 +51,9 @@ Phase phase_named(std::string_view text) {
 }
 
 EventKind event_kind_named(std::string_view text) {
-  return named(text,
-               {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
-                EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished});
+  return named(text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault,
+                      EventKind::recovered, EventKind::interlock, EventKind::note, EventKind::interrupted,
+                      EventKind::finished, EventKind::state, EventKind::command});
 }
 
 Result<Database> open_record(const std::string& path) {

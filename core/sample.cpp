@@ -32,6 +32,19 @@ const char* name(Phase phase) {
   return "unknown";
 }
 
+const char* name(RunState state) {
+  switch (state) {
+    case RunState::execute: return "execute";
+    case RunState::suspended: return "suspended";
+    case RunState::held: return "held";
+    case RunState::aborting: return "aborting";
+    case RunState::aborted: return "aborted";
+    case RunState::stopped: return "stopped";
+    case RunState::complete: return "complete";
+  }
+  return "unknown";
+}
+
 const char* name(EventKind kind) {
   switch (kind) {
     case EventKind::started: return "started";
@@ -43,6 +56,8 @@ const char* name(EventKind kind) {
     case EventKind::note: return "note";
     case EventKind::interrupted: return "interrupted";
     case EventKind::finished: return "finished";
+    case EventKind::state: return "state";
+    case EventKind::command: return "command";
   }
   return "unknown";
 }

@@ -73,6 +73,17 @@ struct Progress {
   auto operator<=>(const Progress&) const = default;
 };
 
+/// How the run is being carried out, in the words of ISA-88 and PackML; milder first.
+enum class RunState {
+  execute,    ///< the profile's clock runs
+  suspended,  ///< a cause outside the program stopped the clock; goes on by itself when the cause is gone
+  held,       ///< an operator, or a cause inside, stopped the clock; only an operator goes on
+  aborting,   ///< the chamber is being made safe, and has not confirmed it yet
+  aborted,    ///< … and has confirmed it; nothing more is commanded
+  stopped,    ///< an operator ended the run
+  complete,   ///< the profile came to its end
+};
+
 /// One second of the whole rig. `thermometers` is in the order of the rig's channels, as read (not calibrated).
 struct Sample {
   std::int64_t slot{};  ///< whole seconds since the run started; each has one sample or lies in one gap
@@ -82,9 +93,33 @@ struct Sample {
   Reading<PulseCount> gyro;
   Progress progress;
   FrameCount gyro_frames{};  ///< since the rig was assembled
+  RunState state{};          ///< as judged at this sample
 };
 
-enum class EventKind { started, resumed, segment, fault, recovered, interlock, note, interrupted, finished };
+/// Where a run stands and where it goes, for whoever watches it.
+struct Outlook {
+  RunState state{};
+  std::string cause{};                ///< of a state other than execute; empty: none
+  Duration time_left{};               ///< if every soak counts from now on
+  Duration behind_plan{};             ///< time that went by without the profile's clock
+  std::int64_t missed_set_points{};   ///< that the chamber did not take, so far
+  std::vector<std::string> faults{};  ///< that stand now, one line each
+  auto operator<=>(const Outlook&) const = default;
+};
+
+enum class EventKind {
+  started,
+  resumed,
+  segment,
+  fault,
+  recovered,
+  interlock,
+  note,
+  interrupted,
+  finished,
+  state,    ///< the run's state changed, and why
+  command,  ///< of an operator, with who it was
+};
 struct Event {
   Instant at;
   EventKind kind{};
@@ -93,6 +128,7 @@ struct Event {
 
 [[nodiscard]] const char* name(ChamberActivity activity);
 [[nodiscard]] const char* name(Phase phase);
+[[nodiscard]] const char* name(RunState state);
 [[nodiscard]] const char* name(EventKind kind);
 
 }  // namespace gyrotherm

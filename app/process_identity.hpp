@@ -1,0 +1,29 @@
+/// A process that can be told from a later one with the same number.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/quantity.hpp"
+
+namespace gyrotherm {
+
+struct ProcessIdentity {
+  std::int64_t pid{};
+  std::uint64_t started{};  ///< ticks since the machine started, of the kernel's own clock
+  std::string boot;         ///< id of the machine's start
+  bool operator==(const ProcessIdentity&) const = default;
+};
+
+/// Nothing if there is no such process, or it has ended and only waits to be reaped.
+[[nodiscard]] std::optional<ProcessIdentity> identity_of(std::int64_t pid);
+[[nodiscard]] ProcessIdentity own_identity();
+[[nodiscard]] bool lives(const ProcessIdentity& process);
+
+/// Sends SIGKILL to that process and to no other, and waits at most `within` for its end; false if it still lives then.
+[[nodiscard]] bool kill_surely(const ProcessIdentity& process, Duration within);
+
+}  // namespace gyrotherm

@@ -1,0 +1,116 @@
+/// The guard's watch over a pipe, and telling one process from another.
+#include "app/guard.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "app/notify_socket.hpp"
+#include "app/process_identity.hpp"
+#include "tests/app/folder.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Pipe {
+  Pipe() { EXPECT_EQ(::pipe(ends), 0); }
+  ~Pipe() { ::close(ends[0]), close(); }
+  void say(const char* bytes) const { EXPECT_GT(::write(ends[1], bytes, std::string_view(bytes).size()), 0); }
+  void close() {
+    if (ends[1] >= 0) ::close(ends[1]);
+    ends[1] = -1;
+  }
+  int ends[2]{};
+};
+
+TEST(Guard, AGoodByeEndsItsWatch) {
+  Pipe pipe;
+  pipe.say("p...q");
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
+}
+
+TEST(Guard, AnEndWithoutAGoodByeIsADeath) {
+  Pipe pipe;
+  pipe.say("p..");
+  pipe.close();
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::closed);
+}
+
+TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
+  Pipe pipe;
+  pipe.say(".");
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
+            WatchEnd::silent);
+  pipe.say("p");
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
+            WatchEnd::silent);
+}
+
+/// A child that waits to be killed.
+pid_t idle_child() {
+  const auto child = ::fork();
+  if (child == 0) {
+    ::pause();
+    ::_exit(0);
+  }
+  return child;
+}
+
+TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
+  const auto child = idle_child();
+  const auto known = identity_of(child);
+  ASSERT_TRUE(known);
+  EXPECT_TRUE(lives(*known));
+  ::kill(child, SIGSTOP);
+  EXPECT_TRUE(kill_surely(*known, std::chrono::seconds(5)));
+  EXPECT_FALSE(lives(*known)) << "one that only waits to be reaped is dead";
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(WTERMSIG(status), SIGKILL);
+}
+
+TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
+  const auto child = idle_child();
+  auto another = identity_of(child);
+  ASSERT_TRUE(another);
+  ++another->started;
+  EXPECT_TRUE(kill_surely(*another, std::chrono::seconds(1)));
+  auto of_another_boot = identity_of(child);
+  of_another_boot->boot += "x";
+  EXPECT_TRUE(kill_surely(*of_another_boot, std::chrono::seconds(1)));
+  EXPECT_EQ(::waitpid(child, nullptr, WNOHANG), 0) << "it lives";
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+}
+
+TEST(NotifySocket, TellsWhoeverListens) {
+  const TestFolder folder;
+  const auto path = folder / "notify";
+  const Descriptor listener(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  ASSERT_EQ(::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  auto socket = NotifySocket::at(path);
+  ASSERT_TRUE(socket);
+  socket->tell("READY=1");
+  char heard[64];
+  const auto size = ::recv(listener.number(), heard, sizeof heard, MSG_DONTWAIT);
+  ASSERT_GT(size, 0);
+  EXPECT_EQ(std::string(heard, static_cast<std::size_t>(size)), "READY=1");
+}
+
+TEST(NotifySocket, NobodyThereIsNoFault) {
+  auto socket = NotifySocket::at("@gyrotherm-nobody-listens");
+  ASSERT_TRUE(socket);
+  socket->tell("WATCHDOG=1");
+  EXPECT_FALSE(NotifySocket::at(std::string(200, 'x')));
+  EXPECT_FALSE(NotifySocket::at(""));
+}
+
+}  // namespace
+}  // namespace gyrotherm

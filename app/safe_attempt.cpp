@@ -53,7 +53,8 @@ Result<ArmedChamber> chamber_of(const Armed& armed) {
   if (!map) return failure(map.error());
   const auto linked = on_link(std::move(*map), armed.link);
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
-  return ArmedChamber{.place = chamber_place(*line, linked->link.modbus), .connect = [map = *linked, line = *line] {
+  return ArmedChamber{.place = chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
+                      .connect = [map = *linked, line = *line] {
                         return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
                       }};
 }

@@ -91,9 +91,9 @@ void sign(int file, const std::string& record) {
 
 }  // namespace
 
-std::string chamber_place(const Line& line, const ModbusLink& link) {
+std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
   if (const auto* tcp = std::get_if<TcpLine>(&line))
-    return fmt::format("tcp-{}-{}-{}", as_file_name(tcp->host), tcp->port == 0 ? link.port : tcp->port, link.unit);
+    return fmt::format("tcp-{}-{}-{}", as_file_name(tcp->host), tcp->port == 0 ? usual_port : tcp->port, unit);
   if (const auto* serial = std::get_if<SerialLine>(&line)) {
     std::error_code error;
     const auto device = std::filesystem::weakly_canonical(serial->device, error).string();

@@ -2,11 +2,11 @@
 /// that ends.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "core/result.hpp"
-#include "drivers/chamber/register_map.hpp"
 #include "drivers/line/descriptor.hpp"
 #include "drivers/line/line_address.hpp"
 
@@ -14,7 +14,7 @@ namespace gyrotherm {
 
 /// The chamber at the end of a line, however the line is written: "tcp-10.0.0.7-502-1" (with the unit's number, for
 /// several chambers may be behind one address), "serial-dev-ttyUSB0" (of the device that a link leads to).
-[[nodiscard]] std::string chamber_place(const Line& line, const ModbusLink& link);
+[[nodiscard]] std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit);
 
 class ChamberLock {
  public:

@@ -12,12 +12,6 @@
 namespace gyrotherm {
 namespace {
 
-ModbusLink link_to(std::uint8_t unit) {
-  ModbusLink link;
-  link.unit = unit;
-  return link;
-}
-
 std::string own_place(const char* name) { return fmt::format("test-{}-{}", name, ::getpid()); }
 
 TEST(ChamberLock, ASecondIsRefusedAndToldWhoHoldsIt) {
@@ -60,8 +54,7 @@ TEST(ChamberLock, OneThatAKilledProgramLeftIsNoObstacle) {
 }
 
 TEST(ChamberLock, TheSameChamberHasOnePlaceHoweverItsLineIsWritten) {
-  const auto link = link_to(3);
-  const auto place = [&](const char* line) { return chamber_place(parse_line(line).value(), link); };
+  const auto place = [](const char* line) { return chamber_place(parse_line(line).value(), 502, 3); };
   EXPECT_EQ(place("tcp://10.0.0.7:502"), "tcp-10.0.0.7-502-3");
   EXPECT_EQ(place("10.0.0.7"), place("tcp://10.0.0.7:502"));
   EXPECT_EQ(place("tcp://localhost:502"), place("tcp://127.0.0.1:502"));
@@ -70,13 +63,13 @@ TEST(ChamberLock, TheSameChamberHasOnePlaceHoweverItsLineIsWritten) {
   EXPECT_EQ(place("serial:/dev/ttyS9?9600,7O1"), place("serial:/dev/ttyS9"));
   const auto link_name = std::filesystem::temp_directory_path() / own_place("by-id");
   std::filesystem::create_symlink("/dev/null", link_name);
-  EXPECT_EQ(chamber_place(SerialLine{link_name.string(), {}}, link), "serial-dev-null");
+  EXPECT_EQ(chamber_place(SerialLine{link_name.string(), {}}, 502, 3), "serial-dev-null");
   std::filesystem::remove(link_name);
 }
 
 TEST(ChamberLock, UnitsBehindOneAddressAreChambersOfTheirOwn) {
   const auto line = parse_line("10.0.0.7").value();
-  EXPECT_NE(chamber_place(line, link_to(1)), chamber_place(line, link_to(2)));
+  EXPECT_NE(chamber_place(line, 502, 1), chamber_place(line, 502, 2));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "acquisition/calibration.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <charconv>
@@ -39,11 +40,7 @@ std::optional<sys_days> parse_day(std::string_view text) {
   return date.ok() ? std::optional<sys_days>(date) : std::nullopt;
 }
 
-std::string day_text(sys_days day) {
-  const std::chrono::year_month_day date(day);
-  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
-                     static_cast<unsigned>(date.day()));
-}
+std::string day_text(sys_days day) { return fmt::format("{:%F}", day); }
 
 std::string calibration_in_words(const Channel& channel) {
   auto words = correction_in_words(channel);

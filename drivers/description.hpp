@@ -1,4 +1,5 @@
-/// What the files that describe instruments have in common: words that stand for values, and bounded whole numbers.
+/// What the files that describe instruments have in common: words that stand for values, bounded whole numbers, and
+/// files that they name.
 #pragma once
 
 #include <fmt/format.h>
@@ -6,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,5 +38,14 @@ template <class T>
     table.mistake(key, fmt::format("\"{}\" is {}, expected {} to {}", key, value, low, high));
   return static_cast<T>(std::clamp(value, low, high));
 }
+
+struct NamedText {
+  std::string path;
+  std::string text;
+};
+/// The file that `key` names, relative to the folder of `file`, or `known` in place of its text, as a record keeps it.
+/// Fails with bad_file, at the place of the key.
+[[nodiscard]] Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file,
+                                           const std::optional<std::string>& known);
 
 }  // namespace gyrotherm

@@ -1,11 +1,10 @@
 #include "rig/gyro_entry.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 #include <utility>
 
-#include "core/text_file.hpp"
+#include "drivers/description.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/gyro/pumped_stream.hpp"
@@ -27,13 +26,10 @@ DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevat
 
 Result<GyroStream> read_stream(const TomlTable& table, const std::string& rig_file,
                                const std::optional<std::string>& known) {
-  const auto name = table.text("stream");
   const auto axis = table.text("axis", "");
-  const auto path = (std::filesystem::path(rig_file).parent_path() / name).lexically_normal().string();
-  if (known) return parse_gyro_stream(*known, path, axis);
-  const auto text = read_text_file(path);
-  if (!text) return failure(FaultKind::bad_file, table.place("stream"), text.error().where + " " + text.error().what);
-  return parse_gyro_stream(*text, path, axis);
+  return read_named(table, "stream", rig_file, known).and_then([&](const NamedText& named) {
+    return parse_gyro_stream(named.text, named.path, axis);
+  });
 }
 
 /// What one count of the frames is: they say it themselves, or they count pulses, whose weight the rig file has.

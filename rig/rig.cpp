@@ -41,23 +41,13 @@ Lines lines_of(const RigFile& file) {
   return lines;
 }
 
-/// A virtual unit needs none of the times that its map asks for.
-RegisterMap without_pauses(RegisterMap map) {
-  constexpr int kFastest = 921600;
-  auto& link = map.link.modbus;
-  link.minimum_period = link.after_write = Duration{};
-  link.gap = Duration(1);  // none would ask for 3.5 characters
-  link.serial.baud = kFastest;
-  return map;
-}
-
 /// Instruments on their lines, and the sampler that reads them.
 class AssembledRig : public Rig {
  public:
   AssembledRig(RigFile file, Lines lines, std::unique_ptr<VirtualInstruments> world)
       : world_(std::move(world)), file_(std::move(file)), lines_(std::move(lines)) {
-    if (file_.simulated) file_.chamber_map = without_pauses(std::move(file_.chamber_map));
-    const auto& map = file_.chamber_map;
+    auto& map = file_.chamber_map;
+    if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
     chamber_ = make_modbus_chamber(map, make_modbus(lines_.chamber, map.link.modbus),
                                    file_.simulated ? virtual_pauses() : real_pauses());
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i) thermometers_.push_back(thermometer(i));
@@ -197,12 +187,10 @@ class VirtualRig final : public AssembledRig {
 };
 
 VirtualThermometer virtual_thermometer(const ThermometerEntry& entry) {
-  constexpr std::uint8_t kThermocoupleT = 0x10;
-  return {.channels = entry.channels,
-          .kind = entry.kind,
-          .addresses = entry.addresses,
-          .type = entry.type.value_or(kThermocoupleT),
-          .checksum = entry.checksum};
+  VirtualThermometer thermometer{
+      .channels = entry.channels, .kind = entry.kind, .addresses = entry.addresses, .checksum = entry.checksum};
+  if (entry.type) thermometer.type = *entry.type;
+  return thermometer;
 }
 
 }  // namespace

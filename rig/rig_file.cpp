@@ -3,25 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 
 #include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/chamber/register_map_words.hpp"
 #include "drivers/description.hpp"
 #include "drivers/line/line_address.hpp"
 
 namespace gyrotherm {
 namespace {
-
-std::optional<WordOrder> word_order(const TomlTable& chamber) {
-  const auto order = chamber.choice("word_order", {"default", "abcd", "cdab", "badc", "dcba"}, "default");
-  if (order == "abcd") return WordOrder::abcd;
-  if (order == "cdab") return WordOrder::cdab;
-  if (order == "badc") return WordOrder::badc;
-  if (order == "dcba") return WordOrder::dcba;
-  return {};
-}
 
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
@@ -39,23 +30,20 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
     table.mistake("safe_set_point", "the safe set point is outside what the chamber can do");
 }
 
-std::optional<LinkKind> framing(const TomlTable& chamber) {
-  const auto word = chamber.choice("framing", {"default", "tcp", "rtu", "rtu_over_tcp"}, "default");
-  if (word == "tcp") return LinkKind::tcp;
-  if (word == "rtu") return LinkKind::rtu;
-  if (word == "rtu_over_tcp") return LinkKind::rtu_over_tcp;
-  return {};
+/// What the word at `key` stands for; nothing if it is not there or "default".
+template <class T, std::size_t N>
+std::optional<T> said(const Vocabulary<T, N>& words, const TomlTable& table, const char* key) {
+  if (!table.has(key) || table.text(key) == "default") return std::nullopt;
+  return one_of(words, table, key);
 }
 
 /// The map, on the link that suits the line.
 Result<RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig, const std::optional<std::string>& known) {
-  const auto name = chamber.text("map");
-  const auto order = word_order(chamber);
-  const auto wanted = framing(chamber);
-  const auto path = (std::filesystem::path(rig.file).parent_path() / name).lexically_normal().string();
-  auto text = known ? Result<std::string>(*known) : read_text_file(path);
-  if (!text) return failure(FaultKind::bad_file, chamber.place("map"), text.error().where + " " + text.error().what);
-  auto map = parse_register_map(*text, path, order);
+  const auto order = said(kWordOrders, chamber, "word_order");
+  const auto wanted = said(kLinkKinds, chamber, "framing");
+  const auto named = read_named(chamber, "map", rig.file, known);
+  if (!named) return failure(named.error());
+  auto map = parse_register_map(named->text, named->path, order);
   const auto line = parse_line(rig.chamber_line);
   if (!map || !line) return map;
   auto linked = on_line(std::move(*map), *line, wanted);

@@ -9,8 +9,10 @@
 #include "drivers/description.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/pt12.hpp"
+#include "drivers/thermometer/pt12_codec.hpp"
 #include "rig/thermometer_sensor.hpp"
 
 namespace gyrotherm {
@@ -34,10 +36,10 @@ SerialFormat serial_format(Kind kind) {
 
 std::size_t inputs_of(const ThermometerEntry& entry) {
   switch (entry.kind) {
-    case Kind::lakeshore_218:
-    case Kind::mcc_usb_temp: return 8;
+    case Kind::lakeshore_218: return kLakeshore218Inputs;
+    case Kind::mcc_usb_temp: return kMccInputs;
     case Kind::dcon: return kDconInputs * entry.addresses.size();
-    case Kind::pt12: return 12;
+    case Kind::pt12: return kPt12Inputs;
   }
   return 0;
 }

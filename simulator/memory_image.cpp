@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/chamber/item_context.hpp"
+
 namespace gyrotherm {
 
 MemoryImage::MemoryImage(const RegisterMap& map, RegisterImage& registers) : map_(map), registers_(registers) {
@@ -62,16 +64,11 @@ Result<ChamberProgram> MemoryImage::program(Celsius from) const {
     for (int i = 0; i < block.count; ++i) words.push_back(word_at({window ? step : 0, first + i}));
     return words;
   };
-  const auto context_of = [&](const RegisterItem& form) {
-    ItemContext context;
-    if (!form.decimals.empty()) context.decimals = static_cast<int>(registers_.value(*map_.find(form.decimals)));
-    if (!form.unit.empty()) {
-      const auto& unit = *map_.find(form.unit);
-      context.fahrenheit = meaning(unit, registers_.value(unit)) == "fahrenheit";
-    }
-    return context;
+  const auto value_of = [&](const RegisterItem& item) -> Result<double> { return registers_.value(item); };
+  const auto context = [&](const RegisterItem& form) {
+    return context_of(map_, form, value_of).value_or(ItemContext{});
   };
-  return decode_program(memory, from, words_of, context_of);
+  return decode_program(memory, from, words_of, context);
 }
 
 }  // namespace gyrotherm

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/chamber/item_context.hpp"
+
 namespace gyrotherm {
 
 int image_address(const RegisterItem& item) {
@@ -36,13 +38,9 @@ std::vector<std::uint16_t> RegisterImage::words(int address, int count) const {
 
 RegisterItem RegisterImage::in_its_context(const RegisterItem& item) const {
   if (item.decimals.empty() && item.unit.empty()) return item;
-  ItemContext context;
-  if (!item.decimals.empty()) context.decimals = std::clamp(static_cast<int>(value(*map_.find(item.decimals))), 0, 6);
-  if (!item.unit.empty()) {
-    const auto& unit = *map_.find(item.unit);
-    context.fahrenheit = meaning(unit, value(unit)) == "fahrenheit";
-  }
-  return in_context(item, context);
+  const auto context =
+      context_of(map_, item, [&](const RegisterItem& other) -> Result<double> { return value(other); });
+  return in_context(item, context.value_or(ItemContext{}));
 }
 
 double RegisterImage::value(const RegisterItem& item) const {
@@ -55,8 +53,7 @@ std::vector<std::uint16_t> RegisterImage::words_at(const RegisterItem& item, dou
   const bool as_it_is = item.decimals.empty() && item.unit.empty();  // no copy for what is read every second
   auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
   if (item.type != RegisterType::bits) return words;
-  const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
-  words[0] = static_cast<std::uint16_t>((word(image_address(item)) & ~mask) | (words[0] & mask));
+  words[0] = with_other_bits(item, words[0], word(image_address(item)));
   return words;
 }
 

@@ -87,12 +87,12 @@ MakeSession session_of(const VirtualThermometer& thermometer, const Places& plac
 }
 
 /// One for each instrument that is a server: chamber, thermometers, gyro, in this order.
-Result<std::vector<Socket>> listen_all(std::uint16_t first_port, std::size_t count) {
+Result<std::vector<Descriptor>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
     return failure(FaultKind::usage, "virtual instruments",
                    fmt::format("{} ports from {} on, but the last one is 65535", count, first_port));
   }
-  std::vector<Socket> listeners;
+  std::vector<Descriptor> listeners;
   for (std::size_t i = 0; i < count; ++i) {
     auto listener = listen_on_loopback(first_port == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(first_port + i));
     if (!listener) return failure(std::move(listener.error()));
@@ -117,7 +117,7 @@ FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
 
 class Servers final : public VirtualInstruments {
  public:
-  Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places, std::vector<Socket> listeners,
+  Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places, std::vector<Descriptor> listeners,
           std::vector<Pty> ptys);
 
   void pass(Duration time) override;
@@ -143,7 +143,7 @@ class Servers final : public VirtualInstruments {
   /// When the next frame is due, seconds since the start.
   [[nodiscard]] double next_frame() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
   void send_frame(double at_s);
-  std::uint16_t serve(const std::string& instrument, Socket listener, const MakeSession& session);
+  std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session);
   void serve(const std::string& instrument, Pty line, const MakeSession& session);
 
   std::mutex guard_;  ///< of the world and what reads it
@@ -162,7 +162,7 @@ class Servers final : public VirtualInstruments {
 };
 
 Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places,
-                 std::vector<Socket> listeners, std::vector<Pty> ptys)
+                 std::vector<Descriptor> listeners, std::vector<Pty> ptys)
     : world_(std::move(world)),
       chamber_(std::move(options.chamber), world_),
       places_(std::move(places)),
@@ -191,7 +191,7 @@ Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Pla
   replies_.start();
 }
 
-std::uint16_t Servers::serve(const std::string& instrument, Socket listener, const MakeSession& session) {
+std::uint16_t Servers::serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
   const auto port = port_of(listener);
   lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
   replies_.add(std::move(listener), session);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/description.hpp"
 #include "simulator/virtual_gyro.hpp"
 #include "simulator/world.hpp"
 
@@ -116,10 +116,9 @@ Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string
                      .film = thermal.text("film"),
                      .text = known.value_or("")};
   if (known || named.empty()) return used;
-  const auto path = (std::filesystem::path(file).parent_path() / named).lexically_normal().string();
-  auto text = read_text_file(path);
-  if (!text) return failure(FaultKind::bad_file, thermal.place("gyro"), text.error().where + " " + text.error().what);
-  used.text = std::move(*text);
+  auto model = read_named(thermal, "gyro", file, known);
+  if (!model) return failure(std::move(model.error()));
+  used.text = std::move(model->text);
   return used;
 }
 

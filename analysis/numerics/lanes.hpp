@@ -23,4 +23,12 @@ using UnalignedFloatLanes = float __attribute__((vector_size(64), aligned(4), ma
 using IndexLanes = int __attribute__((vector_size(64)));
 inline constexpr int kFloatLanes = 16;
 
+/// The lanes that begin at `values`.
+[[gnu::always_inline]] inline const UnalignedDoubleLanes& lanes_at(const double* values) {
+  return *reinterpret_cast<const UnalignedDoubleLanes*>(values);
+}
+[[gnu::always_inline]] inline const UnalignedFloatLanes& lanes_at(const float* values) {
+  return *reinterpret_cast<const UnalignedFloatLanes*>(values);
+}
+
 }  // namespace gyrotherm

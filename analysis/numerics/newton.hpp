@@ -14,8 +14,8 @@ struct NewtonOptions {
 
 struct NewtonResult {
   SvrPoint point;  ///< the best that was met
-  Eigen::VectorXd
-      response;  ///< Kβ of it; where the gap was reached, made from β alone and not followed from step to step
+  /// Kβ of it; where the gap was reached, made from β alone and not followed from step to step.
+  Eigen::VectorXd response;
   double relative_gap{};  ///< by that response
   int steps{};
 };

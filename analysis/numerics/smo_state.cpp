@@ -16,10 +16,6 @@ constexpr float kLeastCurvature = 1e-12F;
 constexpr double kLeastShare = 1e-3;
 constexpr IndexLanes kCount = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-[[gnu::always_inline]] inline const UnalignedFloatLanes& lanes_at(const float* values) {
-  return *reinterpret_cast<const UnalignedFloatLanes*>(values);
-}
-
 // Lanes moved by half, a quarter, … of their number, for reductions in four steps.
 constexpr std::array<IndexLanes, 4> kTurns = {IndexLanes{8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7},
                                               IndexLanes{4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11},

@@ -41,10 +41,6 @@ void add_columns_of(const Eigen::VectorXd& beta, Eigen::VectorXd& sum, ColumnOf 
   add_columns(columns.data(), weights.data(), sum.size(), sum.data());
 }
 
-[[gnu::always_inline]] inline const UnalignedDoubleLanes& lanes_at(const double* values) {
-  return *reinterpret_cast<const UnalignedDoubleLanes*>(values);
-}
-
 // sum += weight · column over whole lines of lanes, and column · weights of the same places.
 GYROTHERM_CLONES
 double add_both(const double* column, double weight, const double* weights, Eigen::Index first, Eigen::Index last,

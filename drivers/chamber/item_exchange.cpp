@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "drivers/chamber/item_context.hpp"
+
 namespace gyrotherm {
 
 namespace {
@@ -15,11 +17,6 @@ namespace {
 constexpr double kSameStep = 0.75;
 /// Between two looks at a register that is waited for.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
-constexpr double kMostDecimals = 6;
-
-WriteFunction write_function(const RegisterItem& item, std::size_t count) {
-  return item.write_function.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
-}
 
 /// The finest step in this program's units.
 double finest(const RegisterItem& item) {
@@ -34,15 +31,13 @@ Fault at(const RegisterItem& item, Fault fault) {
 
 }  // namespace
 
-std::string place(const RegisterItem& item) { return fmt::format("chamber register {} ({})", item.address, item.name); }
-
 const RegisterItem& ItemExchange::item(std::string_view name) const {
   const auto* found = map_.find(name);
   assert(found && "parse_register_map() lets no such map pass");
   return *found;
 }
 
-std::vector<const RegisterItem*> ItemExchange::context_of(std::span<const RegisterItem* const> items) const {
+std::vector<const RegisterItem*> ItemExchange::needed_by(std::span<const RegisterItem* const> items) const {
   std::vector<const RegisterItem*> context;
   for (const auto* one : items)
     for (const auto* name : {&one->decimals, &one->unit}) {
@@ -66,34 +61,15 @@ Result<Snapshot> ItemExchange::look(std::span<const ReadSpan> spans) {
 Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterItem& item) const {
   const auto words = snapshot.words_of(item);
   if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
-  if (item.decimals.empty() && item.unit.empty()) {
-    auto value = decode(item, words);
-    return value ? value : failure(at(item, std::move(value.error())));
-  }
-  ItemContext context;
-  if (!item.decimals.empty()) {
-    const auto decimals = value_in(snapshot, this->item(item.decimals));
-    if (!decimals) return decimals;
-    if (*decimals < 0 || *decimals > kMostDecimals)
-      return failure(FaultKind::corrupted, place(this->item(item.decimals)), fmt::format("{:g} decimals", *decimals));
-    context.decimals = static_cast<int>(*decimals);
-  }
-  if (!item.unit.empty()) {
-    const auto& unit = this->item(item.unit);
-    const auto code = value_in(snapshot, unit);
-    if (!code) return code;
-    const auto word = meaning(unit, *code);
-    if (word != "celsius" && word != "fahrenheit")
-      return failure(FaultKind::corrupted, place(unit), fmt::format("{} is neither celsius nor fahrenheit", word));
-    context.fahrenheit = word == "fahrenheit";
-  }
-  auto value = decode(in_context(item, context), words);
+  const auto context = context_of(map_, item, [&](const RegisterItem& other) { return value_in(snapshot, other); });
+  if (!context) return failure(context.error());
+  auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
   return value ? value : failure(at(item, std::move(value.error())));
 }
 
 Result<double> ItemExchange::read(const RegisterItem& item) {
   const RegisterItem* const self = &item;
-  auto wanted = context_of(std::span(&self, 1));
+  auto wanted = needed_by(std::span(&self, 1));
   wanted.push_back(self);
   const auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
   if (!snapshot) return failure(snapshot.error());
@@ -122,20 +98,8 @@ Result<CivilTime> ItemExchange::read_date(const RegisterItem& item) {
 }
 
 Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
-  if (item.decimals.empty() && item.unit.empty()) return item;
-  ItemContext context;
-  if (!item.decimals.empty()) {
-    const auto decimals = read(this->item(item.decimals));
-    if (!decimals) return failure(decimals.error());
-    context.decimals = static_cast<int>(std::clamp(*decimals, 0.0, kMostDecimals));
-  }
-  if (!item.unit.empty()) {
-    const auto& unit = this->item(item.unit);
-    const auto code = read(unit);
-    if (!code) return failure(code.error());
-    context.fahrenheit = meaning(unit, *code) == "fahrenheit";
-  }
-  return in_context(item, context);
+  return context_of(map_, item, [&](const RegisterItem& other) { return read(other); })
+      .map([&](const ItemContext& context) { return in_context(item, context); });
 }
 
 /// A bit field leaves the other bits of its register as they are.
@@ -147,13 +111,12 @@ Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& i
   if (item.type != RegisterType::bits || !item.readable) return words;
   const auto present = read_words(item);
   if (!present) return failure(present.error());
-  const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
-  words[0] = static_cast<std::uint16_t>(((*present)[0] & ~mask) | (words[0] & mask));
+  words[0] = with_other_bits(item, words[0], present->front());
   return words;
 }
 
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
-  return registers_.write(write_function(item, words.size()), item.address, words);
+  return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
 Result<void> ItemExchange::write(const RegisterItem& item, double value) {

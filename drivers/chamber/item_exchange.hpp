@@ -22,7 +22,7 @@ class ItemExchange {
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
 
   /// The items that `items` need to be understood: decimals and units.
-  [[nodiscard]] std::vector<const RegisterItem*> context_of(std::span<const RegisterItem* const> items) const;
+  [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
   /// Reads the spans; fails with the first that fails.
   [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
   /// The value of an item in a snapshot that holds it and its context.
@@ -60,8 +60,5 @@ class ItemExchange {
   Registers& registers_;
   Pauses& pauses_;
 };
-
-/// "chamber register 2782 (set_point)"
-[[nodiscard]] std::string place(const RegisterItem& item);
 
 }  // namespace gyrotherm

@@ -69,7 +69,7 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
   auto status = status_items(map_);
-  const auto context = items_.context_of(status);
+  const auto context = items_.needed_by(status);
   status.insert(status.end(), context.begin(), context.end());
   status_plan_ = plan_reads(status, map_.holes, at_most);
 }
@@ -79,7 +79,7 @@ std::vector<const RegisterItem*> ModbusChamber::core_items() const {
   std::vector<const RegisterItem*> core{&air_};
   if (set_point_.readable) core.push_back(&set_point_);
   if (map_.one_block && identity_) core.push_back(identity_);
-  const auto context = items_.context_of(core);
+  const auto context = items_.needed_by(core);
   core.insert(core.end(), context.begin(), context.end());
   return core;
 }

@@ -99,6 +99,7 @@ struct RegisterItem {
 struct ItemContext {
   std::optional<int> decimals;
   std::optional<bool> fahrenheit;
+  [[nodiscard]] bool is_empty() const { return !decimals && !fahrenheit; }
 };
 /// The item with its scale and unit as the instrument has them set.
 [[nodiscard]] RegisterItem in_context(RegisterItem item, const ItemContext& context);
@@ -130,6 +131,15 @@ struct ItemContext {
 [[nodiscard]] std::uint16_t word_count(RegisterType type);
 /// Registers of any item.
 [[nodiscard]] std::uint16_t word_count(const RegisterItem& item);
+
+/// "chamber register 2782 (set_point)": of a fault.
+[[nodiscard]] std::string place(const RegisterItem& item);
+
+/// `word`, of a bit field's register that holds `present`: the other bits stay as they are.
+[[nodiscard]] std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present);
+
+/// Function 6 or 16 (5 for a coil) as the item says, or by the count of registers.
+[[nodiscard]] WriteFunction write_function(const std::optional<WriteFunction>& said, std::size_t count);
 
 /// The word for a code that the item holds: its meaning, or `otherwise`, or the number.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);

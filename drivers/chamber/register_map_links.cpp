@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "drivers/chamber/register_map_parts.hpp"
 
@@ -9,9 +8,6 @@ namespace gyrotherm {
 
 namespace {
 
-using std::chrono::milliseconds;
-
-constexpr int kUsualPort = 502;
 constexpr int kMostReadAtOnce = 125, kMostWrittenAtOnce = 123;
 
 /// A duration of zero or more that `link` may set anew.
@@ -74,8 +70,6 @@ ItemDefaults read_item_defaults(const TomlTable& link, std::optional<WordOrder> 
 
 void read_links(const TomlTable& link, RegisterMap& map) {
   ModbusLink common;
-  common.port = kUsualPort;
-  common.timeout = milliseconds(500);
   read_settings(link, common);
   read_exceptions(link, common);
   map.one_block = link.boolean("one_block", false);

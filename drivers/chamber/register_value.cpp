@@ -112,6 +112,17 @@ std::uint16_t word_count(const RegisterItem& item) {
   return spread(static_cast<std::size_t>((form.characters + form.per_register - 1) / form.per_register), form.stride);
 }
 
+std::string place(const RegisterItem& item) { return fmt::format("chamber register {} ({})", item.address, item.name); }
+
+std::uint16_t with_other_bits(const RegisterItem& item, std::uint16_t word, std::uint16_t present) {
+  const auto mask = static_cast<std::uint16_t>(((1U << item.bit_count) - 1) << item.first_bit);
+  return static_cast<std::uint16_t>((present & ~mask) | (word & mask));
+}
+
+WriteFunction write_function(const std::optional<WriteFunction>& said, std::size_t count) {
+  return said.value_or(count == 1 ? WriteFunction::one_register : WriteFunction::registers);
+}
+
 RegisterItem in_context(RegisterItem item, const ItemContext& context) {
   if (context.fahrenheit) item.fahrenheit = *context.fahrenheit;
   if (context.decimals) {

@@ -4,19 +4,20 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
+
+#include "drivers/chamber/item_context.hpp"
 
 namespace gyrotherm {
 
 namespace {
 
-WriteFunction function_of(const MemoryWrite& write) {
-  return write.function.value_or(write.words.size() == 1 ? WriteFunction::one_register : WriteFunction::registers);
-}
-
 std::string place_of(const MemoryWrite& write) {
   return write.step < 0 ? fmt::format("profile memory, register {}", write.address)
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
+
+using Named = std::pair<std::string, std::string>;  ///< items that say decimals and unit
 
 class Upload {
  public:
@@ -38,20 +39,20 @@ class Upload {
   ItemExchange& items_;
   Registers& registers_;
   Pauses& pauses_;
-  std::map<std::string, double> contexts_;  ///< decimals and units, by item
+  std::map<Named, ItemContext> contexts_;
   std::vector<MemoryWrite> writes_;
   UploadReport report_;
 };
 
 Result<void> Upload::learn_contexts() {
   for (const auto& block : memory_.step)
-    for (const auto& cell : block.cells)
-      for (const auto* name : {&cell.form.decimals, &cell.form.unit}) {
-        if (name->empty() || contexts_.contains(*name)) continue;
-        const auto value = items_.read(items_.item(*name));
-        if (!value) return failure(value.error());
-        contexts_[*name] = *value;
-      }
+    for (const auto& cell : block.cells) {
+      const Named named{cell.form.decimals, cell.form.unit};
+      if (contexts_.contains(named)) continue;
+      auto context = context_of(map_, cell.form, [this](const RegisterItem& item) { return items_.read(item); });
+      if (!context) return failure(std::move(context.error()));
+      contexts_[named] = *context;
+    }
   return {};
 }
 
@@ -63,7 +64,7 @@ Result<void> Upload::perform(const char* command, const ChamberProgram& program)
 
 Result<void> Upload::write(const MemoryWrite& write) {
   pauses_.rest(memory_.pause);
-  auto done = registers_.write(function_of(write), write.address, write.words);
+  auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);
   if (!done) done.error().where = place_of(write) + ": " + done.error().where;
   return done;
 }
@@ -75,14 +76,10 @@ Result<void> Upload::send(ChamberProgram& program) {
     if (!number) return failure(number.error());
     program.number = static_cast<int>(*number);
   }
-  const auto context_of = [&](const RegisterItem& form) {
-    ItemContext context;
-    if (!form.decimals.empty()) context.decimals = static_cast<int>(contexts_.at(form.decimals));
-    if (!form.unit.empty())
-      context.fahrenheit = meaning(items_.item(form.unit), contexts_.at(form.unit)) == "fahrenheit";
-    return context;
-  };
-  auto writes = encode_program(memory_, program, context_of);
+  auto writes = encode_program(memory_, program, [this](const RegisterItem& form) {
+    const auto known = contexts_.find({form.decimals, form.unit});
+    return known == contexts_.end() ? ItemContext{} : known->second;
+  });
   if (!writes) return failure(writes.error());
   writes_ = std::move(*writes);
   report_ = {.program = program.number, .steps = writes_.empty() ? 0 : writes_.back().step + 1};
@@ -111,7 +108,9 @@ Result<std::vector<std::uint16_t>> Upload::read(const MemoryWrite& write) {
 Result<void> Upload::compare() {
   for (const auto& one : writes_) {
     if (one.select) {
-      if (auto selected = registers_.write(function_of(one), one.address, one.words); !selected) return selected;
+      if (auto selected = registers_.write(write_function(one.function, one.words.size()), one.address, one.words);
+          !selected)
+        return selected;
       continue;
     }
     if (!one.read_back) {

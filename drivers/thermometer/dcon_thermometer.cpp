@@ -6,6 +6,7 @@
 
 #include "drivers/line/backoff.hpp"
 #include "drivers/line/text_exchange.hpp"
+#include "drivers/thermometer/place.hpp"
 
 namespace gyrotherm {
 
@@ -40,19 +41,12 @@ class DconThermometer final : public Thermometer {
   [[nodiscard]] Result<Ranges> setting();
   [[nodiscard]] Result<Ranges> setting_of_each_input();
   [[nodiscard]] Result<std::vector<Result<Celsius>>> readings();
-  [[nodiscard]] Fault here(Fault fault) const;
 
   std::shared_ptr<TextExchange> exchange_;
   std::string place_;
   DconOptions options_;
   Ranges ranges_;  ///< empty: the module has yet to tell
 };
-
-/// Puts the instrument's own place in front.
-Fault DconThermometer::here(Fault fault) const {
-  fault.where = fault.where.empty() ? place_ : fmt::format("{} {}", place_, fault.where);
-  return fault;
-}
 
 Result<std::string> DconThermometer::ask(std::string_view question) {
   auto answer = exchange_->ask(seal_dcon(std::string(question), options_.checksum)).and_then([&](const auto& line) {
@@ -114,22 +108,17 @@ Result<std::vector<Result<Celsius>>> DconThermometer::readings() {
 Result<std::string> DconThermometer::identify() {
   ranges_.clear();
   auto name = tell("M");
-  if (!name) return failure(here(std::move(name.error())));
+  if (!name) return failure(at_instrument(place_, std::move(name.error())));
   auto ranges = setting();
-  if (!ranges) return failure(here(std::move(ranges.error())));
+  if (!ranges) return failure(at_instrument(place_, std::move(ranges.error())));
   ranges_ = std::move(*ranges);
   return fmt::format("{} at {:02X}", *name, options_.address);
 }
 
 std::vector<Result<Celsius>> DconThermometer::read() {
   auto found = readings();
-  if (!found) {
-    ranges_.clear();  // who answers next may be another module
-    return {kDconInputs, failure(here(std::move(found.error())))};
-  }
-  for (auto& reading : *found)
-    if (!reading) reading.error() = here(std::move(reading.error()));
-  return std::move(*found);
+  if (!found) ranges_.clear();  // who answers next may be another module
+  return readings_at(place_, kDconInputs, std::move(found));
 }
 
 /// Several of them on one line.

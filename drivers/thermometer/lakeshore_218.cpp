@@ -6,6 +6,7 @@
 
 #include "drivers/line/text_exchange.hpp"
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
+#include "drivers/thermometer/place.hpp"
 
 namespace gyrotherm {
 
@@ -23,32 +24,22 @@ class Lakeshore218 final : public Thermometer {
   std::vector<Result<Celsius>> read() override;
 
  private:
-  [[nodiscard]] Fault here(Fault fault) const;
-
   TextExchange exchange_;
   std::string place_;
 };
 
-/// Puts the instrument's own place in front.
-Fault Lakeshore218::here(Fault fault) const {
-  fault.where = fault.where.empty() ? place_ : fmt::format("{} {}", place_, fault.where);
-  return fault;
-}
-
 Result<std::string> Lakeshore218::identify() {
   auto who = exchange_.ask("*IDN?");
-  if (!who) return failure(here(std::move(who.error())));
+  if (!who) return failure(at_instrument(place_, std::move(who.error())));
   if (!who->starts_with(kWho))
-    return failure(here({FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
+    return failure(
+        at_instrument(place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
   return who;
 }
 
 std::vector<Result<Celsius>> Lakeshore218::read() {
-  auto readings = exchange_.ask("CRDG? 0").and_then([](const std::string& line) { return decode_crdg(line); });
-  if (!readings) return {kLakeshore218Inputs, failure(here(std::move(readings.error())))};
-  for (auto& reading : *readings)
-    if (!reading) reading.error() = here(std::move(reading.error()));
-  return std::move(*readings);
+  return readings_at(place_, kLakeshore218Inputs,
+                     exchange_.ask("CRDG? 0").and_then([](const auto& line) { return decode_crdg(line); }));
 }
 
 }  // namespace

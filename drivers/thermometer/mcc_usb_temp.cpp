@@ -1,11 +1,12 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 
-#include <fmt/format.h>
+#include <fmt/chrono.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "drivers/line/deadline.hpp"
+#include "drivers/thermometer/place.hpp"
 
 namespace gyrotherm {
 
@@ -42,7 +43,7 @@ class MccUsbTemp final : public Thermometer {
   [[nodiscard]] Result<void> finish_calibration();
   [[nodiscard]] Result<void> make_ready();
   [[nodiscard]] Result<std::string> wait_until_ready();
-  [[nodiscard]] Fault here(Fault fault);
+  const Fault& seen(const Fault& fault);
 
   std::unique_ptr<HidReports> reports_;
   std::string place_;
@@ -52,10 +53,9 @@ class MccUsbTemp final : public Thermometer {
   bool reply_may_come_late_ = false;
 };
 
-/// Puts the instrument's own place in front. What was unplugged may come back as another.
-Fault MccUsbTemp::here(Fault fault) {
+/// What was unplugged may come back as another.
+const Fault& MccUsbTemp::seen(const Fault& fault) {
   if (fault.kind == FaultKind::disconnected) stage_ = Stage::unknown;
-  fault.where = fault.where.empty() ? place_ : fmt::format("{} {}", place_, fault.where);
   return fault;
 }
 
@@ -175,14 +175,12 @@ Result<std::string> MccUsbTemp::wait_until_ready() {
 
 Result<std::string> MccUsbTemp::identify() {
   auto who = wait_until_ready();
-  if (!who) return failure(here(std::move(who.error())));
+  if (!who) return failure(at_instrument(place_, seen(who.error())));
   const auto date = ask_bytes(mcc_read_calibration_date());
-  if (!date) return failure(here(date.error()));
+  if (!date) return failure(at_instrument(place_, seen(date.error())));
   const auto calibrated = decode_mcc_date(*date);
   if (!calibrated) return "MCC " + *who;
-  const std::chrono::year_month_day day(std::chrono::floor<std::chrono::days>(*calibrated));
-  return fmt::format("MCC {}, calibrated {:04}-{:02}-{:02}", *who, static_cast<int>(day.year()),
-                     static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()));
+  return fmt::format("MCC {}, calibrated {:%F}", *who, std::chrono::sys_time(calibrated->time_since_epoch()));
 }
 
 std::vector<Result<Celsius>> MccUsbTemp::read() {
@@ -190,10 +188,8 @@ std::vector<Result<Celsius>> MccUsbTemp::read() {
   auto readings = make_ready().and_then([&] { return ask(scan); }).and_then([&](const Report& report) {
     return decode_mcc_temperatures(scan, report, ranges_);
   });
-  if (!readings) return {kMccInputs, failure(here(std::move(readings.error())))};
-  for (auto& reading : *readings)
-    if (!reading) reading.error() = here(std::move(reading.error()));
-  return std::move(*readings);
+  if (!readings) seen(readings.error());
+  return readings_at(place_, kMccInputs, std::move(readings));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/line/text_exchange.hpp"
+#include "drivers/thermometer/place.hpp"
 #include "drivers/thermometer/pt12_codec.hpp"
 
 namespace gyrotherm {
@@ -22,34 +23,24 @@ class Pt12 final : public Thermometer {
   std::vector<Result<Celsius>> read() override;
 
  private:
-  [[nodiscard]] Fault here(Fault fault) const;
-
   TextExchange exchange_;
   std::string place_;
 };
 
-/// Puts the instrument's own place in front.
-Fault Pt12::here(Fault fault) const {
-  fault.where = fault.where.empty() ? place_ : fmt::format("{} {}", place_, fault.where);
-  return fault;
-}
-
 Result<std::string> Pt12::identify() {
   auto who = exchange_.ask("ID?");
-  if (!who) return failure(here(std::move(who.error())));
+  if (!who) return failure(at_instrument(place_, std::move(who.error())));
   if (*who != kWho)
-    return failure(here({FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kWho)}));
+    return failure(
+        at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kWho)}));
   auto serial = exchange_.ask("SN?");
-  if (!serial) return failure(here(std::move(serial.error())));
+  if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
   return fmt::format("{} {}", kWho, *serial);
 }
 
 std::vector<Result<Celsius>> Pt12::read() {
-  auto readings = exchange_.ask("T?").and_then([](const std::string& line) { return decode_pt12_temperatures(line); });
-  if (!readings) return {kPt12Inputs, failure(here(std::move(readings.error())))};
-  for (auto& reading : *readings)
-    if (!reading) reading.error() = here(std::move(reading.error()));
-  return std::move(*readings);
+  return readings_at(place_, kPt12Inputs,
+                     exchange_.ask("T?").and_then([](const auto& line) { return decode_pt12_temperatures(line); }));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ std::span<const std::byte> bytes_of(const std::string& text) { return std::as_by
 
 }  // namespace
 
-GyroServer::GyroServer(Socket listener, StreamWriter writer, std::vector<GyroCommand> commands)
+GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<GyroCommand> commands)
     : listener_(std::move(listener)), writer_(std::move(writer)), commands_(std::move(commands)) {
   std::erase_if(commands_, [](const auto& command) { return command.reply.empty(); });
 }
@@ -48,10 +48,10 @@ void GyroServer::attend() {
     if (clients_.size() < kMostClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
   if (commands_.empty()) return;
   for (auto& client : clients_)
-    if (const auto answer = replies(client.socket.descriptor(), client.heard); !answer.empty())
+    if (const auto answer = replies(client.socket.number(), client.heard); !answer.empty())
       (void)send_now(client.socket, bytes_of(answer));
   for (auto& line : lines_)
-    if (const auto answer = replies(line.pty.ours.descriptor(), line.heard); !answer.empty())
+    if (const auto answer = replies(line.pty.ours.number(), line.heard); !answer.empty())
       send_now(line.pty, bytes_of(answer));
 }
 

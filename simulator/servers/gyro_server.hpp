@@ -19,7 +19,7 @@ class GyroServer {
   static constexpr std::size_t kMostClients = 16;
 
   /// `commands`: what starts the stream, and the replies.
-  GyroServer(Socket listener, StreamWriter writer, std::vector<GyroCommand> commands = {});
+  GyroServer(Descriptor listener, StreamWriter writer, std::vector<GyroCommand> commands = {});
   void add(Pty line);
 
   /// Lets clients in, and answers their commands.
@@ -31,7 +31,7 @@ class GyroServer {
 
  private:
   struct Client {
-    Socket socket;
+    Descriptor socket;
     std::string heard{};
   };
   struct Line {
@@ -40,7 +40,7 @@ class GyroServer {
   };
   [[nodiscard]] std::string replies(int descriptor, std::string& heard) const;
 
-  Socket listener_;
+  Descriptor listener_;
   StreamWriter writer_;
   std::vector<GyroCommand> commands_;  ///< with a reply
   std::vector<Client> clients_;

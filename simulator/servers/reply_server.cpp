@@ -23,22 +23,22 @@ ReplyServer::ReplyServer(std::mutex& world_guard)
       poll_(::epoll_create1(EPOLL_CLOEXEC)),
       stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       incoming_(kMostBytesAtOnce) {
-  watch(stop_.descriptor());
+  watch(stop_.number());
 }
 
 ReplyServer::~ReplyServer() {
-  ::eventfd_write(stop_.descriptor(), 1);
+  ::eventfd_write(stop_.number(), 1);
   if (thread_.joinable()) thread_.join();
 }
 
-void ReplyServer::add(Socket listener, MakeSession make_session) {
-  const int descriptor = listener.descriptor();
+void ReplyServer::add(Descriptor listener, MakeSession make_session) {
+  const int descriptor = listener.number();
   watch(descriptor);
   listeners_.emplace(descriptor, Listener{std::move(listener), std::move(make_session)});
 }
 
 void ReplyServer::add(Pty line, MakeSession make_session) {
-  const int descriptor = line.ours.descriptor();
+  const int descriptor = line.ours.number();
   watch(descriptor);
   lines_.emplace(descriptor, Line{std::move(line), std::move(make_session), nullptr});
 }
@@ -51,17 +51,17 @@ void ReplyServer::watch(int descriptor) {
   epoll_event interest{};
   interest.events = EPOLLIN;
   interest.data.fd = descriptor;
-  ::epoll_ctl(poll_.descriptor(), EPOLL_CTL_ADD, descriptor, &interest);
+  ::epoll_ctl(poll_.number(), EPOLL_CTL_ADD, descriptor, &interest);
 }
 
 void ReplyServer::run() {
   std::array<epoll_event, kMostEvents> events{};
   while (true) {
-    const int count = ::epoll_wait(poll_.descriptor(), events.data(), kMostEvents, -1);
+    const int count = ::epoll_wait(poll_.number(), events.data(), kMostEvents, -1);
     if (count < 0 && errno != EINTR) return;
     for (int i = 0; i < count; ++i) {
       const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
-      if (descriptor == stop_.descriptor()) return;
+      if (descriptor == stop_.number()) return;
       const auto listener = listeners_.find(descriptor);
       if (listener == listeners_.end())
         attend(descriptor);
@@ -74,7 +74,7 @@ void ReplyServer::run() {
 void ReplyServer::admit(Listener& listener) {
   auto socket = accept_client(listener.socket);
   if (!socket.is_open() || listener.clients == kMostClients) return;
-  const int descriptor = socket.descriptor();
+  const int descriptor = socket.number();
   const std::scoped_lock lock(world_guard_);
   clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), &listener});
   ++listener.clients;
@@ -91,7 +91,7 @@ void ReplyServer::attend(int descriptor) {
 
 /// False: the client is to be dropped.
 bool ReplyServer::exchange(Client& client) {
-  const auto size = ::recv(client.socket.descriptor(), incoming_.data(), incoming_.size(), MSG_DONTWAIT);
+  const auto size = ::recv(client.socket.number(), incoming_.data(), incoming_.size(), MSG_DONTWAIT);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
   if (size == 0) return false;
   reply_.clear();
@@ -104,7 +104,7 @@ bool ReplyServer::exchange(Client& client) {
 
 /// What cannot be the protocol ends the session, and the next bytes begin another.
 void ReplyServer::exchange(Line& line) {
-  const auto size = ::read(line.pty.ours.descriptor(), incoming_.data(), incoming_.size());
+  const auto size = ::read(line.pty.ours.number(), incoming_.data(), incoming_.size());
   if (size <= 0) return;
   reply_.clear();
   {

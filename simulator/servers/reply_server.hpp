@@ -26,18 +26,18 @@ class ReplyServer {
   ReplyServer& operator=(const ReplyServer&) = delete;
 
   /// To be called before start().
-  void add(Socket listener, MakeSession make_session);
+  void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
   void start();
 
  private:
   struct Listener {
-    Socket socket;
+    Descriptor socket;
     MakeSession make_session;
     std::size_t clients{};
   };
   struct Client {
-    Socket socket;
+    Descriptor socket;
     std::unique_ptr<Session> session;
     Listener* listener{};
   };
@@ -55,8 +55,8 @@ class ReplyServer {
   void exchange(Line& line);
 
   std::mutex& world_guard_;
-  Socket poll_;
-  Socket stop_;
+  Descriptor poll_;
+  Descriptor stop_;
   std::unordered_map<int, Listener> listeners_;  ///< by descriptor
   std::unordered_map<int, Client> clients_;      ///< by descriptor
   std::unordered_map<int, Line> lines_;          ///< by our descriptor

@@ -33,70 +33,63 @@ tl::unexpected<Fault> no_pty() {
 
 }  // namespace
 
-Socket::~Socket() {
-  if (is_open()) ::close(descriptor_);
-}
-Socket::Socket(Socket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-Socket& Socket::operator=(Socket&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
-Result<Socket> listen_on_loopback(std::uint16_t port) {
-  Socket listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+Result<Descriptor> listen_on_loopback(std::uint16_t port) {
+  Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!listener.is_open()) return cannot_listen(port);
   const int yes = 1;
-  ::setsockopt(listener.descriptor(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  ::setsockopt(listener.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool bound = ::bind(listener.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  if (!bound || ::listen(listener.descriptor(), kBacklog) != 0) return cannot_listen(port);
+  const bool bound = ::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (!bound || ::listen(listener.number(), kBacklog) != 0) return cannot_listen(port);
   return listener;
 }
 
-std::uint16_t port_of(const Socket& listener) {
+std::uint16_t port_of(const Descriptor& listener) {
   sockaddr_in address{};
   socklen_t size = sizeof address;
-  ::getsockname(listener.descriptor(), reinterpret_cast<sockaddr*>(&address), &size);
+  ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
   return ntohs(address.sin_port);
 }
 
-Socket accept_client(const Socket& listener) {
-  Socket client(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+Descriptor accept_client(const Descriptor& listener) {
+  Descriptor client(::accept4(listener.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
   const int yes = 1;
-  if (client.is_open()) ::setsockopt(client.descriptor(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  if (client.is_open()) ::setsockopt(client.number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   return client;
 }
 
-bool send_now(const Socket& client, std::span<const std::byte> bytes) {
-  const auto sent = ::send(client.descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+bool send_now(const Descriptor& client, std::span<const std::byte> bytes) {
+  const auto sent = ::send(client.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   return sent >= 0 && static_cast<std::size_t>(sent) == bytes.size();
 }
 
 Result<Pty> open_pty() {
   constexpr std::size_t kLongestPath = 64;
-  Pty pty{.ours = Socket(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)), .theirs = Socket(), .path = {}};
+  Pty pty{.ours = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
+          .theirs = Descriptor(),
+          .path = {}};
   std::array<char, kLongestPath> path{};
-  if (!pty.ours.is_open() || ::grantpt(pty.ours.descriptor()) != 0 || ::unlockpt(pty.ours.descriptor()) != 0 ||
-      ::ptsname_r(pty.ours.descriptor(), path.data(), path.size()) != 0)
+  if (!pty.ours.is_open() || ::grantpt(pty.ours.number()) != 0 || ::unlockpt(pty.ours.number()) != 0 ||
+      ::ptsname_r(pty.ours.number(), path.data(), path.size()) != 0)
     return no_pty();
   pty.path = path.data();
-  pty.theirs = Socket(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  pty.theirs = Descriptor(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios settings{};
-  if (!pty.theirs.is_open() || ::tcgetattr(pty.theirs.descriptor(), &settings) != 0) return no_pty();
+  if (!pty.theirs.is_open() || ::tcgetattr(pty.theirs.number(), &settings) != 0) return no_pty();
   ::cfmakeraw(&settings);
-  if (::tcsetattr(pty.theirs.descriptor(), TCSANOW, &settings) != 0) return no_pty();
+  if (::tcsetattr(pty.theirs.number(), TCSANOW, &settings) != 0) return no_pty();
   return pty;
 }
 
 void send_now(const Pty& pty, std::span<const std::byte> bytes) {
-  ::ioctl(pty.theirs.descriptor(), TIOCNXCL);  // a client that kept others out may be gone
-  const auto written = ::write(pty.ours.descriptor(), bytes.data(), bytes.size());
+  ::ioctl(pty.theirs.number(), TIOCNXCL);  // a client that kept others out may be gone
+  const auto written = ::write(pty.ours.number(), bytes.data(), bytes.size());
   if (written == static_cast<ssize_t>(bytes.size())) return;
-  ::tcflush(pty.theirs.descriptor(), TCIFLUSH);
-  [[maybe_unused]] const auto again = ::write(pty.ours.descriptor(), bytes.data(), bytes.size());
+  ::tcflush(pty.theirs.number(), TCIFLUSH);
+  [[maybe_unused]] const auto again = ::write(pty.ours.number(), bytes.data(), bytes.size());
 }
 
 }  // namespace gyrotherm

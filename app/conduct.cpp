@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "acquisition/calibration.hpp"
@@ -14,16 +12,14 @@
 #include "app/drive.hpp"
 #include "app/run_info.hpp"
 #include "core/text_file.hpp"
+#include "rig/continuation.hpp"
 #include "rig/experiment.hpp"
 #include "rig/one_core.hpp"
+#include "rig/resume_rule.hpp"
 #include "rig/rig.hpp"
 
 namespace gyrotherm {
 namespace {
-
-constexpr Duration kLongestUnattendedGap = std::chrono::seconds(120);
-constexpr Duration kShortestGap = std::chrono::seconds(1);  ///< preparing a rig takes a second
-constexpr Kelvins kResumeBand{2};
 
 /// Ends a run as its outcome says.
 Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path,
@@ -51,97 +47,19 @@ Result<void> drive(Console& console, const Profile& profile, Experiment& experim
   return conclude(console, experiment, store, path, *outcome);
 }
 
-/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
-/// asked). A gap was spent at the set point of the second that ended it.
-std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
-  std::vector<Celsius> points;
-  for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
-    const auto read_back = record.chamber_set_point_c[i];
-    points.resize(static_cast<std::size_t>(record.slot[i] + 1),
-                  {std::isnan(read_back) ? record.set_point_c[i] : read_back});
-  }
-  return points;
-}
-
 /// How long ago the record's last second was.
 Duration time_since_last(const Record& record) {
   const auto last = record.info.started_utc + from_seconds(record.time_s.empty() ? 0 : record.time_s.back());
   return std::max(Duration{}, SteadyClock().now().utc - last);
 }
 
-/// Where an interrupted run stood, and how it goes on.
-struct Continuation {
-  RigFile rig;
-  Profile profile;
-  State state;               ///< of the first second after the gap
-  std::int64_t last_slot{};  ///< that has a sample; −1: none
-  std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
-  Celsius last_air{NAN};
-  bool made_safe{};  ///< an interlock ended it
-  Duration gap{};
-  RigStart start;
-};
-
-/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
-/// the gap.
-std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
-  if (on.last_slot < 0) return {};
-  auto points = set_points_of(record, on.last_slot);
-  points.insert(points.begin(), record.set_point_c.empty() ? Celsius{} : Celsius{record.set_point_c.front()});
-  points.resize(points.size() + static_cast<std::size_t>(on.gap / std::chrono::seconds(1)) - 1,
-                command(on.profile, on.state));
-  return points;
-}
-
-Result<Continuation> continuation(const std::string& path, const ResumeOptions& options) {
-  const auto record = read_record(path);
-  if (!record) return failure(record.error());
-  if (record->finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
-  if (record->info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
-  const auto& info = record->info;
-  auto rig = parse_rig(
-      info.rig_text, path + " (rig)",
-      {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
-  if (!rig) return failure(rig.error());
-  auto profile = parse_profile(record->info.profile_text, path + " (profile)");
-  if (!profile) return failure(profile.error());
-
-  Continuation on{.rig = std::move(*rig), .profile = std::move(*profile), .state = {}, .start = {}};
-  on.last_slot = record->slot.empty() ? -1 : record->slot.back();
-  on.recorded = record->gaps.empty() ? on.last_slot : std::max(on.last_slot, record->gaps.back().last);
-  on.made_safe = !record->events.empty() && record->events.back().event.kind == EventKind::interlock;
-  on.state = begin(on.profile);
-  if (on.last_slot >= 0) {
-    const auto last = state_of(on.profile, record->progress.back());
-    if (!last) return failure(last.error());
-    on.last_air = {record->chamber_air_c.back()};
-    const auto air = std::isnan(on.last_air.value) ? std::nullopt : std::optional(on.last_air);
-    on.state = next(on.profile, *last, {.elapsed = std::chrono::seconds(1), .air = air});
-  }
-  const auto down = on.rig.simulated ? std::max(options.gap, kShortestGap) : time_since_last(*record);
-  // A virtual world starts with its first second; a real run's clock has gone on since it was made.
-  const bool not_begun = on.rig.simulated && on.last_slot < 0;
-  on.gap = not_begun ? Duration{} : std::chrono::floor<std::chrono::seconds>(down);
-  on.start.seed = {.gyro = record->info.seed, .run = run_number(record->info.profile_text)};
-  const auto since_last = on.last_slot + 1 + on.gap / std::chrono::seconds(1);
-  on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
-  if (on.rig.simulated) on.start.replay = replay_of(*record, on);
-  return on;
-}
-
-/// The resume rule: only an operator goes on after a long gap, or with the air elsewhere.
+/// The resume rule, carried out: what it leaves to people is theirs to allow.
 Result<void> allow(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
   if (accepted || on.last_slot < 0) return {};
-  const auto refuse = [&](std::string why) {
-    return failure(FaultKind::interrupted, path,
-                   std::move(why) + "; look at the chamber, then \"gyrotherm resume --accept\"");
-  };
-  if (on.made_safe) return refuse("an interlock ended this run");
-  if (on.gap > kLongestUnattendedGap)
-    return refuse(fmt::format("down for {}, longer than {}", spoken(on.gap), spoken(kLongestUnattendedGap)));
-  if (!std::isnan(on.last_air.value) && abs(now.air - on.last_air) > kResumeBand)
-    return refuse(fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", now.air.value, on.last_air.value));
-  return {};
+  const auto verdict = judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  if (verdict.way == Reentry::go_on) return {};
+  return failure(FaultKind::interrupted, path,
+                 verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
 }
 
 /// Says, here and in the record, which calibrations are past their day.
@@ -200,7 +118,10 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
-  auto on = continuation(path, options);
+  const auto record = read_record(path);
+  if (!record) return failure(record.error());
+  auto on = continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
+                            run_number(record->info.profile_text));
   if (!on) return failure(on.error());
   std::optional<OneCore> one_core;
   if (on->rig.simulated) one_core.emplace();
@@ -213,7 +134,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
   Experiment experiment(on->profile, **rig, **store, on->state, first);
-  const auto text = fmt::format("resumed after {}", spoken(on->gap));
+  const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   experiment.note(EventKind::resumed, text);
   warn_of_calibrations(console, experiment, **rig);

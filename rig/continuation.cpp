@@ -1,0 +1,98 @@
+#include "rig/continuation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kSecond = std::chrono::seconds(1);
+
+/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
+/// asked). A gap was spent at the set point of the second that ended it.
+std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
+  std::vector<Celsius> points;
+  for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
+    const auto read_back = record.chamber_set_point_c[i];
+    points.resize(static_cast<std::size_t>(record.slot[i] + 1),
+                  {std::isnan(read_back) ? record.set_point_c[i] : read_back});
+  }
+  return points;
+}
+
+/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
+/// the gap.
+std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
+  if (on.last_slot < 0) return {};
+  auto points = set_points_of(record, on.last_slot);
+  points.insert(points.begin(), record.set_point_c.empty() ? Celsius{} : Celsius{record.set_point_c.front()});
+  points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, command(on.profile, on.state));
+  return points;
+}
+
+std::optional<Celsius> known(double celsius) {
+  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
+}
+
+/// The state one second after the record's last.
+Result<State> state_after(const Record& record, const Profile& profile) {
+  if (record.slot.empty()) return begin(profile);
+  const auto last = state_of(profile, record.progress.back());
+  if (!last) return last;
+  return next(profile, *last, {.elapsed = kSecond, .air = known(record.chamber_air_c.back())});
+}
+
+std::optional<Celsius> last_known(const std::vector<double>& celsius) {
+  const auto last = std::find_if(celsius.rbegin(), celsius.rend(), [](double c) { return !std::isnan(c); });
+  return last == celsius.rend() ? std::nullopt : known(*last);
+}
+
+/// The last event that tells how the run ended; a program that was killed left none.
+const Event* ending(const Record& record) {
+  for (auto event = record.events.rbegin(); event != record.events.rend(); ++event) {
+    const auto kind = event->event.kind;
+    if (kind == EventKind::interrupted || kind == EventKind::interlock) return &event->event;
+    if (kind != EventKind::note && kind != EventKind::fault) return nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+Result<Continuation> continuation_of(const Record& record, const std::string& path, Duration down, std::uint64_t run) {
+  if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
+  if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
+  const auto& info = record.info;
+  auto rig = parse_rig(
+      info.rig_text, path + " (rig)",
+      {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
+  if (!rig) return failure(rig.error());
+  auto profile = parse_profile(info.profile_text, path + " (profile)");
+  if (!profile) return failure(profile.error());
+  auto state = state_after(record, *profile);
+  if (!state) return failure(state.error());
+
+  Continuation on;
+  on.rig = std::move(*rig);
+  on.profile = std::move(*profile);
+  on.state = *state;
+  on.last_slot = record.slot.empty() ? -1 : record.slot.back();
+  on.recorded = record.gaps.empty() ? on.last_slot : std::max(on.last_slot, record.gaps.back().last);
+  const auto [lowest, highest] = extremes_of(on.profile, on.state);
+  on.stood = {.lowest = lowest, .highest = highest, .air = last_known(record.chamber_air_c)};
+  // A virtual world starts with its first second; a real run's clock has gone on since it was made.
+  const bool not_begun = on.rig.simulated && on.last_slot < 0;
+  const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second
+  on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
+  const auto* ended = ending(record);
+  on.stood.aborted = ended && ended->kind == EventKind::interlock;
+  on.why_stopped = ended ? ended->text : "the program was not running any more, and had no time to say why";
+  on.start.seed = {.gyro = info.seed, .run = run};
+  const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
+  on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
+  if (on.rig.simulated) on.start.replay = replay_of(record, on);
+  return on;
+}
+
+}  // namespace gyrotherm

@@ -86,10 +86,15 @@ Result<GyroEntry> read_gyro(const TomlTable& table, const std::string& rig_file,
 
 std::unique_ptr<Gyro> make_gyro(const GyroEntry& entry, const Line& line, Duration within, bool simulated) {
   auto stream = make_stream(line, {.serial = serial_format(entry)}, kConnectWithin);
-  if (simulated) return make_framed_gyro(at_one_frame_a_second(entry.frame), std::move(stream), within);
+  if (simulated) return make_simulated_gyro(entry, std::move(stream), within);
   GyroCommands commands;
   if (entry.stream) commands = {.start = entry.stream->start, .stop = entry.stream->stop};
   return make_framed_gyro(entry.frame, make_pumped(std::move(stream)), within, std::move(commands));
+}
+
+std::unique_ptr<Gyro> make_simulated_gyro(const GyroEntry& entry, std::unique_ptr<ByteStream> stream, Duration within,
+                                          const Clock* clock) {
+  return make_framed_gyro(at_one_frame_a_second(entry.frame), std::move(stream), within, {}, clock);
 }
 
 }  // namespace gyrotherm

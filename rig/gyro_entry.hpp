@@ -32,5 +32,8 @@ struct GyroEntry {
 /// all the time; a simulated one sends one frame a second by itself.
 [[nodiscard]] std::unique_ptr<Gyro> make_gyro(const GyroEntry& entry, const Line& line, Duration within,
                                               bool simulated);
+/// The driver of a simulated one whose wire is there already; `clock`: of a wire with a time of its own.
+[[nodiscard]] std::unique_ptr<Gyro> make_simulated_gyro(const GyroEntry& entry, std::unique_ptr<ByteStream> stream,
+                                                        Duration within, const Clock* clock = nullptr);
 
 }  // namespace gyrotherm

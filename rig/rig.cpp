@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <utility>
 
 #include "drivers/chamber/modbus_chamber.hpp"
@@ -41,16 +42,74 @@ Lines lines_of(const RigFile& file) {
   return lines;
 }
 
+/// Who makes the drivers of a rig's instruments, each on its line.
+class Drivers {
+ public:
+  virtual ~Drivers() = default;
+  [[nodiscard]] virtual std::unique_ptr<Registers> registers(const RegisterMap& map) = 0;
+  [[nodiscard]] virtual std::unique_ptr<Pauses> pauses() = 0;
+  [[nodiscard]] virtual std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                                 const std::string& place) = 0;
+  [[nodiscard]] virtual std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) = 0;
+};
+
+class DriversOnLines final : public Drivers {
+ public:
+  /// `world`: of a virtual rig; it outlives this.
+  DriversOnLines(Lines lines, VirtualInstruments* world) : lines_(std::move(lines)), world_(world) {}
+
+  std::unique_ptr<Registers> registers(const RegisterMap& map) override {
+    return make_modbus(lines_.chamber, map.link.modbus);
+  }
+  std::unique_ptr<Pauses> pauses() override { return world_ ? virtual_pauses() : real_pauses(); }
+  std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
+    const auto& entry = file.thermometers[index];
+    if (world_ && entry.kind == VirtualThermometerKind::mcc_usb_temp)
+      return make_usb_temp(entry, place, world_->usb_temp(index));
+    return make_thermometer(entry, place, lines_.thermometers[index], file.simulated);
+  }
+  std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
+    return make_gyro(file.gyro, lines_.gyro, within, file.simulated);
+  }
+
+ private:
+  Lines lines_;
+  VirtualInstruments* world_;
+};
+
+class DriversOnWires final : public Drivers {
+ public:
+  explicit DriversOnWires(Wires& wires) : wires_(wires) {}
+
+  std::unique_ptr<Registers> registers(const RegisterMap& map) override { return wires_.chamber(map); }
+  std::unique_ptr<Pauses> pauses() override { return wires_.pauses(); }
+  std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
+    const auto& entry = file.thermometers[index];
+    if (entry.kind == VirtualThermometerKind::mcc_usb_temp) {
+      auto wire = wires_.usb_temp(index);
+      return make_usb_temp(entry, place, std::move(wire.line), wire.clock);
+    }
+    auto wire = wires_.thermometer(index);
+    return make_thermometer(entry, place, std::move(wire.line), true, wire.clock);
+  }
+  std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
+    auto wire = wires_.gyro();
+    return make_simulated_gyro(file.gyro, std::move(wire.line), within, wire.clock);
+  }
+
+ private:
+  Wires& wires_;
+};
+
 /// Instruments on their lines, and the sampler that reads them.
 class AssembledRig : public Rig {
  public:
-  AssembledRig(RigFile file, Lines lines, std::unique_ptr<VirtualInstruments> world)
-      : world_(std::move(world)), file_(std::move(file)), lines_(std::move(lines)) {
+  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers) : file_(std::move(file)), drivers_(std::move(drivers)) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
-    chamber_ = make_modbus_chamber(map, make_modbus(lines_.chamber, map.link.modbus),
-                                   file_.simulated ? virtual_pauses() : real_pauses());
-    for (std::size_t i = 0; i < file_.thermometers.size(); ++i) thermometers_.push_back(thermometer(i));
+    chamber_ = make_modbus_chamber(map, drivers_->registers(map), drivers_->pauses());
+    for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
+      thermometers_.push_back(drivers_->thermometer(file_, i, fmt::format("thermometer {}", i + 1)));
   }
 
   std::vector<Result<std::string>> ask() override {
@@ -62,7 +121,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       answers.push_back(titled(fmt::format("thermometer {}", i + 1),
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
-    const auto gyro = make_gyro(file_.gyro, lines_.gyro, kGyroAskedWithin, file_.simulated);
+    const auto gyro = drivers_->gyro(file_, kGyroAskedWithin);
     answers.push_back(titled("gyro", ask_gyro(*gyro, file_.gyro.frame.name, [this] { let_pass(1); })));
     return answers;
   }
@@ -75,7 +134,7 @@ class AssembledRig : public Rig {
     if (!state) return failure(state.error());
     if (permit)
       if (auto permitted = permit(*state); !permitted) return failure(permitted.error());
-    gyro_ = make_gyro(file_.gyro, lines_.gyro, kGyroWithin, file_.simulated);
+    gyro_ = drivers_->gyro(file_, kGyroWithin);
     // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
     const auto moved =
         gyro_->open().and_then([&] { return chamber_->head_for(first); }).and_then([&] { return chamber_->start(); });
@@ -109,7 +168,7 @@ class AssembledRig : public Rig {
 
   /// The word order first, on a line of its own that is closed again: some units take one client at a time.
   Result<std::string> ask_chamber(const Clock& watch) {
-    const auto order = ask_word_order(file_.chamber_map, *make_modbus(lines_.chamber, file_.chamber_map.link.modbus));
+    const auto order = ask_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
     if (!order) return order;
     auto answer = gyrotherm::ask_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
@@ -133,20 +192,8 @@ class AssembledRig : public Rig {
     return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->read(kSecond);
   }
 
-  [[nodiscard]] std::unique_ptr<Thermometer> thermometer(std::size_t index) {
-    const auto& entry = file_.thermometers[index];
-    const auto place = fmt::format("thermometer {}", index + 1);
-    if (world_ && entry.kind == VirtualThermometerKind::mcc_usb_temp)
-      return make_usb_temp(entry, place, world_->usb_temp(index));
-    return make_thermometer(entry, place, lines_.thermometers[index], file_.simulated);
-  }
-
- protected:
-  std::unique_ptr<VirtualInstruments> world_;  ///< of a virtual rig; the instruments' wires end in it
-
- private:
   RigFile file_;
-  Lines lines_;
+  std::unique_ptr<Drivers> drivers_;
   std::unique_ptr<Chamber> chamber_;
   std::vector<std::unique_ptr<Thermometer>> thermometers_;
   std::unique_ptr<Gyro> gyro_;
@@ -156,7 +203,9 @@ class AssembledRig : public Rig {
 class RealRig final : public AssembledRig {
  public:
   RealRig(const RigFile& file, Duration already)
-      : AssembledRig(file, lines_of(file), nullptr), already_(already), clock_(already) {}
+      : AssembledRig(file, std::make_unique<DriversOnLines>(lines_of(file), nullptr)),
+        already_(already),
+        clock_(already) {}
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
   const Clock& clock() const override { return clock_; }
@@ -170,10 +219,17 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
-class VirtualRig final : public AssembledRig {
+/// The world is a base, for the instruments' wires end in it: it comes before them and goes after them.
+struct OwnedWorld {
+  std::unique_ptr<VirtualInstruments> world_;
+};
+
+class VirtualRig final : private OwnedWorld, public AssembledRig {
  public:
   VirtualRig(const RigFile& file, Duration already, Lines lines, std::unique_ptr<VirtualInstruments> world)
-      : AssembledRig(file, std::move(lines), std::move(world)), clock_(already - kSecond) {}
+      : OwnedWorld{std::move(world)},
+        AssembledRig(file, std::make_unique<DriversOnLines>(std::move(lines), world_.get())),
+        clock_(already - kSecond) {}
 
   void let_pass(std::int64_t seconds) override {
     world_->advance(static_cast<int>(seconds));
@@ -184,6 +240,19 @@ class VirtualRig final : public AssembledRig {
  private:
   std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
   VirtualClock clock_;
+};
+
+class WiredRig final : public AssembledRig {
+ public:
+  WiredRig(const RigFile& file, Wires& wires)
+      : AssembledRig(file, std::make_unique<DriversOnWires>(wires)), wires_(wires) {}
+
+  void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
+  const Clock& clock() const override { return wires_.clock(); }
+
+ private:
+  std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
+  Wires& wires_;
 };
 
 VirtualThermometer virtual_thermometer(const ThermometerEntry& entry) {
@@ -219,6 +288,11 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   (*world)->replay(start.replay);
   auto lines = lines_of(**world, file.thermometers.size());
   return std::make_unique<VirtualRig>(file, start.already, std::move(lines), std::move(*world));
+}
+
+std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {
+  assert(file.simulated);
+  return std::make_unique<WiredRig>(file, wires);
 }
 
 }  // namespace gyrotherm

@@ -12,6 +12,7 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "rig/rig_file.hpp"
+#include "rig/wires.hpp"
 #include "simulator/virtual_instruments.hpp"
 
 namespace gyrotherm {
@@ -41,6 +42,9 @@ class Rig {
  public:
   /// Connects nothing yet: lines connect at first use.
   [[nodiscard]] static Result<std::unique_ptr<Rig>> assemble(const RigFile& file, const RigStart& start);
+  /// A virtual rig on wires that are there already; `wires` outlives it, and the world behind them may outlive many
+  /// rigs.
+  [[nodiscard]] static std::unique_ptr<Rig> assemble(const RigFile& file, Wires& wires);
   virtual ~Rig() = default;
 
   /// Asks each instrument who it is and reads it a few times, moving nothing: one line each (inquiry.hpp), like

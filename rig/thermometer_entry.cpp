@@ -158,29 +158,34 @@ std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, con
                                               bool simulated) {
   if (const auto* hid = std::get_if<HidLine>(&line))
     return make_usb_temp(entry, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
-  auto stream = make_stream(line, {.serial = serial_format(entry.kind)}, kConnectWithin);
+  return make_thermometer(entry, place, make_stream(line, {.serial = serial_format(entry.kind)}, kConnectWithin),
+                          simulated);
+}
+
+std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+                                              std::unique_ptr<ByteStream> stream, bool simulated, const Clock* clock) {
   switch (entry.kind) {
     case Kind::lakeshore_218: {
-      Lakeshore218Timing timing;
+      Lakeshore218Timing timing{.clock = clock};
       if (simulated) timing.pause = {};
       return make_lakeshore_218(std::move(stream), place, timing);
     }
     case Kind::pt12: {
-      Pt12Timing timing;
+      Pt12Timing timing{.clock = clock};
       if (simulated) timing.pause = {};
       return make_pt12(std::move(stream), place, timing);
     }
     case Kind::dcon:
     case Kind::mcc_usb_temp: break;
   }
-  DconOptions options{.checksum = entry.checksum, .type = entry.type};
+  DconOptions options{.checksum = entry.checksum, .type = entry.type, .clock = clock};
   if (simulated) options.pause = {};
   return make_dcon_modules(std::move(stream), place, entry.addresses, options);
 }
 
 std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
-                                           std::unique_ptr<HidReports> reports) {
-  MccOptions options;
+                                           std::unique_ptr<HidReports> reports, const Clock* clock) {
+  MccOptions options{.clock = clock};
   for (std::size_t i = 0; i < std::min(entry.channels.size(), kMccInputs); ++i) options.sensors[i] = entry.sensor;
   return make_mcc_usb_temp(std::move(reports), place, options);
 }

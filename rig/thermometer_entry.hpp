@@ -46,8 +46,14 @@ void check_line(const TomlTable& table, const std::string& line);
 /// The driver, on `line`. `place` names the instrument in its faults; a simulated one needs no pauses.
 [[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
                                                             const Line& line, bool simulated);
-/// The driver of a USB-TEMP whose wire is there already.
+/// The driver of one that is spoken to in bytes, whose wire is there already; `clock`: of a wire with a time of its
+/// own.
+[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+                                                            std::unique_ptr<ByteStream> stream, bool simulated,
+                                                            const Clock* clock = nullptr);
+/// The driver of a USB-TEMP whose wire is there already; likewise.
 [[nodiscard]] std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
-                                                         std::unique_ptr<HidReports> reports);
+                                                         std::unique_ptr<HidReports> reports,
+                                                         const Clock* clock = nullptr);
 
 }  // namespace gyrotherm

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/quantity.hpp"
+#include "simulator/world_faults.hpp"
 #include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
@@ -15,9 +16,11 @@ class ChamberPlant {
 
   /// Lets one second pass. Switched off, heater and cooler run down and air and wall drift towards the room.
   void step(Celsius set_point, bool on);
+  /// From the next step on.
+  void suffer(const PlantFaults& faults) { faults_ = faults; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
-  [[nodiscard]] Celsius sensed() const { return {sensed_c_}; }           ///< behind the sensor's lag
+  [[nodiscard]] Celsius sensed() const;                                  ///< behind the sensor's lag, or what it shows
   [[nodiscard]] double output_percent() const { return 100 * output_; }  ///< −100 full cooling … 100 full heating
 
  private:
@@ -25,6 +28,7 @@ class ChamberPlant {
   [[nodiscard]] double machinery_k_per_s() const;
 
   PlantParameters parameters_;
+  PlantFaults faults_;
   double air_c_;
   double wall_c_;
   double sensed_c_;

@@ -1,6 +1,8 @@
 #include "simulator/world.hpp"
 
+#include <array>
 #include <cassert>
+#include <optional>
 
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_readout.hpp"
@@ -22,6 +24,7 @@ std::unique_ptr<VirtualGyro> make_gyro(const TwinGyroParameters& p) { return std
 struct World::Parts {
   Parts(const WorldParameters& drawn, std::uint64_t noise_seed);
   void measure_air();
+  void show_thermometers();
 
   PlantParameters plant_parameters;
   ChamberPlant plant;
@@ -32,6 +35,8 @@ struct World::Parts {
   Celsius set_point;
   bool on = false;
   Celsius measured_air;
+  std::optional<std::array<ThermometerFault, kThermalPlaces>> thermometer_faults;
+  std::array<double, kThermalPlaces> shown_with_faults_c{};  ///< by thermometers with faults
 };
 
 World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
@@ -48,6 +53,14 @@ World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
 void World::Parts::measure_air() {
   const double shown_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
   measured_air = {to_resolution(shown_c, plant_parameters.sensor_resolution_k)};
+}
+
+void World::Parts::show_thermometers() {
+  const auto sound_c = thermometers.readings_c();
+  for (std::size_t i = 0; i < shown_with_faults_c.size(); ++i) {
+    const auto& fault = (*thermometer_faults)[i];
+    shown_with_faults_c[i] = fault.shown_c.value_or(sound_c[fault.place] + fault.error_k);
+  }
 }
 
 World::World(const WorldParameters& parameters, WorldSeed seed)
@@ -75,13 +88,23 @@ void World::step() {
   p.plant.step(p.set_point, p.on);
   p.thermometers.step(p.gyro->places_c());
   p.measure_air();
+  if (p.thermometer_faults) p.show_thermometers();
+}
+
+void World::suffer(const WorldFaults& faults) {
+  parts_->plant.suffer(faults.plant);
+  parts_->thermometer_faults = faults.thermometers;
+  parts_->show_thermometers();
 }
 
 Celsius World::set_point() const { return parts_->set_point; }
 bool World::is_on() const { return parts_->on; }
 Celsius World::air_as_measured() const { return parts_->measured_air; }
 double World::output_percent() const { return parts_->plant.output_percent(); }
-std::span<const double> World::thermometers_as_measured_c() const { return parts_->thermometers.readings_c(); }
+std::span<const double> World::thermometers_as_measured_c() const {
+  if (parts_->thermometer_faults) return parts_->shown_with_faults_c;
+  return parts_->thermometers.readings_c();
+}
 const std::vector<std::string>& World::thermometer_names() const { return kThermometerNames; }
 std::int64_t World::pulses() const { return parts_->readout.pulses(); }
 std::int64_t World::device_time_us() const { return parts_->readout.device_time_us(); }

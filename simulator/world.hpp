@@ -17,6 +17,7 @@
 namespace gyrotherm {
 
 struct WorldParameters;  // simulator/world_parameters.hpp
+struct WorldFaults;      // simulator/world_faults.hpp
 
 /// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
 /// rig file holds whole.
@@ -55,6 +56,8 @@ class World {
   /// What the controller is told, which it must accept; in force from the next step on.
   void command(Celsius set_point);
   void switch_on(bool on);
+  /// Breaks what `faults` says, and mends what it does not: the chamber from the next step on, thermometers at once.
+  void suffer(const WorldFaults& faults);
   /// Lets one second pass.
   void step();
 

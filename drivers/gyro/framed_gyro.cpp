@@ -21,11 +21,13 @@ std::string_view first_line(std::string_view text) { return text.substr(0, text.
 
 class FramedGyro final : public Gyro {
  public:
-  FramedGyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within, GyroCommands commands)
+  FramedGyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within, GyroCommands commands,
+             const Clock* clock)
       : format_(std::move(format)),
         line_(std::move(line)),
         within_(within),
         commands_(std::move(commands)),
+        clock_(clock),
         decoder_(format_),
         sum_(format_) {}
   ~FramedGyro() override;
@@ -50,6 +52,7 @@ class FramedGyro final : public Gyro {
   std::unique_ptr<ByteStream> line_;
   Duration within_;
   GyroCommands commands_;
+  const Clock* clock_;
   bool open_ = false;
   FrameDecoder decoder_;
   FrameSum sum_;
@@ -66,7 +69,7 @@ Result<void> FramedGyro::send(const GyroCommand& command) {
   if (auto sent = line_->write(std::as_bytes(std::span(command.send)), within_); !sent) return sent;
   std::string heard;
   std::array<std::byte, kChunk> chunk;
-  for (const Deadline deadline(command.wait); !deadline.over();) {
+  for (const Deadline deadline(command.wait, clock_); !deadline.over();) {
     const auto size = line_->read(chunk, deadline.left());
     if (!size && size.error().kind == FaultKind::timeout) break;
     if (!size) return failure(size.error());
@@ -147,7 +150,7 @@ Result<PulseCount> FramedGyro::read(Duration expected) {
 }
 
 Result<PulseCount> FramedGyro::read(Duration expected, FrameTally& tally) {
-  const Deadline deadline(within_);
+  const Deadline deadline(within_, clock_);
   const bool first = !sum_.has_origin();
   bool enough = false;
   while (true) {
@@ -169,8 +172,8 @@ Result<PulseCount> FramedGyro::read(Duration expected, FrameTally& tally) {
 }  // namespace
 
 std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line, Duration within,
-                                       GyroCommands commands) {
-  return std::make_unique<FramedGyro>(std::move(format), std::move(line), within, std::move(commands));
+                                       GyroCommands commands, const Clock* clock) {
+  return std::make_unique<FramedGyro>(std::move(format), std::move(line), within, std::move(commands), clock);
 }
 
 }  // namespace gyrotherm

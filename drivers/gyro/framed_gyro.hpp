@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/clock.hpp"
 #include "drivers/gyro/frame_stream.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
@@ -15,7 +16,8 @@ struct GyroCommands {
   std::vector<GyroCommand> start{}, stop{};
 };
 
-/// `within`: how long one read may wait.
+/// `within`: how long one read may wait. `clock`: of a line with a time of its own, which outlives the gyro; without
+/// one the steady clock counts.
 ///
 /// The commands of `commands.start` are sent when the gyro is opened (by the first read, if not before), and again
 /// before the read that follows a silence or a broken line; each takes its wait, during which the line is read, or less
@@ -31,6 +33,7 @@ struct GyroCommands {
 /// out_of_range; the next read counts from the newest frame. After a timeout or a broken line the next read is a first
 /// read again.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
-                                                     Duration within, GyroCommands commands = {});
+                                                     Duration within, GyroCommands commands = {},
+                                                     const Clock* clock = nullptr);
 
 }  // namespace gyrotherm

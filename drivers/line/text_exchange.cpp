@@ -19,7 +19,7 @@ TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions
 Result<void> TextExchange::wait_for_silence() {
   std::array<std::byte, kLongestLine> stale;
   const auto pause = answer_may_come_late_ ? options_.within : options_.pause;
-  const Deadline deadline(options_.within);
+  const Deadline deadline(options_.within, options_.clock);
   do {
     const auto size = line_->read(stale, pause);
     if (size) continue;
@@ -33,7 +33,7 @@ Result<void> TextExchange::wait_for_silence() {
 Result<std::string> TextExchange::receive() {
   std::string text;
   std::array<std::byte, kLongestLine> buffer;
-  const Deadline deadline(options_.within);
+  const Deadline deadline(options_.within, options_.clock);
   while (true) {
     const auto size = line_->read(std::span(buffer).first(kLongestLine - text.size()), deadline.left());
     if (!size) return failure(size.error());

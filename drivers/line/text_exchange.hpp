@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/clock.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
@@ -13,8 +14,9 @@ namespace gyrotherm {
 struct TextExchangeOptions {
   std::string question_end;  ///< the terminators, which no text here contains
   std::string answer_end;
-  Duration within{};  ///< for a whole answer
-  Duration pause{};   ///< the line must be silent this long before a question
+  Duration within{};             ///< for a whole answer
+  Duration pause{};              ///< the line must be silent this long before a question
+  const Clock* clock = nullptr;  ///< the line's, which outlives the exchange; none: the steady clock
 };
 
 class TextExchange {

@@ -19,7 +19,7 @@ tl::unexpected<Fault> no_thermocouple(std::uint8_t type, std::string where) {
 
 std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, const DconOptions& options) {
   return std::make_shared<TextExchange>(std::move(line),
-                                        TextExchangeOptions{"\r", "\r", options.within, options.pause});
+                                        TextExchangeOptions{"\r", "\r", options.within, options.pause, options.clock});
 }
 
 class DconThermometer final : public Thermometer {
@@ -181,7 +181,8 @@ std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line,
     auto own = options;
     own.address = address;
     modules.push_back({.thermometer = std::make_unique<DconThermometer>(
-                           exchange, fmt::format("{} module {:02X}", place, address), own)});
+                           exchange, fmt::format("{} module {:02X}", place, address), own),
+                       .backoff = Backoff(options.clock)});
   }
   return std::make_unique<DconModules>(std::move(modules));
 }

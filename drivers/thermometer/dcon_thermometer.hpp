@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/clock.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/thermometer/dcon_codec.hpp"
 #include "drivers/wires.hpp"
@@ -20,6 +21,7 @@ struct DconOptions {
   std::optional<std::uint8_t> type{};                ///< that all its inputs must be set to; any without it
   Duration within = std::chrono::milliseconds(500);  ///< for a whole answer; to a wrong address none comes
   Duration pause = std::chrono::milliseconds(10);    ///< the line must be silent this long before a question
+  const Clock* clock = nullptr;                      ///< of a line with a time of its own
 };
 
 /// One module, alone on its line. Before the first reading, and again after each failure to answer, the module is asked

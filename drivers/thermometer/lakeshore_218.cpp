@@ -18,7 +18,8 @@ constexpr std::string_view kWho = "LSCI,MODEL218";
 class Lakeshore218 final : public Thermometer {
  public:
   Lakeshore218(std::unique_ptr<ByteStream> line, std::string place, Lakeshore218Timing timing)
-      : exchange_(std::move(line), {kTerminator, kTerminator, timing.within, timing.pause}), place_(std::move(place)) {}
+      : exchange_(std::move(line), {kTerminator, kTerminator, timing.within, timing.pause, timing.clock}),
+        place_(std::move(place)) {}
 
   Result<std::string> identify() override;
   std::vector<Result<Celsius>> read() override;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/clock.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
@@ -16,6 +17,7 @@ struct Lakeshore218Timing {
   Duration within = std::chrono::milliseconds(500);  ///< for a whole reply
   Duration pause =
       std::chrono::milliseconds(50);  ///< the line must be silent this long before a query; 0 on the virtual rig
+  const Clock* clock = nullptr;       ///< of a line with a time of its own
 };
 
 /// `place` names the instrument in its faults.

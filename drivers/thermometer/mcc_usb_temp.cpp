@@ -68,7 +68,7 @@ Result<void> MccUsbTemp::send(const MccRequest& request) {
 /// Throws away what older questions left.
 Result<void> MccUsbTemp::wait_for_silence() {
   std::array<std::byte, kMccLongestReport> stale;
-  const Deadline deadline(options_.within);
+  const Deadline deadline(options_.within, options_.clock);
   do {
     const auto size = reports_->read(stale, reply_may_come_late_ ? deadline.left() : Duration::zero());
     if (size) continue;
@@ -85,7 +85,7 @@ Result<MccUsbTemp::Report> MccUsbTemp::ask(const MccRequest& request) {
   if (auto sent = send(request); !sent) return failure(std::move(sent.error()));
   reply_may_come_late_ = true;
   Report report(kMccLongestReport);
-  const Deadline deadline(options_.within);
+  const Deadline deadline(options_.within, options_.clock);
   do {
     const auto size = reports_->read(report, deadline.left());
     if (!size) return failure(size.error());

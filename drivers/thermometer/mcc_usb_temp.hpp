@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/clock.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/hid_line.hpp"
 #include "drivers/thermometer/mcc_usb_temp_setup.hpp"
@@ -21,6 +22,7 @@ struct MccOptions {
   /// absolute zero and the end of type B may be true.
   std::array<std::optional<MccSensor>, kMccInputs> sensors{};
   Duration within = std::chrono::milliseconds(500);  ///< for a reply; after one that did not come, silence as long
+  const Clock* clock = nullptr;                      ///< of a device with a time of its own
 };
 
 /// Whenever the instrument was opened, and before it is read, its set-up is compared with `sensors`; where it differs

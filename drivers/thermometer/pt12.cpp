@@ -17,7 +17,8 @@ constexpr std::string_view kWho = "PT12";
 class Pt12 final : public Thermometer {
  public:
   Pt12(std::unique_ptr<ByteStream> line, std::string place, Pt12Timing timing)
-      : exchange_(std::move(line), {"\r", "\r\n", timing.within, timing.pause}), place_(std::move(place)) {}
+      : exchange_(std::move(line), {"\r", "\r\n", timing.within, timing.pause, timing.clock}),
+        place_(std::move(place)) {}
 
   Result<std::string> identify() override;
   std::vector<Result<Celsius>> read() override;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/clock.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
@@ -14,6 +15,7 @@ namespace gyrotherm {
 struct Pt12Timing {
   Duration within = std::chrono::milliseconds(500);  ///< for a whole answer
   Duration pause = std::chrono::milliseconds(10);    ///< the line must be silent this long before a question
+  const Clock* clock = nullptr;                      ///< of a line with a time of its own
 };
 
 /// Identifies itself by its serial number. `place` names the instrument in its faults.

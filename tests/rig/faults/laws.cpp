@@ -1,0 +1,276 @@
+#include "tests/rig/faults/laws.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gyrotherm {
+namespace {
+
+using Kind = MishapKind;
+
+constexpr std::size_t kMostViolations = 20;
+constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind its ramp by, and make up for at once
+constexpr Kelvins kSame{0.02}, kNearAir{2.5};
+constexpr std::int64_t kLinkSettles = 16;  ///< a line that failed rests up to 10 s
+
+double largest_step_k(const ChamberLimits& limits, bool up) {
+  const auto rate = up ? limits.fastest_heating : limits.fastest_cooling;
+  return std::abs(rate.value) / 60 * kSecondsToCatchUp;
+}
+
+/// Which states may follow one, beside itself.
+bool may_follow(RunState before, RunState after) {
+  if (before == after) return true;
+  switch (before) {
+    case RunState::execute: return after != RunState::aborted;
+    case RunState::suspended:
+    case RunState::held: return after != RunState::aborted && after != RunState::complete;
+    case RunState::aborting: return after == RunState::aborted;
+    case RunState::aborted:
+    case RunState::stopped:
+    case RunState::complete: return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+int severity(RunState state) {
+  switch (state) {
+    case RunState::execute: return 0;
+    case RunState::suspended: return 1;
+    case RunState::held: return 2;
+    case RunState::aborting:
+    case RunState::aborted: return 3;
+    case RunState::stopped:
+    case RunState::complete: return 4;
+  }
+  return 0;
+}
+
+Laws::Laws(const Profile& profile, const RigFile& file, Plant& plant, const Disturbance& disturbance)
+    : profile_(profile), file_(file), plant_(plant), disturbance_(disturbance) {
+  lowest_ = highest_ = file.safe_set_point;
+  for (const auto& segment : profile.segments) {
+    lowest_ = std::min(lowest_, segment.target);
+    highest_ = std::max(highest_, segment.target);
+  }
+  lowest_ = std::max(lowest_, file.chamber_limits.lowest);
+  highest_ = std::min(highest_, file.chamber_limits.highest);
+}
+
+void Laws::broken(const char* law, std::int64_t second, const std::string& what) {
+  if (violations_.size() < kMostViolations)
+    violations_.push_back(fmt::format("{} at second {}: {}", law, second, what));
+}
+
+std::int64_t Laws::gap_seconds() const {
+  std::int64_t sum = 0;
+  for (const auto& gap : gaps_) sum += gap.last - gap.first + 1;
+  return sum;
+}
+
+void Laws::life_begins(std::int64_t last_recorded) {
+  while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
+  std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
+  last_slot_ = last_recorded;
+  last_state_.reset();
+  quiet_ticks_ = {};
+}
+
+bool Laws::stands(MishapKind first, MishapKind last) const {
+  return std::ranges::any_of(disturbance_.standing(),
+                             [&](const auto& mishap) { return mishap.kind >= first && mishap.kind <= last; });
+}
+
+/// I1, I2, I3, I4: what the chamber was sent.
+void Laws::judge_set_points(std::int64_t second, RunState state) {
+  auto& port = plant_.chamber();
+  auto before = in_force_;
+  sent_before_ = sent_;
+  for (const auto& sent : port.set_points_sent()) {
+    const auto value = sent.value;
+    if (!(value >= lowest_ - kSame && value <= highest_ + kSame))
+      broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
+    const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
+    const bool near_air = abs(value - plant_.world().air_as_measured()) <= kNearAir;
+    const double step_k = std::abs((value - before).value);
+    if (!safe && !near_air && step_k > largest_step_k(file_.chamber_limits, value > before) + kSame.value)
+      broken("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
+    if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
+      broken("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
+    if (sent.applied) before = value;
+    sent_ = value;
+  }
+  if (port.not_read_back() > 0) broken("I4", second, "a set point was not read back by the next exchange");
+  port.forget();
+}
+
+/// I10, I11, I12: each slot in one row or one gap, in order.
+void Laws::judge_rows(std::int64_t second, const WitnessStore& witness) {
+  for (const auto& gap : witness.gaps()) {
+    if (gap.first != last_slot_ + 1) broken("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
+    if (gap.cause.empty() || gap.last < gap.first) broken("I11", second, "a gap without cause or without slots");
+    gaps_.push_back(gap);
+    last_slot_ = gap.last;
+  }
+  if (!witness.sample()) return;
+  const auto& sample = *witness.sample();
+  if (sample.slot != last_slot_ + 1) broken("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
+  if (sample.at.since_start <= last_time_) broken("I12", second, "time does not go on");
+  last_slot_ = sample.slot;
+  last_time_ = sample.at.since_start;
+}
+
+/// I13 and P9: what is stored as good is what the instrument had in this second.
+void Laws::judge_values(std::int64_t second, const Sample& sample) {
+  constexpr double kFloatK = 1e-5, kTextK = 5.1e-4;
+  const auto& world = plant_.world();
+  const auto same = [](double a, double b, double within) {
+    return std::abs(a - b) <= within * (1 + std::abs(b) / 100);
+  };
+  if (const auto& chamber = sample.chamber.value) {
+    if (!same(chamber->air.value, world.air_as_measured().value, kFloatK))
+      broken("I13", second,
+             fmt::format("air {} stored, the chamber showed {}", chamber->air.value, world.air_as_measured().value));
+    if (!same(chamber->set_point.value, in_force_.value, kFloatK))
+      broken("I13", second,
+             fmt::format("set point {} stored, the chamber had {}", chamber->set_point.value, in_force_.value));
+  }
+  const auto shown = world.thermometers_as_measured_c();
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[i], kTextK))
+      broken("I13", second, fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[i]));
+  if (const auto& count = sample.gyro.value; count && !plant_.was_counted(*count))
+    broken("I13", second, fmt::format("the gyro did not count {} in {} ns", count->pulses, count->interval.count()));
+}
+
+/// I5, I6: along the table, and never back from an abort.
+void Laws::judge_state(std::int64_t second, const Sample& sample) {
+  if (last_state_ && !may_follow(*last_state_, sample.state))
+    broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
+  last_state_ = sample.state;
+  ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
+}
+
+/// I18, I19: none without a cause, and not too many.
+void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
+  events_ += static_cast<std::int64_t>(witness.events().size());
+  if (disturbance_.any_begun()) return;
+  for (const auto& event : witness.events())
+    if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
+      broken("I18", second, "without a cause: " + event.text);
+}
+
+/// I14: what a segment was given when it ends. Seconds without a row are no soak.
+void Laws::judge_segment_end(std::int64_t second, int index) {
+  const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
+  std::int64_t clock = 0, soaked = 0, first = -1, last = -1;
+  for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment >= index; ++row) {
+    if (row->segment != index) continue;
+    if (last < 0) last = row->slot;
+    first = row->slot;
+    clock += row->state == RunState::execute ? 1 : 0;
+    soaked += row->state == RunState::execute && row->in_band ? 1 : 0;
+  }
+  std::int64_t unseen = 0;
+  for (const auto& gap : gaps_)
+    if (gap.last >= first - 1 && gap.first <= last + 1) unseen += gap.last - gap.first + 1;
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  if (first >= 0 && clock + unseen < seconds(segment.duration))
+    broken("I14", second,
+           fmt::format("segment {} ended after {} s, and {} s unseen, of {}", index + 1, clock, unseen,
+                       seconds(segment.duration)));
+  if (segment.guaranteed_soak && soaked < seconds(segment.soak_time))
+    broken("I14", second,
+           fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
+}
+
+/// I14, I15.
+void Laws::judge_segments(std::int64_t second, const Sample& sample) {
+  const int index = sample.progress.segment;
+  if (!rows_.empty() && index < rows_.back().segment)
+    broken("I15", second, fmt::format("segment {} after {}", index + 1, rows_.back().segment + 1));
+  for (int ended = rows_.empty() ? index : rows_.back().segment; ended < index; ++ended)
+    judge_segment_end(second, ended);
+  const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
+  const auto& chamber = sample.chamber.value;
+  const bool in_band = chamber && segment.guaranteed_soak && abs(chamber->air - segment.target) <= segment.soak_band;
+  rows_.push_back({sample.slot, index, sample.state, in_band});
+}
+
+void Laws::completed(std::int64_t second) {
+  const int last = static_cast<int>(profile_.segments.size()) - 1;
+  if (rows_.empty() || rows_.back().segment != last) broken("I15", second, "complete before the last segment");
+  judge_segment_end(second, last);
+}
+
+void Laws::count_ticks(const Sample& sample) {
+  auto& ticks = quiet_ticks_;
+  const auto count = [](std::int64_t& ticks_so_far, bool so) { ticks_so_far = so ? ticks_so_far + 1 : 0; };
+  const auto& world = plant_.world();
+  const bool tcp = plant_.chamber().is_tcp();
+  const bool line = stands(Kind::chamber_silent, Kind::chamber_wrong_number) ||
+                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  const bool dead = stands(Kind::chamber_silent, Kind::chamber_answers_lost) ||
+                    stands(Kind::chamber_exception, Kind::chamber_exception) ||
+                    stands(Kind::chamber_foreign_unit, Kind::chamber_foreign_unit) ||
+                    (tcp && stands(Kind::chamber_wrong_number, Kind::chamber_wrong_number)) ||
+                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  count(ticks.link_bad, dead);
+  count(ticks.link_good, !line);
+  const bool good = ticks.link_good >= kLinkSettles;
+  std::size_t silent_lines = 0;
+  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i)
+    silent_lines += plant_.thermometer(i).trouble.silent || plant_.thermometer(i).trouble.gone ? 1 : 0;
+  count(ticks.thermometers_bad, silent_lines == plant_.thermometer_count());
+  count(ticks.door, good && stands(Kind::door_open, Kind::door_open));
+  count(ticks.off, good && !world.is_on());
+  count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > Kelvins{0.05});
+  const auto& limits = file_.limits;
+  const auto outside = [&](const auto& reading) {
+    return reading.value &&
+           (*reading.value < limits.thermometers_lowest || *reading.value > limits.thermometers_highest);
+  };
+  const bool air = sample.chamber.value &&
+                   (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
+  count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
+  const bool safe = abs(world.set_point() - file_.safe_set_point) <= kSame || !world.is_on();
+  count(ticks.aborting, good && severity(sample.state) == severity(RunState::aborting) && !safe);
+}
+
+/// I7, I8, I9, I20.
+void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
+  const auto& ticks = quiet_ticks_;
+  const int is = severity(sample.state);
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  const auto want = [&](bool due, RunState least, const char* cause) {
+    if (due && is < severity(least))
+      broken("I7", second, fmt::format("{}: in state {}, expected {}", cause, name(sample.state), name(least)));
+  };
+  want(ticks.link_bad > seconds(file_.limits.suspend_after) + 3, RunState::suspended, "the chamber does not answer");
+  want(ticks.link_bad > seconds(file_.limits.chamber_lost) + 15, RunState::aborting, "the chamber is lost");
+  want(ticks.thermometers_bad > 12, RunState::suspended, "every thermometer is silent");
+  want(ticks.door > 2 * file_.chamber_map.status_every + 2, RunState::suspended, "the door is open");
+  want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
+  want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
+  want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
+  if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
+}
+
+void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
+  judge_rows(second, witness);
+  judge_alarms(second, witness);
+  if (!witness.sample()) return;
+  const auto& sample = *witness.sample();
+  judge_set_points(second, sample.state);
+  judge_values(second, sample);
+  judge_state(second, sample);
+  judge_segments(second, sample);
+  count_ticks(sample);
+  judge_reactions(second, sample);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,102 @@
+/// What goes wrong in a trial, and when: a list that a seed draws, that can be written down and read back, and cut
+/// short.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gyrotherm {
+
+enum class MishapKind {
+  // the chamber's line
+  chamber_silent,
+  chamber_gone,
+  chamber_half_open,
+  chamber_answers_lost,
+  chamber_late,
+  chamber_doubled,
+  chamber_noise,
+  chamber_cut,
+  chamber_exception,        ///< size: the code
+  chamber_write_exception,  ///< … to writes alone
+  chamber_foreign_unit,
+  chamber_wrong_number,
+  // the chamber
+  chamber_ignores_writes,
+  chamber_clamps,        ///< size: °C from zero
+  chamber_restarts,      ///< at its default set point
+  chamber_switched_off,  ///< at its panel
+  panel_set_point,       ///< size: °C
+  heater_weak,           ///< size: share of its power that is left
+  cooler_weak,
+  machinery_stuck,  ///< size: −1 … 1
+  door_open,
+  limiter_trips,
+  filter_dirty,
+  air_sensor_error,  ///< size: K
+  air_sensor_frozen,
+  air_sensor_broken,  ///< NaN
+  // thermometers; the target is the channel, of a line the instrument
+  thermometer_open,   ///< reads 850 °C
+  thermometer_short,  ///< reads −200 °C
+  thermometer_stuck,
+  thermometer_spike,     ///< size: K
+  thermometer_drift,     ///< size: K
+  thermometers_swapped,  ///< the target and the next
+  thermometer_silent,
+  thermometer_gone,
+  thermometer_noise,
+  thermometer_late,
+  thermometer_doubled,
+  // the gyro
+  gyro_silent,
+  gyro_gone,
+  gyro_garbled,
+  gyro_loses_frames,
+  gyro_bursts,
+  gyro_restarts,
+  // time and program
+  wall_clock_steps,  ///< size: s
+  program_late,      ///< no tick for so long
+  program_crashes,   ///< and is resumed after so long
+  program_stopped,   ///< by a signal, likewise
+  operator_pauses,   ///< and resumes after so long
+  operator_stops,
+  operator_aborts,
+  count
+};
+
+inline constexpr auto kMishapKinds = static_cast<std::size_t>(MishapKind::count);
+
+struct Mishap {
+  std::int64_t at{};  ///< second of the trial at which it begins
+  MishapKind kind{};
+  int target{};
+  std::int64_t lasts{};  ///< seconds; 0: it is no more than an instant
+  double size{};
+  bool operator==(const Mishap&) const = default;
+};
+
+using Schedule = std::vector<Mishap>;
+
+struct ScheduleOptions {
+  std::int64_t seconds = 3600;  ///< of the trial, in which mishaps begin
+  std::int64_t longest = 1200;  ///< of one mishap
+  int most = 8;                 ///< mishaps
+};
+
+/// In order of time. The seed enables some of the kinds, and draws from those alone.
+[[nodiscard]] Schedule draw_schedule(std::uint64_t seed, const ScheduleOptions& options);
+
+[[nodiscard]] const char* name(MishapKind kind);
+/// "120 chamber_silent 0 30 0", one a line.
+[[nodiscard]] std::string text(const Mishap& mishap);
+[[nodiscard]] std::string text(const Schedule& schedule);
+/// Nothing if it is none.
+[[nodiscard]] std::optional<Mishap> parse_mishap(std::string_view line);
+
+}  // namespace gyrotherm

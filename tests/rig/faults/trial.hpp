@@ -1,0 +1,54 @@
+/// One run of a profile on the virtual plant while a schedule of mishaps goes on: the real experiment, sampler,
+/// drivers' logic and store, in virtual time, judged every second.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "rig/experiment.hpp"
+#include "rig/rig.hpp"
+#include "tests/rig/faults/disturbance.hpp"
+#include "tests/rig/faults/laws.hpp"
+#include "tests/rig/faults/memory_wires.hpp"
+#include "tests/rig/faults/plant.hpp"
+#include "tests/rig/faults/schedule.hpp"
+#include "tests/rig/faults/witness.hpp"
+
+namespace gyrotherm {
+
+/// What trials share: parsed once.
+struct TrialGround {
+  Profile profile;
+  RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
+  WorldParameters world;
+};
+
+/// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
+[[nodiscard]] TrialGround trial_ground(const std::string& profile);
+
+struct TrialSetting {
+  std::uint64_t seed = 0;
+  Schedule schedule;
+  std::string folder;            ///< for the record; in memory if it can be
+  std::int64_t sync_every = 60;  ///< seconds
+};
+
+enum class Ending { complete, made_safe, stopped, ran_out_of_time, never_began };
+[[nodiscard]] const char* name(Ending ending);
+
+struct TrialReport {
+  Violations violations;
+  Ending ending = Ending::never_began;
+  std::int64_t seconds = 0;  ///< of the trial
+  std::int64_t lives = 0;    ///< of the program
+  std::uint64_t log_hash = 0;
+  std::array<std::int64_t, 7> seconds_in_state{};
+  std::vector<RowBrief> rows;
+};
+
+[[nodiscard]] TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting);
+
+}  // namespace gyrotherm

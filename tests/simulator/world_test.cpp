@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "simulator/spread.hpp"
+#include "simulator/world_faults.hpp"
 #include "tests/simulator/laboratory.hpp"
 
 namespace gyrotherm {
@@ -126,6 +127,62 @@ TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
   }
   EXPECT_NEAR(sum / count, 0, 4 * 0.15 / std::sqrt(count));
   EXPECT_NEAR(std::sqrt(squares / count), 0.15, 4 * 0.15 / std::sqrt(2.0 * count));
+}
+
+/// The air after some minutes on the way to `set_point`.
+double air_after(World& world, Celsius set_point, int minutes) {
+  world.command(set_point);
+  world.switch_on(true);
+  for (int t = 0; t < 60 * minutes; ++t) world.step();
+  return world.air_as_measured().value;
+}
+
+TEST(World, DoesNotHeatWithoutItsHeaterAndWarmsBehindAnOpenDoor) {
+  World world(world_of_rig("virtual-reference"), {});
+  WorldFaults faults;
+  faults.plant.heating_share = 0;
+  world.suffer(faults);
+  EXPECT_LT(air_after(world, {60}, 20), 22);
+  world.suffer({});
+  EXPECT_NEAR(air_after(world, {60}, 20), 60, 1);
+  faults = {};
+  faults.plant.door_open = true;
+  world.suffer(faults);
+  EXPECT_LT(air_after(world, {60}, 20), 50);
+}
+
+TEST(World, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
+  World world(world_of_rig("virtual-reference"), {});
+  WorldFaults faults;
+  faults.plant.stuck_output = 1;
+  world.suffer(faults);
+  EXPECT_GT(air_after(world, {20}, 20), 90);
+  World frozen(world_of_rig("virtual-reference"), {});
+  faults = {};
+  faults.plant.sensor_c = 20;
+  frozen.suffer(faults);
+  EXPECT_EQ(air_after(frozen, {40}, 5), 20) << "it shows what it showed";
+  frozen.suffer({});
+  EXPECT_GT(frozen.output_percent(), 50);
+  frozen.step();
+  EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air went on";
+}
+
+TEST(World, ShowsWhatItsThermometersShowAndMendsThem) {
+  World world(world_of_rig("virtual-reference"), {});
+  const auto sound = std::vector(world.thermometers_as_measured_c().begin(), world.thermometers_as_measured_c().end());
+  WorldFaults faults;
+  faults.thermometers[0].shown_c = 850;
+  faults.thermometers[1].error_k = 2;
+  std::swap(faults.thermometers[2].place, faults.thermometers[8].place);
+  world.suffer(faults);
+  const auto shown = world.thermometers_as_measured_c();
+  EXPECT_EQ(shown[0], 850);
+  EXPECT_EQ(shown[1], sound[1] + 2);
+  EXPECT_EQ(shown[2], sound[8]);
+  EXPECT_EQ(shown[8], sound[2]);
+  world.suffer({});
+  for (std::size_t i = 0; i < sound.size(); ++i) EXPECT_EQ(world.thermometers_as_measured_c()[i], sound[i]);
 }
 
 }  // namespace

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace gyrotherm {
 namespace {
 
 using Kind = MishapKind;
 
-constexpr double kOpenC = 850, kShortC = -200;
+constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000;
 constexpr double kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
 bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
@@ -140,7 +139,7 @@ void Disturbance::stand_in_chamber(const Mishap& mishap) {
     case Kind::door_open: plant.door_open = true, plant_.write("condition", kDoorOpen); return;
     case Kind::filter_dirty: plant_.write("condition", kFilterDirty); return;
     case Kind::air_sensor_error: plant.sensor_error_k = mishap.size; return;
-    case Kind::air_sensor_broken: plant.sensor_c = std::numeric_limits<double>::quiet_NaN(); return;
+    case Kind::air_sensor_broken: plant.sensor_c = kBrokenC; return;
     default: return;
   }
 }

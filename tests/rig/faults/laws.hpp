@@ -75,7 +75,7 @@ class Laws {
   const Disturbance& disturbance_;
   Celsius lowest_, highest_;
   Violations violations_;
-  Celsius in_force_;  ///< the chamber's set point before the tick
+  Celsius in_force_;                           ///< the chamber's set point before the tick
   std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
   std::optional<RunState> last_state_;
   Duration last_time_{Duration::min()};

@@ -39,7 +39,7 @@ enum class MishapKind {
   filter_dirty,
   air_sensor_error,  ///< size: K
   air_sensor_frozen,
-  air_sensor_broken,  ///< NaN
+  air_sensor_broken,  ///< shows what cannot be
   // thermometers; the target is the channel, of a line the instrument
   thermometer_open,   ///< reads 850 °C
   thermometer_short,  ///< reads −200 °C

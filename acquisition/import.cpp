@@ -39,15 +39,14 @@ RunInfo describe(const ImportMap& map, std::string_view table, const std::string
 }
 
 Result<void> insert_rows(RunFile& run, const ForeignRows& rows) {
-  std::vector<double> readings_c(rows.thermometers_c.size());
-  SampleRow row{.thermometers_c = readings_c};
+  SampleRow row{.thermometers_c = std::vector<double>(rows.thermometers_c.size())};
   for (std::size_t i = 0; i < rows.gyro.size(); ++i) {
     row.slot = static_cast<std::int64_t>(i);
     row.monotonic = rows.time[i];
     row.interval = rows.interval[i];
     row.gyro = rows.gyro[i];
-    for (std::size_t channel = 0; channel < readings_c.size(); ++channel)
-      readings_c[channel] = rows.thermometers_c[channel][i];
+    for (std::size_t channel = 0; channel < row.thermometers_c.size(); ++channel)
+      row.thermometers_c[channel] = rows.thermometers_c[channel][i];
     if (auto inserted = run.insert(row); !inserted) return inserted;
   }
   return {};

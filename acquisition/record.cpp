@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
+#include "acquisition/run_parts.hpp"
 #include "acquisition/status.hpp"
 
 namespace gyrotherm {
@@ -72,25 +75,68 @@ Result<void> read_events(Database& database, Record& record) {
   }
 }
 
+/// What the part says from its first slot on counts; slots that neither has went with the file that failed.
+void join(Record& record, Record part, const Continuation& continuation) {
+  const auto kept = static_cast<std::size_t>(
+      std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
+  const auto extend = [&](auto& column, const auto& by) {
+    column.resize(kept);
+    column.insert(column.end(), by.begin(), by.end());
+  };
+  std::erase_if(record.gaps, [&](const Gap& gap) { return gap.first >= continuation.from; });
+  std::erase_if(record.events, [&](const RecordedEvent& event) { return event.slot >= continuation.from; });
+  const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
+  if (last + 1 < continuation.from)
+    record.gaps.push_back(
+        {last + 1, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)});
+  extend(record.slot, part.slot);
+  extend(record.time_s, part.time_s);
+  extend(record.set_point_c, part.set_point_c);
+  extend(record.chamber_air_c, part.chamber_air_c);
+  extend(record.chamber_set_point_c, part.chamber_set_point_c);
+  for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
+    extend(record.thermometers_c[i], part.thermometers_c[i]);
+  extend(record.gyro, part.gyro);
+  extend(record.gyro_interval_s, part.gyro_interval_s);
+  extend(record.progress, part.progress);
+  record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
+  record.events.insert(record.events.end(), part.events.begin(), part.events.end());
+  record.finished = part.finished;
+}
+
+Result<Record> read_file(const std::string& path) {
+  return open_record(path).and_then([](Database database) { return record_of(database); });
+}
+
 Result<Record> read_all(const std::string& path) {
-  auto database = open_record(path);
-  if (!database) return failure(database.error());
-  auto info = read_run_info(*database);
-  if (!info) return failure(info.error());
-  const auto finished = is_finished(*database);
-  if (!finished) return failure(finished.error());
-  Record record;
-  record.info = std::move(*info);
-  record.finished = *finished;
-  const auto read =
-      read_samples(*database, record).and_then([&] { return read_gaps(*database, record); }).and_then([&] {
-        return read_events(*database, record);
-      });
-  if (!read) return failure(read.error());
+  auto record = read_file(path);
+  if (!record) return record;
+  const auto parts = parts_after(path, record->info.id);
+  if (!parts) return failure(parts.error());
+  for (const auto& part : *parts) {
+    auto more = read_file(part.path);
+    if (!more) return more;
+    join(*record, std::move(*more), part.continuation);
+  }
   return record;
 }
 
 }  // namespace
+
+Result<Record> record_of(Database& database) {
+  auto info = read_run_info(database);
+  if (!info) return failure(info.error());
+  const auto finished = is_finished(database);
+  if (!finished) return failure(finished.error());
+  Record record;
+  record.info = std::move(*info);
+  record.finished = *finished;
+  const auto read = read_samples(database, record).and_then([&] { return read_gaps(database, record); }).and_then([&] {
+    return read_events(database, record);
+  });
+  if (!read) return failure(read.error());
+  return record;
+}
 
 Result<Record> read_record(const std::string& path) {
   return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });

@@ -56,6 +56,11 @@ EventKind event_kind_named(std::string_view text) {
                       EventKind::finished, EventKind::state, EventKind::command});
 }
 
+RunState run_state_named(std::string_view text) {
+  return named(text, {RunState::execute, RunState::suspended, RunState::held, RunState::aborting, RunState::aborted,
+                      RunState::stopped, RunState::complete});
+}
+
 Result<Database> open_record(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))

@@ -15,6 +15,11 @@
 
 namespace gyrotherm {
 
+struct Record;
+
+/// Everything that one open file holds. Fails with storage.
+[[nodiscard]] Result<Record> record_of(Database& database);
+
 /// One row of the table `sample`; NaN where NULL.
 struct StoredRow {
   std::int64_t slot{};
@@ -42,8 +47,9 @@ struct StoredRow {
 /// The last slot that has a sample or lies in a gap; −1 if none.
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
-/// The reverse of name(Phase) and name(EventKind); an unknown name gives the first of them.
+/// The reverse of name(…); an unknown name gives the first of them.
 [[nodiscard]] Phase phase_named(std::string_view text);
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
+[[nodiscard]] RunState run_state_named(std::string_view text);
 
 }  // namespace gyrotherm

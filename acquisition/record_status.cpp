@@ -27,6 +27,22 @@ Result<std::optional<FrameCount>> stored_frames(Database& database) {
                     .bad = static_cast<std::uint64_t>(query->integer(2))};
 }
 
+/// The last event, if it is of the kinds that say why a run does not go on.
+Result<std::string> last_word(Database& database) {
+  auto query = database.prepare("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
+  if (!query) return failure(query.error());
+  const auto row = query->step();
+  if (!row) return failure(row.error());
+  if (!*row) return std::string();
+  switch (event_kind_named(query->text(0))) {
+    case EventKind::interlock:
+    case EventKind::interrupted:
+    case EventKind::finished:
+    case EventKind::state: return std::string(query->text(1));
+    default: return std::string();
+  }
+}
+
 }  // namespace
 
 RunStatus first_status(const std::string& path, const RunInfo& info) {
@@ -47,6 +63,15 @@ void show_progress(RunStatus& status, const RunInfo& info, const Progress& progr
   status.set_point = known(progress.set_point.value);
 }
 
+void show_outlook(RunStatus& status, const Outlook& outlook) {
+  status.state = outlook.state;
+  status.cause = outlook.cause;
+  status.time_left_s = to_seconds(outlook.time_left);
+  status.behind_plan_s = to_seconds(outlook.behind_plan);
+  status.missed_set_points = outlook.missed_set_points;
+  status.faults_now = outlook.faults;
+}
+
 Result<RunStatus> stored_status(Database& database, const std::string& path) {
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
@@ -63,6 +88,9 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   const auto acknowledged = last_slot(database);
   if (!acknowledged) return failure(acknowledged.error());
   status.acknowledged = *acknowledged;
+  auto ended_by = last_word(database);
+  if (!ended_by) return failure(ended_by.error());
+  status.ended_by = std::move(*ended_by);
   const auto row = last_row(database, *info);
   if (!row) return failure(row.error());
   if (!*row) return status;

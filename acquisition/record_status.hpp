@@ -16,6 +16,8 @@ namespace gyrotherm {
 /// Puts a sample's place in the profile into the status.
 void show_progress(RunStatus& status, const RunInfo& info, const Progress& progress);
 
+void show_outlook(RunStatus& status, const Outlook& outlook);
+
 /// Of an open record: its last sample and its counts.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 

@@ -12,6 +12,7 @@
 
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
+#include "acquisition/store.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -25,12 +26,13 @@ struct Setting {
 };
 
 /// Exclusive before WAL, so that the log's index lives in memory and no -shm file exists; FULL, so that a commit is on
-/// the disk when it returns.
+/// the disk when it returns. The log is folded in by fold_log(), at 200 pages: SQLite's own way would hide its failure.
 constexpr std::array kDurable{
     Setting{"journal_mode", "WAL", "wal"},
     Setting{"synchronous", "FULL", "2"},
-    Setting{"wal_autocheckpoint", "200", "200"},
+    Setting{"wal_autocheckpoint", "0", "0"},
 };
+constexpr int kLongLogPages = 200;
 constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
 constexpr Setting kOneFile{"journal_mode", "DELETE", "delete"};
 
@@ -60,13 +62,22 @@ Result<void> make_new_file(const std::string& path) {
   return {};
 }
 
-Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info) {
-  return apply(database, kExclusive, path)
-      .and_then([&] { return make_durable(database, path); })
-      .and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
+bool in_memory(const std::string& path) { return path == kInMemory; }
+
+Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
+                           const std::optional<Continuation>& continuation) {
+  const auto prepared = in_memory(path)
+                            ? Result<void>{}
+                            : apply(database, kExclusive, path).and_then([&] { return make_durable(database, path); });
+  return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
       .and_then([&] { return create_schema(database, info.thermometers); })
       .and_then([&] { return write_run_info(database, info); })
+      .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
       .and_then([&] { return database.execute("COMMIT"); });
+}
+
+void remove_all_of(const std::string& path) {
+  for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path + suffix).c_str());
 }
 
 Result<void> check_unfinished(Database& database, const std::string& path) {
@@ -135,19 +146,27 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
 Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
   auto statements = prepare(database, info);
   if (!statements) return failure(statements.error());
+  if (in_memory(path)) return RunFile(std::move(database), std::move(*statements), {}, path, std::move(info));
   auto guard = WalGuard::find(path);
   if (!guard) return failure(guard.error());
+  database.watch_log();
+  if (auto folded = database.fold_log(); !folded) return failure(folded.error());  // what the file says of the run
   return RunFile(std::move(database), std::move(*statements), std::move(*guard), path, std::move(info));
 }
 
-Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info) {
+Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
+                                const std::optional<Continuation>& continuation) {
   if (auto good = check_channel_names(info.thermometers); !good) return failure(good.error());
-  if (auto made = make_new_file(path); !made) return failure(made.error());
+  if (!in_memory(path))
+    if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file = Database::open(path, Access::read_write, kPatienceMs).and_then([&](Database database) -> Result<RunFile> {
-    if (auto filled = fill_new_file(database, path, info); !filled) return failure(filled.error());
+    if (auto filled = fill_new_file(database, path, info, continuation); !filled) {
+      database.keep_log_on_close();
+      return failure(filled.error());
+    }
     return ready(std::move(database), path, info);
   });
-  if (!file) ::unlink(path.c_str());
+  if (!file && !in_memory(path)) remove_all_of(path);
   return file;
 }
 
@@ -170,7 +189,26 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
 Result<void> RunFile::begin() { return statements_->begin.run(); }
 
 Result<void> RunFile::commit() {
-  return statements_->commit.run().and_then([this] { return guard_.check(); });
+  return statements_->commit.run().and_then([this] { return check_log(); });
+}
+
+Result<void> RunFile::roll_back() {
+  return database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
+}
+
+Result<void> RunFile::fold_log() {
+  return database_.log_pages() < kLongLogPages ? Result<void>{} : database_.fold_log();
+}
+
+Result<void> RunFile::insert(const Entry& entry) {
+  Result<void> done;
+  if (entry.sample) done = insert(*entry.sample);
+  if (entry.is_gap()) done = insert_gap(entry.first, entry.last, entry.gap_cause);
+  for (const auto& missing : entry.missing)
+    if (done) done = insert_fault(entry.last, missing.channel, missing.fault);
+  for (const Event& event : entry.events)
+    if (done) done = insert_event(entry.last, event);
+  return done;
 }
 
 Result<void> RunFile::insert(const SampleRow& row) {
@@ -208,8 +246,9 @@ Result<void> RunFile::replace_frames(const FrameCount& frames) {
 
 Result<void> RunFile::finish() {
   statements_.reset();
+  if (in_memory(path_)) return mark_finished(database_);
   return mark_finished(database_)
-      .and_then([this] { return guard_.check(); })
+      .and_then([this] { return check_log(); })
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};

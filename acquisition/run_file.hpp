@@ -3,13 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
+#include "acquisition/entry.hpp"
 #include "acquisition/run_info.hpp"
+#include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
 #include "acquisition/wal_guard.hpp"
 #include "core/result.hpp"
@@ -17,33 +17,27 @@
 
 namespace gyrotherm {
 
-inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-/// A row of the table `sample`; NaN or nothing is stored as NULL.
-struct SampleRow {
-  std::int64_t slot{};
-  Duration monotonic{};
-  std::optional<Duration> utc{};
-  double chamber_air_c{kMissing};
-  double chamber_set_point_c{kMissing};
-  std::span<const double> thermometers_c{};
-  double gyro{kMissing};
-  std::optional<Duration> interval{};
-  std::optional<Progress> progress{};
-};
-
 class RunFile {
  public:
   /// Makes a new file with its schema and `info`, durable when this returns. Fails with storage if the file exists,
-  /// with bad_file if a channel's name cannot be a column. After a failure there is no file.
-  [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info);
+  /// with bad_file if a channel's name cannot be a column. After a failure there is no file. kInMemory as a path is
+  /// one.
+  [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info,
+                                              const std::optional<Continuation>& continuation = {});
   /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
   [[nodiscard]] Result<void> begin();
   /// Ends the transaction; once this returns it is on the disk, in a log that is still in its place.
   [[nodiscard]] Result<void> commit();
+  /// Nothing of the transaction remains, whether it was begun or not.
+  [[nodiscard]] Result<void> roll_back();
+  /// Outside a transaction: folds the log into the file once it is long. What was committed is on the disk either way.
+  [[nodiscard]] Result<void> fold_log();
+  /// From now on, and when it is closed, not a byte of the file and of its log changes.
+  void leave_untouched() { database_.keep_log_on_close(); }
 
+  [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
@@ -62,7 +56,7 @@ class RunFile {
     Statement begin, commit, sample, fault, event, gap;
     std::optional<Statement> frames;
   };
-  RunFile(Database database, Statements statements, WalGuard guard, std::string path, RunInfo info)
+  RunFile(Database database, Statements statements, std::optional<WalGuard> guard, std::string path, RunInfo info)
       : database_(std::move(database)),
         statements_(std::move(statements)),
         guard_(std::move(guard)),
@@ -70,10 +64,11 @@ class RunFile {
         info_(std::move(info)) {}
   [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
+  [[nodiscard]] Result<void> check_log() const { return guard_ ? guard_->check() : Result<void>{}; }
 
   Database database_;
   std::optional<Statements> statements_;  ///< gone after finish()
-  WalGuard guard_;
+  std::optional<WalGuard> guard_;         ///< nothing in memory
   std::string path_;
   RunInfo info_;
 };

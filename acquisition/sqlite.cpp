@@ -1,5 +1,6 @@
 #include "acquisition/sqlite.hpp"
 
+#include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <cassert>
@@ -16,11 +17,17 @@ Fault fault_of(sqlite3* connection) {
     case SQLITE_LOCKED: return {FaultKind::storage, where, kBeingWritten};
     case SQLITE_NOTADB: return {FaultKind::bad_file, where, "not a gyrotherm record, expected a SQLite file"};
     case SQLITE_CORRUPT: return {FaultKind::storage, where, "the record is damaged"};
+    case SQLITE_FULL: return {FaultKind::storage, where, kDiskFull};
+    case SQLITE_IOERR:
+      return {FaultKind::storage, where,
+              fmt::format("{} (SQLite's code {})", sqlite3_errmsg(connection), sqlite3_extended_errcode(connection))};
     default: return {FaultKind::storage, where, sqlite3_errmsg(connection)};
   }
 }
 
 }  // namespace
+
+bool is_full(const Fault& fault) { return fault.kind == FaultKind::storage && fault.what == kDiskFull; }
 
 bool is_locked(const Fault& fault) { return fault.kind == FaultKind::storage && fault.what == kBeingWritten; }
 
@@ -92,6 +99,27 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DML, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DDL, 0, nullptr);
   return database;
+}
+
+bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
+
+void Database::watch_log() {
+  log_pages_ = std::make_unique<int>(0);
+  const auto count = [](void* pages, sqlite3*, const char*, int now) {
+    *static_cast<int*>(pages) = now;
+    return SQLITE_OK;
+  };
+  sqlite3_wal_hook(connection_.get(), count, log_pages_.get());
+}
+
+Result<void> Database::fold_log() {
+  const int code = sqlite3_wal_checkpoint_v2(connection_.get(), "main", SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
+  if (code == SQLITE_OK) return {};
+  return failure(fault_of(connection_.get()));
+}
+
+void Database::keep_log_on_close() {
+  sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }
 
 Result<void> Database::execute(const std::string& sql) {

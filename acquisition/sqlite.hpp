@@ -68,16 +68,32 @@ class Database {
   /// Likewise, as a whole number; `fallback` if there is no row or it is NULL.
   [[nodiscard]] Result<std::int64_t> ask_integer(std::string_view sql, std::int64_t fallback);
 
+  [[nodiscard]] bool in_transaction() const;
+  /// Counts from now on the pages of the write-ahead log, which SQLite then does not fold in by itself.
+  void watch_log();
+  /// As of the last commit, since watch_log().
+  [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
+  /// Copies the log into the file, so that it starts anew.
+  [[nodiscard]] Result<void> fold_log();
+  /// Closing leaves log and file as they are.
+  void keep_log_on_close();
+
  private:
   struct Close {
     void operator()(sqlite3* connection) const;
   };
   explicit Database(sqlite3* connection) : connection_(connection) {}
+  std::unique_ptr<int> log_pages_;  ///< outlives the connection, which writes it
   std::unique_ptr<sqlite3, Close> connection_;
 };
 
 /// What a second program is told, also by itself in `Fault::what`.
 inline constexpr const char* kBeingWritten = "being written by another program";
+
+inline constexpr const char* kDiskFull = "the disk is full";
+
+/// Whether the fault says that there is no space: nothing is lost, and the same file goes on once there is.
+[[nodiscard]] bool is_full(const Fault& fault);
 
 /// Whether the fault says that another program holds the file.
 [[nodiscard]] bool is_locked(const Fault& fault);

@@ -4,6 +4,7 @@
 
 #include "acquisition/record_rows.hpp"
 #include "acquisition/record_status.hpp"
+#include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
 #include "core/text_file.hpp"
 
@@ -17,6 +18,26 @@ Json to_value(const std::optional<FrameCount>& frames) {
 }
 
 Json to_value(const std::optional<Celsius>& reading) { return reading ? Json(reading->value) : Json(nullptr); }
+
+Json to_value(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
+
+/// What status files have since they know states; an older one keeps the defaults.
+void read_outlook(const Json& json, RunStatus& status) {
+  if (!json.contains("state")) return;
+  status.state = run_state_named(json.at("state").get<std::string>());
+  json.at("cause").get_to(status.cause);
+  const auto seconds = [&](const char* key) {
+    return json.at(key).is_null() ? std::nullopt : std::optional(json.at(key).get<double>());
+  };
+  status.time_left_s = seconds("time_left_s");
+  status.behind_plan_s = seconds("behind_plan_s");
+  json.at("missed_set_points").get_to(status.missed_set_points);
+  json.at("faults_now").get_to(status.faults_now);
+  json.at("ended_by").get_to(status.ended_by);
+  json.at("backlog_s").get_to(status.backlog_s);
+  json.at("storage_trouble").get_to(status.storage_trouble);
+  json.at("parts").get_to(status.parts);
+}
 
 std::optional<Celsius> to_reading(const Json& value) {
   if (value.is_null()) return std::nullopt;
@@ -46,6 +67,7 @@ RunStatus from_json(const Json& json) {
     status.frames = FrameCount{.seen = frames->at("seen").get<std::uint64_t>(),
                                .lost = frames->at("lost").get<std::uint64_t>(),
                                .bad = frames->at("bad").get<std::uint64_t>()};
+  read_outlook(json, status);
   return status;
 }
 
@@ -54,10 +76,24 @@ Result<RunStatus> read_status_file(const std::string& path) {
   return read_text_file(where).and_then([&](const std::string& text) { return parse_status(text, where); });
 }
 
+Result<RunStatus> status_of_file(const std::string& path) {
+  return open_record(path).and_then([&](Database database) { return stored_status(database, path); });
+}
+
 Result<RunStatus> status_of_record(const std::string& path) {
-  auto database = open_record(path);
-  if (!database) return failure(database.error());
-  return stored_status(*database, path);
+  auto status = status_of_file(path);
+  if (!status) return status;
+  const auto parts = parts_after(path, status->id);
+  if (!parts) return failure(parts.error());
+  for (const auto& part : *parts) {
+    auto further = status_of_file(part.path);
+    if (!further) return further;
+    further->parts = std::move(status->parts);
+    further->parts.push_back(part.path);
+    further->path = path;
+    status = std::move(further);
+  }
+  return status;
 }
 
 }  // namespace
@@ -84,7 +120,17 @@ std::string to_json(const RunStatus& status) {
                   {"chamber_air_c", to_value(status.chamber_air)},
                   {"thermometers_c", thermometers},
                   {"faults", status.faults},
-                  {"frames", to_value(status.frames)}};
+                  {"frames", to_value(status.frames)},
+                  {"state", name(status.state)},
+                  {"cause", status.cause},
+                  {"time_left_s", to_value(status.time_left_s)},
+                  {"behind_plan_s", to_value(status.behind_plan_s)},
+                  {"missed_set_points", status.missed_set_points},
+                  {"faults_now", status.faults_now},
+                  {"ended_by", status.ended_by},
+                  {"backlog_s", status.backlog_s},
+                  {"storage_trouble", status.storage_trouble},
+                  {"parts", status.parts}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -36,6 +36,17 @@ struct RunStatus {
   std::vector<Thermometer> thermometers;
   std::int64_t faults{};               ///< readings that were faults, since the run started
   std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing: an older record
+
+  RunState state{};
+  std::string cause{};                    ///< of a state other than execute
+  std::optional<double> time_left_s{};    ///< known while a program writes the record, as the next ones
+  std::optional<double> behind_plan_s{};  ///< time that went by without the profile's clock
+  std::int64_t missed_set_points{};       ///< that the chamber did not take
+  std::vector<std::string> faults_now{};  ///< that stand, one line each
+  std::string ended_by{};                 ///< the record's last word, where no program writes it: why the run stopped
+  std::int64_t backlog_s{};               ///< seconds that wait for the disk
+  std::string storage_trouble{};          ///< why the disk takes no rows; empty: it does
+  std::vector<std::string> parts{};       ///< files that the record goes on in after a failure of its own
 };
 
 /// "RUN.db" → "RUN.db.status".

@@ -21,10 +21,15 @@
 namespace gyrotherm {
 namespace {
 
+constexpr Duration kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that ends early
+
 /// Ends a run as its outcome says.
 Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path,
                       Outcome outcome) {
-  if (outcome == Outcome::made_safe) return failure(FaultKind::interlock, path, experiment.end_cause());
+  if (outcome == Outcome::made_safe) {
+    if (!store.settle(kLongestFarewell)) console.say("warning: not all is on the disk: " + store.health().trouble);
+    return failure(FaultKind::interlock, path, experiment.end_cause());
+  }
   if (auto finished = store.finish(); !finished) return finished;
   console.say(fmt::format("{}: recorded, {} s from start to end", path, experiment.next_slot()));
   return {};
@@ -105,7 +110,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto names = (*rig)->prepare(command(profile, first), {}, upload ? &*program : nullptr);
   if (!names) return failure(names.error());
   for (const auto& who : *names) console.detail(who);
-  auto store = Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc));
+  auto store =
+      Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc), {.background = !file.simulated});
   if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);
@@ -129,7 +135,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!rig) return failure(rig.error());
   const auto permit = [&](const ChamberState& now) { return allow(*on, now, path, options.accept); };
   if (auto names = (*rig)->prepare(command(on->profile, on->state), permit); !names) return failure(names.error());
-  auto store = Store::reopen(path);
+  auto store = Store::reopen(path, {.background = !on->rig.simulated});
   if (!store) return failure(store.error());
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;

@@ -16,7 +16,8 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kLongestBatch = std::chrono::milliseconds(500);
-constexpr int kTicksPerLook = 64;  ///< how often the wall clock is looked at
+constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
+constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
 
 void show(Console& console, const Profile& profile, const Experiment& experiment) {
   const auto left = to_seconds(time_left(profile, experiment.state()));
@@ -34,6 +35,8 @@ Result<void> sync(Console& console, Store& store) {
 Result<Outcome> stopped(Console& console, Store& store, const Instant& now) {
   if (auto noted = store.append_event({now, EventKind::interrupted, "stopped by a signal"}); !noted)
     return failure(noted.error());
+  if (!store.settle(kLongestFarewell))
+    console.say(fmt::format("warning: {} s are not on the disk: {}", store.health().backlog_s, store.health().trouble));
   if (auto synced = sync(console, store); !synced) return failure(synced.error());
   return failure(FaultKind::interrupted, "", "stopped");
 }

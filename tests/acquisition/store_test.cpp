@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "acquisition/status.hpp"
 #include "runs.hpp"
 
 namespace gyrotherm {
@@ -155,6 +156,29 @@ TEST(Store, RefusesNamesThatCannotBeColumns) {
     EXPECT_EQ(store.error().kind, FaultKind::bad_file) << name;
     EXPECT_FALSE(std::filesystem::exists(folder / "run.db")) << name;
   }
+}
+
+TEST(Store, InMemoryGivesBackWhatWasAppended) {
+  auto store = store_with(kInMemory, 5);
+  ASSERT_TRUE(store->append(sample_at(5), {}));
+  const auto record = store->read_back();
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 6u);
+  ASSERT_TRUE(store->finish());
+  EXPECT_FALSE(std::filesystem::exists(kInMemory));
+  EXPECT_FALSE(std::filesystem::exists(status_path(kInMemory)));
+}
+
+TEST(Store, LeavesAFileWhoseLogWasStolenAsItIs) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 5);
+  std::filesystem::remove(folder / "run.db-wal");
+  const auto before = std::filesystem::last_write_time(folder / "run.db");
+  ASSERT_TRUE(store->append(sample_at(5), {}));
+  ASSERT_FALSE(store->sync());
+  store.reset();
+  EXPECT_EQ(std::filesystem::last_write_time(folder / "run.db"), before);
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.db-wal"));
 }
 
 }  // namespace

@@ -1,0 +1,16 @@
+/// A store whose rows a worker makes durable, so that a disk that is full, slow or failing delays nobody.
+#pragma once
+
+#include <memory>
+
+#include "acquisition/record_writer.hpp"
+#include "acquisition/status.hpp"
+#include "acquisition/store.hpp"
+
+namespace gyrotherm {
+
+/// Keeps the rules of Store for `options.background`. Its destruction waits at most 10 s for a write under way.
+[[nodiscard]] std::unique_ptr<Store> make_background_store(RecordWriter writer, RunInfo info, RunStatus status,
+                                                           const StoreOptions& options);
+
+}  // namespace gyrotherm

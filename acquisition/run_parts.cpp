@@ -1,0 +1,97 @@
+#include "acquisition/run_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "acquisition/record_rows.hpp"
+
+namespace gyrotherm {
+namespace {
+
+bool exists(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
+
+Result<bool> is_of_run(Database& database, const std::string& run_id) {
+  const auto id = database.ask("SELECT value FROM meta WHERE key = 'id'");
+  if (!id) return failure(id.error());
+  return *id == run_id;
+}
+
+/// Nothing if the file is no part of this run.
+Result<std::optional<Part>> part_at(const std::string& path, int number, const std::string& run_id) {
+  auto database = open_record(path);
+  if (!database && database.error().kind == FaultKind::bad_file) return std::nullopt;
+  if (!database) return failure(database.error());
+  const auto ours = is_of_run(*database, run_id);
+  if (!ours) return failure(ours.error());
+  if (!*ours) return std::nullopt;
+  auto continuation = read_continuation(*database);
+  if (!continuation) return failure(continuation.error());
+  if (!*continuation || (*continuation)->part != number) return std::nullopt;
+  return Part{path, std::move(**continuation)};
+}
+
+}  // namespace
+
+std::string part_path(const std::string& record_path, int part) {
+  if (part == 1) return record_path;
+  std::filesystem::path path(record_path);
+  const auto extension = path.extension().string();
+  path.replace_extension();
+  return fmt::format("{}.{}{}", path.string(), part, extension);
+}
+
+Result<void> write_continuation(Database& database, const Continuation& continuation) {
+  auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
+  if (!insert) return failure(insert.error());
+  return insert->run("part", continuation.part)
+      .and_then([&] { return insert->run("continues", continuation.before); })
+      .and_then([&] { return insert->run("continues_from", continuation.from); })
+      .and_then([&] { return insert->run("continues_cause", continuation.cause); });
+}
+
+Result<std::optional<Continuation>> read_continuation(Database& database) {
+  auto query = database.prepare(
+      "SELECT (SELECT value FROM meta WHERE key = 'part'), (SELECT value FROM meta WHERE key = 'continues'),"
+      " (SELECT value FROM meta WHERE key = 'continues_from'), (SELECT value FROM meta WHERE key = 'continues_cause')");
+  if (!query) return failure(query.error());
+  const auto row = query->step();
+  if (!row) return failure(row.error());
+  if (!*row || query->null(0)) return std::nullopt;
+  return Continuation{.part = static_cast<int>(query->integer(0)),
+                      .before = std::string(query->text(1)),
+                      .from = query->integer(2),
+                      .cause = std::string(query->text(3))};
+}
+
+Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id) {
+  std::vector<Part> parts;
+  for (int number = 2; exists(part_path(record_path, number)); ++number) {
+    auto part = part_at(part_path(record_path, number), number, run_id);
+    if (!part) return failure(part.error());
+    if (*part) parts.push_back(std::move(**part));
+  }
+  return parts;
+}
+
+Result<int> last_part(const std::string& record_path) {
+  if (!exists(part_path(record_path, 2))) return 1;
+  auto database = open_record(record_path);
+  if (!database) return failure(database.error());
+  const auto id = database->ask("SELECT value FROM meta WHERE key = 'id'");
+  if (!id) return failure(id.error());
+  const auto parts = parts_after(record_path, *id);
+  if (!parts) return failure(parts.error());
+  return parts->empty() ? 1 : parts->back().continuation.part;
+}
+
+int next_part(const std::string& record_path) {
+  int number = 2;
+  while (exists(part_path(record_path, number))) ++number;
+  return number;
+}
+
+}  // namespace gyrotherm

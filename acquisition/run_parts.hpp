@@ -1,0 +1,45 @@
+/// A record whose file failed goes on in a second one beside it, and so on; each names the one before.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/sqlite.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// What a part says of the one before. Rows from slot `from` on stand in it, also those that the one before may have.
+struct Continuation {
+  int part{};          ///< its own number; the record's own file is 1
+  std::string before;  ///< name of the file that failed, in the same folder
+  std::int64_t from{};
+  std::string cause;  ///< how that failed
+};
+
+/// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
+[[nodiscard]] std::string part_path(const std::string& record_path, int part);
+
+/// Inside the caller's transaction, into fresh tables.
+[[nodiscard]] Result<void> write_continuation(Database& database, const Continuation& continuation);
+/// Nothing for a record's first file.
+[[nodiscard]] Result<std::optional<Continuation>> read_continuation(Database& database);
+
+struct Part {
+  std::string path;
+  Continuation continuation;
+};
+
+/// The parts that follow the record's own file, in order. A file of such a name that is not of this run is none. Fails
+/// with storage if one is being written, or is of this run's name and damaged.
+[[nodiscard]] Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id);
+
+/// The number of the file that the run goes on in: 1 if no other follows. Fails like parts_after(), or with bad_file.
+[[nodiscard]] Result<int> last_part(const std::string& record_path);
+
+/// The first name that no file has yet.
+[[nodiscard]] int next_part(const std::string& record_path);
+
+}  // namespace gyrotherm

@@ -17,6 +17,7 @@ SampleRow row_of(const Sample& sample) {
     row.interval = gyro->interval;
   }
   row.progress = sample.progress;
+  row.state = sample.state;
   return row;
 }
 

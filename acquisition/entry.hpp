@@ -26,6 +26,7 @@ struct SampleRow {
   double gyro{kMissing};
   std::optional<Duration> interval{};
   std::optional<Progress> progress{};
+  std::optional<RunState> state{};
 };
 
 struct Entry {

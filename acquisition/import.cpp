@@ -7,6 +7,7 @@
 
 #include "acquisition/foreign_rows.hpp"
 #include "acquisition/import_map.hpp"
+#include "acquisition/manifest.hpp"
 #include "acquisition/run_file.hpp"
 #include "core/text_file.hpp"
 
@@ -38,20 +39,6 @@ RunInfo describe(const ImportMap& map, std::string_view table, const std::string
   return info;
 }
 
-Result<void> insert_rows(RunFile& run, const ForeignRows& rows) {
-  SampleRow row{.thermometers_c = std::vector<double>(rows.thermometers_c.size())};
-  for (std::size_t i = 0; i < rows.gyro.size(); ++i) {
-    row.slot = static_cast<std::int64_t>(i);
-    row.monotonic = rows.time[i];
-    row.interval = rows.interval[i];
-    row.gyro = rows.gyro[i];
-    for (std::size_t channel = 0; channel < row.thermometers_c.size(); ++channel)
-      row.thermometers_c[channel] = rows.thermometers_c[channel][i];
-    if (auto inserted = run.insert(row); !inserted) return inserted;
-  }
-  return {};
-}
-
 Result<void> insert_silences(RunFile& run, const ForeignRows& rows, const Silences& silences) {
   if (silences.count == 0) return {};
   const Event event{
@@ -64,14 +51,32 @@ Result<void> insert_silences(RunFile& run, const ForeignRows& rows, const Silenc
   return run.insert_event(static_cast<std::int64_t>(silences.first_after), event);
 }
 
+Result<void> insert_rows(RunFile& run, const ForeignRows& rows, const Silences& silences) {
+  SampleRow row{.thermometers_c = std::vector<double>(rows.thermometers_c.size())};
+  for (std::size_t i = 0; i < rows.gyro.size(); ++i) {
+    row.slot = static_cast<std::int64_t>(i);
+    row.monotonic = rows.time[i];
+    row.interval = rows.interval[i];
+    row.gyro = rows.gyro[i];
+    for (std::size_t channel = 0; channel < row.thermometers_c.size(); ++channel)
+      row.thermometers_c[channel] = rows.thermometers_c[channel][i];
+    if (auto inserted = run.insert(row); !inserted) return inserted;
+    if (i != silences.first_after) continue;
+    if (auto inserted = insert_silences(run, rows, silences); !inserted) return inserted;
+  }
+  return {};
+}
+
 Result<void> write(const std::string& path, const RunInfo& info, const ForeignRows& rows, const Silences& silences) {
   auto run = RunFile::create(path, info);
   if (!run) return failure(run.error());
   auto written = run->begin()
-                     .and_then([&] { return insert_rows(*run, rows); })
-                     .and_then([&] { return insert_silences(*run, rows, silences); })
+                     .and_then([&] { return insert_rows(*run, rows, silences); })
+                     .and_then([&] { return run->replace_frames({}); })
                      .and_then([&] { return run->commit(); })
                      .and_then([&] { return run->finish(); });
+  run = failure(FaultKind::storage, path, "closed");
+  if (written) written = write_manifest(path, 1);
   if (!written) ::unlink(path.c_str());
   return written;
 }

@@ -31,6 +31,7 @@ void reserve(Record& record, std::size_t rows) {
   record.thermometers_c.resize(record.info.thermometers.size());
   for (auto& column : record.thermometers_c) column.reserve(rows);
   record.progress.reserve(rows);
+  record.state.reserve(rows);
 }
 
 void add(Record& record, const StoredRow& row) {
@@ -43,6 +44,8 @@ void add(Record& record, const StoredRow& row) {
   record.gyro.push_back(row.gyro);
   record.gyro_interval_s.push_back(row.interval_s);
   record.progress.push_back(row.progress);
+  record.state.push_back(row.state);
+  record.last_utc = row.utc;
 }
 
 Result<void> read_samples(Database& database, Record& record) {
@@ -99,9 +102,11 @@ void join(Record& record, Record part, const Continuation& continuation) {
   extend(record.gyro, part.gyro);
   extend(record.gyro_interval_s, part.gyro_interval_s);
   extend(record.progress, part.progress);
+  extend(record.state, part.state);
   record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
   record.events.insert(record.events.end(), part.events.begin(), part.events.end());
   record.finished = part.finished;
+  if (part.last_utc) record.last_utc = part.last_utc;
 }
 
 Result<Record> read_file(const std::string& path) {

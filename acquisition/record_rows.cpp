@@ -23,6 +23,7 @@ Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
 void take(const Statement& row, StoredRow& into) {
   into.slot = row.integer(0);
   into.monotonic = Duration(row.integer(1));
+  into.utc = row.null(2) ? std::nullopt : std::optional(Duration(row.integer(2)));
   into.progress.set_point = Celsius{row.real(3)};
   into.chamber_air_c = row.real(4);
   into.chamber_set_point_c = row.real(5);
@@ -36,6 +37,13 @@ void take(const Statement& row, StoredRow& into) {
   into.progress.phase = phase_named(row.text(column + 4));
   into.progress.in_segment = Duration(row.integer(column + 5));
   into.progress.soaked = Duration(row.integer(column + 6));
+  if (row.columns() > column + 7) into.state = run_state_named(row.text(column + 7));
+}
+
+Result<std::string> columns_in(Database& database, const RunInfo& info) {
+  return database.ask_integer("PRAGMA user_version", 0).map([&](std::int64_t version) {
+    return sample_columns(info.thermometers, static_cast<int>(version));
+  });
 }
 
 StoredRow empty_row(const RunInfo& info) {
@@ -72,7 +80,9 @@ Result<Database> open_record(const std::string& path) {
 }
 
 Result<void> each_sample(Database& database, const RunInfo& info, const std::function<void(const StoredRow&)>& use) {
-  auto query = database.prepare(fmt::format("SELECT {} FROM sample ORDER BY slot", sample_columns(info.thermometers)));
+  const auto columns = columns_in(database, info);
+  if (!columns) return failure(columns.error());
+  auto query = database.prepare(fmt::format("SELECT {} FROM sample ORDER BY slot", *columns));
   if (!query) return failure(query.error());
   StoredRow row = empty_row(info);
   for (;;) {
@@ -85,8 +95,9 @@ Result<void> each_sample(Database& database, const RunInfo& info, const std::fun
 }
 
 Result<std::optional<StoredRow>> last_row(Database& database, const RunInfo& info) {
-  auto query = database.prepare(
-      fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", sample_columns(info.thermometers)));
+  const auto columns = columns_in(database, info);
+  if (!columns) return failure(columns.error());
+  auto query = database.prepare(fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", *columns));
   if (!query) return failure(query.error());
   const auto more = query->step();
   if (!more) return failure(more.error());

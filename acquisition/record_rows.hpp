@@ -24,12 +24,14 @@ struct Record;
 struct StoredRow {
   std::int64_t slot{};
   Duration monotonic{};
+  std::optional<Duration> utc{};
   double chamber_air_c{};
   double chamber_set_point_c{};
   std::vector<double> thermometers_c;
   double gyro{};
   double interval_s{};
   Progress progress;  ///< its set point is NaN in an imported record
+  RunState state{};   ///< older records have none
 };
 
 /// Opens a record to read it, and checks that it is one. Nothing in it changes, not even a dead writer's log (beside

@@ -97,6 +97,7 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
 
   status.slot = (*row)->slot;
   show_progress(status, *info, (*row)->progress);
+  status.state = (*row)->state;
   status.chamber_air = known((*row)->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
     status.thermometers[i].reading = known((*row)->thermometers_c[i]);

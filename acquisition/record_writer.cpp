@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include "acquisition/manifest.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -104,7 +106,10 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
 
 Result<void> RecordWriter::finish() {
   if (!file_) return failure(FaultKind::storage, path_, "between two parts of the record: " + failed_);
-  return file_->finish();
+  auto finished = file_->finish();
+  if (!finished) return finished;
+  file_.reset();
+  return write_manifest(path_, options_.part);
 }
 
 }  // namespace gyrotherm

@@ -32,7 +32,7 @@ class RecordWriter {
   /// to be handed in again later: on a full disk nothing else happens; a file that is locked for long, or that fails in
   /// any other way, is left untouched from then on, and a new part begins with the rows that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
-  /// Marks the run as finished; only destruction may follow.
+  /// Marks the run as finished, closes it and writes its manifest; only destruction may follow.
   [[nodiscard]] Result<void> finish();
 
   [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }

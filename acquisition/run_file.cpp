@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "acquisition/chain_check.hpp"
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
 #include "acquisition/store.hpp"
@@ -64,6 +65,24 @@ Result<void> make_new_file(const std::string& path) {
 
 bool in_memory(const std::string& path) { return path == kInMemory; }
 
+Result<void> put_meta(Database& database, std::string_view key, std::string_view value) {
+  auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
+  return insert ? insert->run(key, value) : failure(insert.error());
+}
+
+Result<void> begin_chain(Database& database) {
+  const auto start = description_hash(database);
+  return start ? put_meta(database, "chain_start", hex(*start)) : failure(start.error());
+}
+
+/// The chain of what the file holds. Nothing if it has none; fails with storage if it does not fit.
+Result<std::optional<RowChain>> stored_chain(Database& database, const std::string& path, int version) {
+  if (version < kFirstChained) return std::nullopt;
+  auto checked = check_chain(database, path);
+  if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
+  return checked->chain;
+}
+
 Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
                            const std::optional<Continuation>& continuation) {
   const auto prepared = in_memory(path)
@@ -73,6 +92,7 @@ Result<void> fill_new_file(Database& database, const std::string& path, const Ru
       .and_then([&] { return create_schema(database, info.thermometers); })
       .and_then([&] { return write_run_info(database, info); })
       .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
+      .and_then([&] { return begin_chain(database); })
       .and_then([&] { return database.execute("COMMIT"); });
 }
 
@@ -90,52 +110,68 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
   return {};
 }
 
-std::string insert_sample_sql(const RunInfo& info) {
-  const std::string columns = sample_columns(info.thermometers);
+std::string insert_sample_sql(const RunInfo& info, int version) {
+  const std::string columns = sample_columns(info.thermometers, version) + (version < kFirstChained ? "" : ", chain");
   std::string places = "?";
   for (const char c : columns)
     if (c == ',') places += ", ?";
   return fmt::format("INSERT INTO sample({}) VALUES({})", columns, places);
 }
 
-/// Puts the value, or NULL.
-void put(Statement& statement, int parameter, const std::optional<Duration>& value) {
-  if (value) return statement.put(parameter, value->count());
-  statement.put(parameter, kMissing);
-}
-
-void put(Statement& statement, int first, const std::optional<Progress>& progress) {
-  if (!progress) {
-    for (int i = 0; i < 5; ++i) statement.put(first + i, kMissing);
-    return;
-  }
-  statement.put(first, progress->segment);
-  statement.put(first + 1, progress->cycle);
-  statement.put(first + 2, name(progress->phase));
-  statement.put(first + 3, progress->in_segment.count());
-  statement.put(first + 4, progress->soaked.count());
-}
-
 }  // namespace
 
-Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info) {
+class RunFile::Row {
+ public:
+  Row(Statement& statement, std::optional<RowChain>& chain, std::string_view table)
+      : statement_(statement), chain_(chain ? &*chain : nullptr) {
+    if (chain_) chain_->begin(table);
+  }
+  template <class T>
+  Row& put(const T& value) {
+    statement_.put(++parameter_, value);
+    if (chain_) chain_->add(value);
+    return *this;
+  }
+  Row& put(const char* value) { return put(std::string_view(value)); }
+  Row& put(const std::string& value) { return put(std::string_view(value)); }
+  Row& put(const std::optional<Duration>& value) { return value ? put(value->count()) : put(kMissing); }
+  Result<void> run() {
+    if (chain_) statement_.put(++parameter_, chain_->end());
+    return statement_.run();
+  }
+
+ private:
+  Statement& statement_;
+  RowChain* chain_;
+  int parameter_{};
+};
+
+Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info, int version) {
+  const bool chained = version >= kFirstChained;
   auto begin = database.prepare("BEGIN IMMEDIATE");
   if (!begin) return failure(begin.error());
   auto commit = database.prepare("COMMIT");
   if (!commit) return failure(commit.error());
-  auto sample = database.prepare(insert_sample_sql(info));
+  auto sample = database.prepare(insert_sample_sql(info, version));
   if (!sample) return failure(sample.error());
-  auto fault = database.prepare("INSERT INTO fault(slot, channel, kind, \"where\", what) VALUES(?, ?, ?, ?, ?)");
+  auto fault = database.prepare(
+      chained ? "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
+              : "INSERT INTO fault(slot, channel, kind, \"where\", what) VALUES(?2, ?3, ?4, ?5, ?6)");
   if (!fault) return failure(fault.error());
-  auto event = database.prepare("INSERT INTO event(slot, monotonic_ns, utc_ns, kind, text) VALUES(?, ?, ?, ?, ?)");
+  auto event = database.prepare(
+      chained ? "INSERT INTO event(id, slot, monotonic_ns, utc_ns, kind, text, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
+              : "INSERT INTO event(slot, monotonic_ns, utc_ns, kind, text) VALUES(?2, ?3, ?4, ?5, ?6)");
   if (!event) return failure(event.error());
-  auto gap = database.prepare("INSERT INTO gap(first, last, cause) VALUES(?, ?, ?)");
+  auto gap = database.prepare(chained ? "INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)"
+                                      : "INSERT INTO gap(first, last, cause) VALUES(?, ?, ?)");
   if (!gap) return failure(gap.error());
   const auto has_frames = has_table(database, "frames");
   if (!has_frames) return failure(has_frames.error());
   std::optional<Statement> frames;
   if (*has_frames) {
-    auto replace = database.prepare("INSERT OR REPLACE INTO frames(id, seen, lost, bad) VALUES(1, ?, ?, ?)");
+    auto replace =
+        database.prepare(chained ? "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"
+                                 : "INSERT OR REPLACE INTO frames(id, seen, lost, bad) VALUES(1, ?, ?, ?)");
     if (!replace) return failure(replace.error());
     frames = std::move(*replace);
   }
@@ -144,14 +180,29 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
 }
 
 Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
-  auto statements = prepare(database, info);
+  const auto version = schema_version(database, path);
+  if (!version) return failure(version.error());
+  const auto chain = stored_chain(database, path, *version);
+  if (!chain) return failure(chain.error());
+  const auto faults = database.ask_integer("SELECT max(rowid) FROM fault", 0);
+  if (!faults) return failure(faults.error());
+  const auto events = database.ask_integer("SELECT max(id) FROM event", 0);
+  if (!events) return failure(events.error());
+  auto statements = prepare(database, info, *version);
   if (!statements) return failure(statements.error());
-  if (in_memory(path)) return RunFile(std::move(database), std::move(*statements), {}, path, std::move(info));
-  auto guard = WalGuard::find(path);
-  if (!guard) return failure(guard.error());
-  database.watch_log();
-  if (auto folded = database.fold_log(); !folded) return failure(folded.error());  // what the file says of the run
-  return RunFile(std::move(database), std::move(*statements), std::move(*guard), path, std::move(info));
+  std::optional<WalGuard> guard;
+  if (!in_memory(path)) {
+    auto found = WalGuard::find(path);
+    if (!found) return failure(found.error());
+    guard = std::move(*found);
+    database.watch_log();
+    if (auto folded = database.fold_log(); !folded) return failure(folded.error());  // what the file says of the run
+  }
+  RunFile file(std::move(database), std::move(*statements), std::move(guard), path, std::move(info));
+  file.now_.chain = file.committed_.chain = *chain;
+  file.now_.faults = file.committed_.faults = *faults;
+  file.now_.events = file.committed_.events = *events;
+  return file;
 }
 
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
@@ -189,10 +240,11 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
 Result<void> RunFile::begin() { return statements_->begin.run(); }
 
 Result<void> RunFile::commit() {
-  return statements_->commit.run().and_then([this] { return check_log(); });
+  return statements_->commit.run().and_then([this] { return check_log(); }).map([this] { committed_ = now_; });
 }
 
 Result<void> RunFile::roll_back() {
+  now_ = committed_;
   return database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
 }
 
@@ -213,41 +265,72 @@ Result<void> RunFile::insert(const Entry& entry) {
 
 Result<void> RunFile::insert(const SampleRow& row) {
   assert(row.thermometers_c.size() == info_.thermometers.size());
-  Statement& sample = statements_->sample;
-  sample.put(1, row.slot);
-  sample.put(2, row.monotonic.count());
-  put(sample, 3, row.utc);
-  sample.put(4, row.progress ? row.progress->set_point.value : kMissing);
-  sample.put(5, row.chamber_air_c);
-  sample.put(6, row.chamber_set_point_c);
-  int parameter = 7;
-  for (const double reading_c : row.thermometers_c) sample.put(parameter++, reading_c);
-  sample.put(parameter, row.gyro);
-  put(sample, parameter + 1, row.interval);
-  put(sample, parameter + 2, row.progress);
-  return sample.run();
+  const auto& progress = row.progress;
+  Row sample(statements_->sample, now_.chain, "sample");
+  sample.put(row.slot).put(row.monotonic.count()).put(row.utc).put(progress ? progress->set_point.value : kMissing);
+  sample.put(row.chamber_air_c).put(row.chamber_set_point_c);
+  for (const double reading_c : row.thermometers_c) sample.put(reading_c);
+  sample.put(row.gyro).put(row.interval);
+  if (progress) {
+    sample.put(progress->segment).put(progress->cycle).put(name(progress->phase));
+    sample.put(progress->in_segment.count()).put(progress->soaked.count());
+  } else {
+    for (int i = 0; i < 5; ++i) sample.put(kMissing);
+  }
+  if (!now_.chain) return sample.run();
+  return row.state ? sample.put(name(*row.state)).run() : sample.put(kMissing).run();
 }
 
 Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault) {
-  return statements_->fault.run(slot, channel, name(fault.kind), fault.where, fault.what);
+  return Row(statements_->fault, now_.chain, "fault")
+      .put(++now_.faults)
+      .put(slot)
+      .put(channel)
+      .put(name(fault.kind))
+      .put(fault.where)
+      .put(fault.what)
+      .run();
 }
 
 Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
-  return statements_->event.run(slot, event.at.since_start.count(), event.at.utc.count(), name(event.kind), event.text);
+  return Row(statements_->event, now_.chain, "event")
+      .put(++now_.events)
+      .put(slot)
+      .put(event.at.since_start.count())
+      .put(event.at.utc.count())
+      .put(name(event.kind))
+      .put(event.text)
+      .run();
 }
 
 Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::string_view cause) {
-  return statements_->gap.run(first, last, cause);
+  return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(cause).run();
 }
 
 Result<void> RunFile::replace_frames(const FrameCount& frames) {
-  return statements_->frames ? statements_->frames->run(frames.seen, frames.lost, frames.bad) : Result<void>{};
+  if (!statements_->frames) return {};
+  if (!now_.chain) return statements_->frames->run(frames.seen, frames.lost, frames.bad);
+  return statements_->frames->run(frames.seen, frames.lost, frames.bad, hex(now_.chain->head()));
+}
+
+/// Says what the chain ends with, together with the mark of a finished run.
+Result<void> RunFile::seal() {
+  if (!now_.chain) return mark_finished(database_);
+  auto frames = database_.prepare("SELECT max(seen), max(lost), max(bad) FROM frames");
+  if (!frames) return failure(frames.error());
+  if (const auto row = frames->step(); !row) return failure(row.error());
+  const auto end = end_hash(*now_.chain, frames->integer(0), frames->integer(1), frames->integer(2));
+  frames = failure(FaultKind::storage, path_, "read");
+  return database_.execute("BEGIN IMMEDIATE")
+      .and_then([&] { return put_meta(database_, "chain_end", hex(end)); })
+      .and_then([&] { return mark_finished(database_); })
+      .and_then([&] { return database_.execute("COMMIT"); });
 }
 
 Result<void> RunFile::finish() {
   statements_.reset();
-  if (in_memory(path_)) return mark_finished(database_);
-  return mark_finished(database_)
+  if (in_memory(path_)) return seal();
+  return seal()
       .and_then([this] { return check_log(); })
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {

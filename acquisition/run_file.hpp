@@ -8,6 +8,7 @@
 #include <string>
 
 #include "acquisition/entry.hpp"
+#include "acquisition/row_chain.hpp"
 #include "acquisition/run_info.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
@@ -42,7 +43,8 @@ class RunFile {
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
-  /// Of the whole run so far; a record of an older program has no place for it.
+  /// Of the whole run so far, the last before a commit: the chain's head goes with it. A record of an older program has
+  /// no place for it.
   [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
 
   /// Outside a transaction: marks the run as finished and makes the file a single one. Only destruction may follow.
@@ -56,14 +58,17 @@ class RunFile {
     Statement begin, commit, sample, fault, event, gap;
     std::optional<Statement> frames;
   };
+  /// A row being put together: each value goes into the statement and into the chain.
+  class Row;
   RunFile(Database database, Statements statements, std::optional<WalGuard> guard, std::string path, RunInfo info)
       : database_(std::move(database)),
         statements_(std::move(statements)),
         guard_(std::move(guard)),
         path_(std::move(path)),
         info_(std::move(info)) {}
-  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
+  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info, int version);
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
+  [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> check_log() const { return guard_ ? guard_->check() : Result<void>{}; }
 
   Database database_;
@@ -71,6 +76,13 @@ class RunFile {
   std::optional<WalGuard> guard_;         ///< nothing in memory
   std::string path_;
   RunInfo info_;
+  /// What the next row continues.
+  struct Position {
+    std::optional<RowChain> chain;    ///< nothing: of an older program
+    std::int64_t faults{}, events{};  ///< keys
+  };
+  Position now_;
+  Position committed_;  ///< what a roll-back returns to
 };
 
 }  // namespace gyrotherm

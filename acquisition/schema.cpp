@@ -13,8 +13,10 @@ namespace gyrotherm {
 namespace {
 
 constexpr int kApplicationId = 0x67797274;  // "gyrt"
-constexpr int kUserVersion = 1;
+constexpr int kUserVersion = 2;
 constexpr std::size_t kLongestName = 64;
+
+constexpr const char* kState = "state";  // not in version 1
 
 struct Column {
   const char* name;
@@ -31,7 +33,7 @@ constexpr std::array kBeforeThermometers{
 constexpr std::array kAfterThermometers{
     Column{"pulses", "NUMERIC"},    Column{"interval_ns", "INTEGER"}, Column{"segment", "INTEGER"},
     Column{"cycle", "INTEGER"},     Column{"phase", "TEXT"},          Column{"in_segment_ns", "INTEGER"},
-    Column{"soaked_ns", "INTEGER"},
+    Column{"soaked_ns", "INTEGER"}, Column{kState, "TEXT"},
 };
 
 constexpr const char* kOtherTables = R"(
@@ -40,16 +42,17 @@ CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, instrumen
                      offset_k REAL NOT NULL);
 CREATE TABLE calibration(position INTEGER PRIMARY KEY, polynomial TEXT NOT NULL, certificate TEXT NOT NULL,
                          due TEXT NOT NULL);
-CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL);
+CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL,
+                    head TEXT NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
                      rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL);
 CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
                   PRIMARY KEY(name, position)) WITHOUT ROWID;
-CREATE TABLE fault(slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL, "where" TEXT NOT NULL,
-                   what TEXT NOT NULL);
+CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL,
+                   "where" TEXT NOT NULL, what TEXT NOT NULL, chain INTEGER NOT NULL);
 CREATE TABLE event(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, monotonic_ns INTEGER NOT NULL,
-                   utc_ns INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL);
-CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL);
+                   utc_ns INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL, chain INTEGER NOT NULL);
+CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL, chain INTEGER NOT NULL);
 )";
 
 std::string quoted(const std::string& name) { return '"' + name + '"'; }
@@ -70,6 +73,7 @@ Result<void> check_channel_names(const std::vector<Channel>& channels) {
   std::set<std::string> taken;
   for (const Column& column : kBeforeThermometers) taken.insert(column.name);
   for (const Column& column : kAfterThermometers) taken.insert(column.name);
+  taken.insert("chain");
   for (const Channel& channel : channels) {
     const auto refuse = [&](const char* why) {
       return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name), why);
@@ -87,12 +91,16 @@ Result<void> create_schema(Database& database, const std::vector<Channel>& chann
   for (const Column& column : kBeforeThermometers) sample += fmt::format("{} {}, ", column.name, column.type);
   for (const Channel& channel : channels) sample += quoted(channel.name) + " REAL, ";
   for (const Column& column : kAfterThermometers) sample += fmt::format("{} {}, ", column.name, column.type);
-  sample.replace(sample.size() - 2, 2, ");");
+  sample += "chain INTEGER NOT NULL);";
   return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}", kApplicationId,
                                       kUserVersion, kOtherTables, sample));
 }
 
 Result<void> check_schema(Database& database, const std::string& path) {
+  return schema_version(database, path).map([](int) {});
+}
+
+Result<int> schema_version(Database& database, const std::string& path) {
   const auto id = database.ask_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
   if (*id != kApplicationId) return failure(FaultKind::bad_file, path, "not a gyrotherm record");
@@ -100,7 +108,8 @@ Result<void> check_schema(Database& database, const std::string& path) {
   if (!version) return failure(version.error());
   const auto schema = database.ask("SELECT value FROM meta WHERE key = 'schema'");
   if (!schema) return failure(schema.error());
-  if (*version == kUserVersion && *schema == kRunSchema) return {};
+  if (*version >= 1 && *version <= kUserVersion && *schema == fmt::format("gyrotherm-run/{}", *version))
+    return static_cast<int>(*version);
   return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", *schema, kRunSchema));
 }
 
@@ -111,11 +120,13 @@ Result<bool> has_table(Database& database, const char* name) {
   return *count > 0;
 }
 
-std::string sample_columns(const std::vector<Channel>& channels) {
+std::string sample_columns(const std::vector<Channel>& channels, int version) {
   std::string columns;
   for (const Column& column : kBeforeThermometers) columns += fmt::format("{}, ", column.name);
   for (const Channel& channel : channels) columns += quoted(channel.name) + ", ";
-  for (const Column& column : kAfterThermometers) columns += fmt::format("{}, ", column.name);
+  for (const Column& column : kAfterThermometers)
+    if (version >= kFirstChained || column.name != std::string_view(kState))
+      columns += fmt::format("{}, ", column.name);
   columns.resize(columns.size() - 2);
   return columns;
 }

@@ -1,4 +1,5 @@
-/// The tables of a record, schema gyrotherm-run/1.
+/// The tables of a record, schema gyrotherm-run/2. Schema gyrotherm-run/1 is read, and gone on with, as it is: it lacks
+/// the column `state` and the chain.
 ///
 ///   meta     key → value: what the run knows before its first sample, and its outcome
 ///   channel  the thermometers, in the order of the sample's columns
@@ -10,6 +11,9 @@
 ///   fault    why a value of a sample is NULL
 ///   event    what happened, in order
 ///   gap      slots that have no sample, and why
+///
+/// sample, fault, event and gap have a column `chain` (row_chain.hpp); `frames` has the chain's head as of the last
+/// commit, `meta` what it begins and ends with.
 #pragma once
 
 #include <string>
@@ -28,13 +32,17 @@ namespace gyrotherm {
 /// Makes the tables and marks the file as a record. The names must be good.
 [[nodiscard]] Result<void> create_schema(Database& database, const std::vector<Channel>& channels);
 
-/// Fails with bad_file if the file is no record, or one of another schema version; with storage if it is locked.
+inline constexpr int kFirstChained = 2;
+
+/// The version of the record's schema. Fails with bad_file if the file is no record, or a later program's; with storage
+/// if it is locked.
+[[nodiscard]] Result<int> schema_version(Database& database, const std::string& path);
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
 
 /// A table that older records lack.
 [[nodiscard]] Result<bool> has_table(Database& database, const char* name);
 
-/// The sample's columns in the order of SampleRow, quoted, separated by commas.
-[[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels);
+/// The sample's columns in the order of SampleRow, quoted, separated by commas; those of version 1 lack the last.
+[[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels, int version = 2);
 
 }  // namespace gyrotherm

@@ -68,7 +68,16 @@ Result<bool> Statement::step() {
   return failure(fault_of(sqlite3_db_handle(statement_.get())));
 }
 
-bool Statement::null(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
+int Statement::columns() const { return sqlite3_column_count(statement_.get()); }
+
+ColumnType Statement::type(int column) const {
+  switch (sqlite3_column_type(statement_.get(), column)) {
+    case SQLITE_NULL: return ColumnType::null;
+    case SQLITE_INTEGER: return ColumnType::integer;
+    case SQLITE_FLOAT: return ColumnType::real;
+    default: return ColumnType::text;
+  }
+}
 
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
 

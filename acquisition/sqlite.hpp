@@ -14,6 +14,8 @@ struct sqlite3_stmt;
 
 namespace gyrotherm {
 
+enum class ColumnType { null, integer, real, text };
+
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
 class Statement {
  public:
@@ -39,7 +41,9 @@ class Statement {
 
   /// Goes to the next row; false after the last.
   [[nodiscard]] Result<bool> step();
-  [[nodiscard]] bool null(int column) const;
+  [[nodiscard]] int columns() const;
+  [[nodiscard]] ColumnType type(int column) const;  ///< of this row's value
+  [[nodiscard]] bool null(int column) const { return type(column) == ColumnType::null; }
   [[nodiscard]] std::int64_t integer(int column) const;
   [[nodiscard]] double real(int column) const;            ///< NaN where NULL
   [[nodiscard]] std::string_view text(int column) const;  ///< valid until the next step

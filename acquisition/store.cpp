@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "acquisition/background_store.hpp"
+#include "acquisition/manifest.hpp"
 #include "acquisition/ordered_store.hpp"
 #include "acquisition/record.hpp"
 #include "acquisition/record_rows.hpp"
@@ -18,8 +19,8 @@ namespace {
 /// Writes inside its calls.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status)
-      : OrderedStore(file.info(), status), file_(std::move(file)), acknowledged_(status.acknowledged) {}
+  InlineStore(RunFile file, const RunStatus& status, int part)
+      : OrderedStore(file.info(), status), acknowledged_(status.acknowledged), part_(part), file_(std::move(file)) {}
 
   Result<std::int64_t> sync() override;
   bool settle(Duration /*longest*/) override { return sync().has_value(); }
@@ -27,7 +28,9 @@ class InlineStore final : public OrderedStore {
   StoreHealth health() const override {
     return {.backlog_s = last() - acknowledged_, .trouble = broken_ ? text(*broken_) : ""};
   }
-  Result<Record> read_back() override { return record_of(file_.database()); }
+  Result<Record> read_back() override {
+    return file_ ? record_of(file_->database()) : Result<Record>(failure(*broken_));
+  }
 
  private:
   Result<void> take(Entry entry) override;
@@ -35,17 +38,18 @@ class InlineStore final : public OrderedStore {
   Result<void> keep(Result<void> result);
   void tell(bool finished) const;
 
-  RunFile file_;
   std::int64_t acknowledged_{-1};
   bool batch_open_{};
   std::optional<Fault> broken_;  ///< the first failure of the file: after it nothing is acknowledged any more
+  int part_{};
+  std::optional<RunFile> file_;  ///< gone after finish(), but in memory
 };
 
 /// Remembers a failure of the file, which is not touched again.
 Result<void> InlineStore::keep(Result<void> result) {
   if (!result && !broken_) {
     broken_ = result.error();
-    file_.leave_untouched();
+    file_->leave_untouched();
   }
   return result;
 }
@@ -64,20 +68,20 @@ Result<void> InlineStore::open_batch() {
   if (broken_) return failure(*broken_);
   if (batch_open_) return {};
   batch_open_ = true;
-  return file_.begin();
+  return file_->begin();
 }
 
 Result<void> InlineStore::take(Entry entry) {
-  return keep(open_batch().and_then([&] { return file_.insert(entry); }));
+  return keep(open_batch().and_then([&] { return file_->insert(entry); }));
 }
 
 Result<std::int64_t> InlineStore::sync() {
   if (broken_) return failure(*broken_);
   if (std::exchange(batch_open_, false)) {
-    const auto done = keep(file_.replace_frames(frames()).and_then([&] { return file_.commit(); }));
+    const auto done = keep(file_->replace_frames(frames()).and_then([&] { return file_->commit(); }));
     if (!done) return failure(done.error());
     acknowledged_ = last();
-    if (const auto folded = keep(file_.fold_log()); !folded) return failure(folded.error());
+    if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
   }
   tell(false);
   return acknowledged_;
@@ -85,8 +89,11 @@ Result<std::int64_t> InlineStore::sync() {
 
 Result<void> InlineStore::finish() {
   if (auto synced = sync(); !synced) return failure(synced.error());
-  if (auto done = keep(file_.finish()); !done) return done;
+  if (auto done = keep(file_->finish()); !done) return done;
   broken_ = Fault{FaultKind::storage, status().path, "the run is finished"};
+  if (status().path == kInMemory) return {};
+  file_.reset();
+  if (auto written = write_manifest(status().path, part_); !written) return written;
   tell(true);
   return {};
 }
@@ -94,9 +101,9 @@ Result<void> InlineStore::finish() {
 Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
-  if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status);
+  if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status, part);
   if (auto told = write_status(status); !told) return failure(told.error());
-  if (!options.background) return std::make_unique<InlineStore>(std::move(file), status);
+  if (!options.background) return std::make_unique<InlineStore>(std::move(file), status, part);
   RunInfo info = file.info();
   RecordWriter writer(
       std::move(file), status.path,

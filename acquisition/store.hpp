@@ -15,7 +15,7 @@ namespace gyrotherm {
 
 struct Record;
 
-inline constexpr const char* kRunSchema = "gyrotherm-run/1";
+inline constexpr const char* kRunSchema = "gyrotherm-run/2";
 
 /// As a path: a record that lives in memory and ends with its store; it has no status file.
 inline constexpr const char* kInMemory = ":memory:";
@@ -60,7 +60,8 @@ class Store {
   [[nodiscard]] virtual Result<std::int64_t> sync() = 0;
   /// Syncs and waits, at most so long, until everything appended is acknowledged; whether it is.
   [[nodiscard]] virtual bool settle(Duration longest) = 0;
-  /// Marks the run as finished, folds the log into the file and closes. An unfinished run never carries the mark.
+  /// Marks the run as finished, folds the log into the file, closes it and writes its manifest (manifest.hpp). An
+  /// unfinished run never carries the mark.
   /// Fails with storage, in the background also if rows are still waiting for the disk after 30 s.
   [[nodiscard]] virtual Result<void> finish() = 0;
 

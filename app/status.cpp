@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "acquisition/chain_check.hpp"
 #include "app/command.hpp"
 
 namespace gyrotherm {
@@ -36,14 +37,30 @@ Result<Exit> show(Console& console, const std::string& path) {
   return Exit::done;
 }
 
+/// Whether the record is as it was written. A record being written is not opened.
+Result<Exit> verify(Console& console, const std::string& path) {
+  const auto verified = verify_record(path);
+  if (!verified) return failure(verified.error());
+  console.data(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
+                                          verified->rows, verified->files, verified->finished, verified->manifest)
+                            : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
+                                          verified->manifest ? ", and so is every byte" : ""));
+  return Exit::done;
+}
+
 }  // namespace
 
 void add_status(Program& program) {
   auto path = std::make_shared<std::string>();
+  auto chain = std::make_shared<bool>(false);
   auto* command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
                               "gyrotherm status random.db");
   command->add_option("run", *path, "the record")->required();
-  set_action(command, program, [&program, path] { return show(program.console, *path); });
+  command->add_flag("--verify", *chain,
+                    "checks the record against its chain, and against the manifest it was closed with");
+  set_action(command, program, [&program, path, chain] {
+    return *chain ? verify(program.console, *path) : show(program.console, *path);
+  });
 }
 
 }  // namespace gyrotherm

@@ -72,11 +72,49 @@ TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
   }
 }
 
-/// As a program wrote it that did not know calibrations, streams and frames.
-void make_older(const std::string& path) {
+/// As programs wrote it that did not know chains and states, and, older still, calibrations, streams and frames.
+void make_older(const std::string& path, bool older_still = true) {
   auto database = Database::open(path, Access::read_write, 0).value();
+  ASSERT_TRUE(database.execute(
+      "PRAGMA user_version = 1; UPDATE meta SET value = 'gyrotherm-run/1' WHERE key = 'schema';"
+      "DELETE FROM meta WHERE key LIKE 'chain%'; ALTER TABLE sample DROP COLUMN state;"
+      "ALTER TABLE sample DROP COLUMN chain; ALTER TABLE fault DROP COLUMN chain; ALTER TABLE event DROP COLUMN chain;"
+      "ALTER TABLE gap DROP COLUMN chain; ALTER TABLE frames DROP COLUMN head"));
+  if (!older_still) return;
   ASSERT_TRUE(
       database.execute("DROP TABLE calibration; DROP TABLE frames; DELETE FROM meta WHERE key = 'gyro_stream_text'"));
+}
+
+TEST(Record, OfTheSchemaBeforeChainsIsReadAndGoneOnWith) {
+  const Folder folder;
+  store_with(folder / "run.db", 5).reset();
+  make_older(folder / "run.db", false);
+  EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 5u);
+  const auto store = Store::reopen(folder / "run.db");
+  ASSERT_TRUE(store) << text(store.error());
+  Sample sample = sample_at(5);
+  sample.gyro.value = failure(FaultKind::timeout, "gyro", "silent");
+  const Event event{sample.at, EventKind::note, "a note"};
+  ASSERT_TRUE((*store)->append(sample, std::span(&event, 1)));
+  ASSERT_TRUE((*store)->append_gap(6, 8, "late"));
+  ASSERT_TRUE((*store)->finish());
+  const auto record = read_record(folder / "run.db");
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.back(), 5);
+  EXPECT_EQ(record->gaps.size(), 1u);
+  EXPECT_EQ(record->events.size(), 1u);
+  EXPECT_EQ(record->state.back(), RunState::execute);
+}
+
+TEST(Record, KeepsTheStateOfEachSecond) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 1);
+  Sample sample = sample_at(1);
+  sample.state = RunState::suspended;
+  ASSERT_TRUE(store->append(sample, {}));
+  ASSERT_TRUE(store->finish());
+  EXPECT_EQ(read_record(folder / "run.db")->state, (std::vector{RunState::execute, RunState::suspended}));
+  EXPECT_EQ(read_status(folder / "run.db")->state, RunState::suspended);
 }
 
 TEST(Record, OfAnOlderProgramIsReadAndGoneOnWith) {

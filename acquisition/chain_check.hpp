@@ -1,0 +1,37 @@
+/// Whether a record is as it was written, by its own chain.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "acquisition/row_chain.hpp"
+#include "acquisition/sqlite.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// The hash over what the run knew at its start, as the tables have it.
+[[nodiscard]] Result<Digest> description_hash(Database& database);
+/// The hash that a finished file ends with.
+[[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);
+
+struct CheckedChain {
+  RowChain chain;  ///< to go on with
+  std::int64_t rows{};
+};
+
+/// Walks along the chain of one open file. Fails with bad_file naming the first row that does not fit, or with storage.
+[[nodiscard]] Result<CheckedChain> check_chain(Database& database, const std::string& path);
+
+struct Verified {
+  std::int64_t rows{};  ///< of every kind
+  int files{};
+  bool finished{};
+  bool manifest{};  ///< there was one, and it agreed
+};
+
+/// All files of a record: their bytes against the manifest, if the run was closed with one, and their chains. Fails
+/// with bad_file naming what is not as it was written; also if the record is older than the chain, or not readable.
+[[nodiscard]] Result<Verified> verify_record(const std::string& path);
+
+}  // namespace gyrotherm

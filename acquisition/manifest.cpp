@@ -1,0 +1,74 @@
+#include "acquisition/manifest.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "acquisition/run_parts.hpp"
+#include "acquisition/sha256.hpp"
+#include "core/text_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+bool exists(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
+
+std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+Result<std::string> hash_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return failure(FaultKind::bad_file, path, "cannot be read");
+  Sha256 hash;
+  std::array<char, 65536> piece;
+  while (file.read(piece.data(), piece.size()) || file.gcount() > 0)
+    hash.add({piece.data(), static_cast<std::size_t>(file.gcount())});
+  if (file.bad()) return failure(FaultKind::bad_file, path, "cannot be read");
+  return hex(hash.digest());
+}
+
+}  // namespace
+
+std::string manifest_path(const std::string& record_path) { return record_path + ".sha256"; }
+
+Result<void> write_manifest(const std::string& record_path, int last_part) {
+  std::string text;
+  for (int part = 1; part <= last_part; ++part)
+    for (const char* suffix : {"", "-wal"}) {
+      const auto path = part_path(record_path, part) + suffix;
+      if (!exists(path)) continue;
+      const auto hash = hash_of(path);
+      if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
+      text += fmt::format("{}  {}\n", *hash, name_of(path));
+    }
+  return replace_text_file(manifest_path(record_path), text);
+}
+
+Result<bool> check_manifest(const std::string& record_path) {
+  if (!exists(manifest_path(record_path))) return false;
+  const auto text = read_text_file(manifest_path(record_path));
+  if (!text) return failure(text.error());
+  const auto folder = std::filesystem::path(record_path).parent_path();
+  std::istringstream lines(*text);
+  bool names_the_record = false;
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::size_t kName = 66;  // after 64 digits and two blanks
+    if (line.size() <= kName) return failure(FaultKind::bad_file, manifest_path(record_path), "is no manifest");
+    const auto name = line.substr(kName);
+    const auto path = (folder / name_of(name)).string();
+    const auto hash = hash_of(path);
+    if (!hash) return failure(hash.error());
+    if (*hash != line.substr(0, 64))
+      return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
+    names_the_record = names_the_record || name == name_of(record_path);
+  }
+  if (!names_the_record) return failure(FaultKind::bad_file, manifest_path(record_path), "does not name the record");
+  return true;
+}
+
+}  // namespace gyrotherm

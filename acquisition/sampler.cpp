@@ -84,6 +84,7 @@ class WorkerSampler final : public Sampler {
 
   Sample read(std::int64_t slot, const Clock& clock) override;
   Result<void> command(Celsius target) override;
+  Duration busy_for() override;
 
  private:
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
@@ -149,6 +150,12 @@ Result<void> WorkerSampler::command(Celsius target) {
                  fmt::format("set point {:g} °C {} {}", target.value,
                              never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
                              in_ms(options_.patience)));
+}
+
+Duration WorkerSampler::busy_for() {
+  auto longest = std::max(chamber_.busy_for(), gyro_.busy_for());
+  for (auto& worker : thermometers_) longest = std::max(longest, worker.busy_for());
+  return longest;
 }
 
 }  // namespace

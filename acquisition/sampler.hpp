@@ -52,6 +52,10 @@ class Sampler {
   /// is not done within `patience`: a command that had not begun by then is not sent later, of one that had the set
   /// point is unknown.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
+
+  /// With workers: how long the longest call that is under way has lasted, zero if none is. A call without an end shows
+  /// here. Zero without workers.
+  [[nodiscard]] virtual Duration busy_for() { return {}; }
 };
 
 }  // namespace gyrotherm

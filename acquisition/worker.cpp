@@ -30,6 +30,11 @@ bool Worker::withdraw() {
   return std::exchange(waiting_, nullptr) != nullptr;
 }
 
+Duration Worker::busy_for() {
+  const std::lock_guard lock(mutex_);
+  return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
+}
+
 void Worker::serve(std::stop_token stop) {
   block_signals();
   for (;;) {
@@ -38,8 +43,11 @@ void Worker::serve(std::stop_token stop) {
       std::unique_lock lock(mutex_);
       if (!posted_.wait(lock, stop, [this] { return waiting_ != nullptr; })) return;
       job = std::exchange(waiting_, nullptr);
+      began_ = std::chrono::steady_clock::now();
     }
     job();
+    const std::lock_guard lock(mutex_);
+    began_.reset();
   }
 }
 

@@ -1,14 +1,18 @@
 /// A thread that makes one instrument's calls, so that a blocking one delays nobody else.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <thread>
 #include <utility>
+
+#include "core/quantity.hpp"
 
 namespace gyrotherm {
 
@@ -31,6 +35,9 @@ class Worker {
   /// Takes back a job that has not begun; false if it has.
   bool withdraw();
 
+  /// How long the job that runs now has run; zero if none does.
+  [[nodiscard]] Duration busy_for();
+
  private:
   void enqueue(std::function<void()> job);
   void serve(std::stop_token stop);
@@ -38,7 +45,8 @@ class Worker {
   std::mutex mutex_;
   std::condition_variable_any posted_;
   std::function<void()> waiting_;
-  std::jthread thread_;  ///< last: it uses the others
+  std::optional<std::chrono::steady_clock::time_point> began_;  ///< the job that runs now
+  std::jthread thread_;                                         ///< last: it uses the others
 };
 
 }  // namespace gyrotherm

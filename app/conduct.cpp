@@ -9,7 +9,9 @@
 #include "acquisition/calibration.hpp"
 #include "acquisition/record.hpp"
 #include "acquisition/store.hpp"
+#include "app/custody.hpp"
 #include "app/drive.hpp"
+#include "app/made_safe_file.hpp"
 #include "app/run_info.hpp"
 #include "core/text_file.hpp"
 #include "rig/continuation.hpp"
@@ -21,35 +23,35 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that ends early
+constexpr Duration kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
 
 /// Ends a run as its outcome says.
-Result<void> conclude(Console& console, const Experiment& experiment, Store& store, const std::string& path,
-                      Outcome outcome) {
+Result<void> conclude(const UnderWay& run, Outcome outcome) {
+  run.custody.release();  // complete, or the chamber has shown its safe set point
   if (outcome == Outcome::made_safe) {
-    if (!store.settle(kLongestFarewell)) console.say("warning: not all is on the disk: " + store.health().trouble);
-    return failure(FaultKind::interlock, path, experiment.end_cause());
+    await_disk(run);
+    return failure(FaultKind::interlock, run.path, run.experiment.end_cause());
   }
-  if (auto finished = store.finish(); !finished) return finished;
-  console.say(fmt::format("{}: recorded, {} s from start to end", path, experiment.next_slot()));
+  if (auto finished = run.store.finish(); !finished) return finished;
+  run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.experiment.next_slot()));
   return {};
 }
 
-Result<void> drive(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store,
-                   const std::string& path) {
-  const auto outcome = rig.file().simulated ? drive_virtual(console, profile, experiment, rig, store)
-                                            : drive_real(console, profile, experiment, rig, store);
-  if (!outcome) {
-    if (outcome.error().kind == FaultKind::interrupted)
-      return failure(
-          FaultKind::interrupted, path,
-          fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on", experiment.next_slot(),
-                      experiment.is_left_to_the_controller() ? "goes on with its program" : "holds its set point",
-                      path));
-    experiment.make_safe(text(outcome.error()));
-    return failure(outcome.error().kind, path, experiment.end_cause());
-  }
-  return conclude(console, experiment, store, path, *outcome);
+/// The operator has stopped it: the chamber stays where it is.
+tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
+  run.custody.release();
+  const auto chamber = run.experiment.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
+  return failure(FaultKind::interrupted, run.path,
+                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on",
+                             run.experiment.next_slot(), chamber, run.path));
+}
+
+Result<void> drive(const UnderWay& run) {
+  const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
+  if (outcome) return conclude(run, *outcome);
+  if (outcome.error().kind == FaultKind::interrupted) return interrupted_run(run);
+  run.experiment.make_safe(text(outcome.error()));
+  return failure(outcome.error().kind, run.path, run.experiment.end_cause());
 }
 
 /// How long ago the record's last second was.
@@ -76,6 +78,19 @@ void warn_of_calibrations(Console& console, Experiment& experiment, const Rig& r
   }
 }
 
+/// What gyrotherm-make-safe did while nobody else was there belongs into the record.
+Result<void> recall_guard(Console& console, Store& store, const Instant& now, const std::string& path) {
+  const auto trace = read_trace(path);
+  const auto words = trace ? (*trace ? in_words(**trace) : "") : text(trace.error());
+  if (words.empty()) return {};
+  console.say(path + ": " + words);
+  if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
+  if (!store.settle(kLongestFarewell)) return {};  // the trace stays for the next time
+  std::error_code error;
+  std::filesystem::remove(made_safe_path(path), error);
+  return {};
+}
+
 Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
   return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
 }
@@ -98,6 +113,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
+  auto custody = Custody::take(file, path);
+  if (!custody) return failure(custody.error());
   auto rig =
       Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
@@ -107,7 +124,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto first = begin(profile);
   const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
   if (!program) return failure(program.error());
-  const auto names = (*rig)->prepare(command(profile, first), {}, upload ? &*program : nullptr);
+  const auto permit = [&](const ChamberState&) { return custody->arm(); };
+  const auto names = (*rig)->prepare(command(profile, first), permit, upload ? &*program : nullptr);
   if (!names) return failure(names.error());
   for (const auto& who : *names) console.detail(who);
   auto store =
@@ -120,7 +138,7 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
     experiment.note(EventKind::note, "the controller carries the profile out: " + names->back());
   }
   warn_of_calibrations(console, experiment, **rig);
-  return drive(console, profile, experiment, **rig, **store, path);
+  return drive({console, profile, experiment, **rig, **store, *custody, path});
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
@@ -131,9 +149,13 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!on) return failure(on.error());
   std::optional<OneCore> one_core;
   if (on->rig.simulated) one_core.emplace();
+  auto custody = Custody::take(on->rig, path);
+  if (!custody) return failure(custody.error());
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
-  const auto permit = [&](const ChamberState& now) { return allow(*on, now, path, options.accept); };
+  const auto permit = [&](const ChamberState& now) {
+    return allow(*on, now, path, options.accept).and_then([&] { return custody->arm(); });
+  };
   if (auto names = (*rig)->prepare(command(on->profile, on->state), permit); !names) return failure(names.error());
   auto store = Store::reopen(path, {.background = !on->rig.simulated});
   if (!store) return failure(store.error());
@@ -144,7 +166,8 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   experiment.note(EventKind::resumed, text);
   warn_of_calibrations(console, experiment, **rig);
-  return drive(console, on->profile, experiment, **rig, **store, path);
+  if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
+  return drive({console, on->profile, experiment, **rig, **store, *custody, path});
 }
 
 }  // namespace gyrotherm

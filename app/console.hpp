@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/progress.hpp"
 #include "core/result.hpp"
@@ -30,7 +32,10 @@ class Console {
   /// Shows a stage, its percentage and the time left: on a terminal one moving line, elsewhere a plain line now and
   /// then.
   void progress(std::string_view stage, double fraction);
-  /// The same as a sink that also asks for a stop once the user has pressed Ctrl-C.
+  /// Shows a few lines, redrawn in place on a terminal at most ten times a second; elsewhere the first of them as a
+  /// plain line now and then, and where `at_once`.
+  void panel(const std::function<std::vector<std::string>()>& lines, bool at_once);
+  /// progress() as a sink that also asks for a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
 
  private:
@@ -38,7 +43,7 @@ class Console {
   bool moving_;  ///< stderr is a terminal and may be redrawn
   std::string stage_;
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
-  bool line_open_ = false;
+  int lines_open_ = 0;  ///< of a moving line or panel, the cursor in the last of them
 };
 
 }  // namespace gyrotherm

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <utility>
 
+#include "app/display.hpp"
 #include "app/interrupt.hpp"
 
 namespace gyrotherm {
@@ -19,33 +20,30 @@ constexpr auto kLongestBatch = std::chrono::milliseconds(500);
 constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
 constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
 
-void show(Console& console, const Profile& profile, const Experiment& experiment) {
-  const auto left = to_seconds(time_left(profile, experiment.state()));
-  const auto done = static_cast<double>(experiment.next_slot());
-  console.progress(profile.name, done + left > 0 ? done / (done + left) : 1);
+Outlook outlook_of(const UnderWay& run) {
+  return {.state = RunState::execute, .time_left = time_left(run.profile, run.experiment.state())};
 }
 
-Result<void> sync(Console& console, Store& store) {
-  const auto last = store.sync();
+Result<void> sync(const UnderWay& run) {
+  const auto last = run.store.sync();
   if (!last) return failure(last.error());
-  if (console.json) console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
+  if (run.console.json) run.console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
   return {};
 }
 
-Result<Outcome> stopped(Console& console, Store& store, const Instant& now) {
-  if (auto noted = store.append_event({now, EventKind::interrupted, "stopped by a signal"}); !noted)
+Result<Outcome> stopped(const UnderWay& run) {
+  if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
+      !noted)
     return failure(noted.error());
-  if (!store.settle(kLongestFarewell))
-    console.say(fmt::format("warning: {} s are not on the disk: {}", store.health().backlog_s, store.health().trouble));
-  if (auto synced = sync(console, store); !synced) return failure(synced.error());
+  await_disk(run);
+  if (auto synced = sync(run); !synced) return failure(synced.error());
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
 /// One real-time tick and what follows from it.
 class RealTime {
  public:
-  RealTime(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store)
-      : console_(console), profile_(profile), experiment_(experiment), rig_(rig), store_(store) {
+  explicit RealTime(const UnderWay& run) : run_(run), display_(run.console, run.profile, run.rig.file()) {
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -54,7 +52,7 @@ class RealTime {
   Result<Outcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
     QObject::connect(&interrupt, &QSocketNotifier::activated, [this] {
-      if (!ended_) end(stopped(console_, store_, rig_.clock().now()));
+      if (!ended_) end(stopped(run_));
     });
     arm();
     QCoreApplication::exec();
@@ -64,7 +62,7 @@ class RealTime {
  private:
   /// The timer is armed each time for the next whole second of the rig's clock: slot k is ticked at its end, k + 1 s.
   void arm() {
-    const auto now = rig_.clock().now().since_start;
+    const auto now = run_.rig.clock().now().since_start;
     const auto next_second = std::chrono::floor<std::chrono::seconds>(now) + std::chrono::seconds(1);
     timer_.start(std::chrono::ceil<std::chrono::milliseconds>(next_second - now));
   }
@@ -79,21 +77,20 @@ class RealTime {
 
   void tick() {
     if (ended_) return;
-    const auto slot = rig_.clock().now().since_start / std::chrono::seconds(1) - 1;
-    if (slot >= experiment_.next_slot()) {
-      auto outcome = experiment_.tick(slot);
-      if (const auto synced = sync(console_, store_); !synced && outcome) outcome = failure(synced.error());
-      show(console_, profile_, experiment_);
+    const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
+    if (slot >= run_.experiment.next_slot()) {
+      auto outcome = run_.experiment.tick(slot);
+      if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
+      display_.see(run_.experiment.last());
+      display_.show(run_.experiment.last(), outlook_of(run_));
+      run_.custody.beat(run_.rig.sampler().busy_for());
       if (!outcome || *outcome != Outcome::going_on) return end(std::move(outcome));
     }
     arm();
   }
 
-  Console& console_;
-  const Profile& profile_;
-  Experiment& experiment_;
-  Rig& rig_;
-  Store& store_;
+  const UnderWay& run_;
+  Display display_;
   QTimer timer_;
   bool ended_ = false;
   Result<Outcome> result_ = Outcome::going_on;  ///< once ended
@@ -101,28 +98,35 @@ class RealTime {
 
 }  // namespace
 
-Result<Outcome> drive_virtual(Console& console, const Profile& profile, Experiment& experiment, Rig& rig,
-                              Store& store) {
+void await_disk(const UnderWay& run) {
+  if (run.store.settle(kLongestFarewell)) return;
+  const auto health = run.store.health();
+  run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
+}
+
+Result<Outcome> drive_virtual(const UnderWay& run) {
+  Display display(run.console, run.profile, run.rig.file());
   auto last_sync = steady_clock::now();
   for (;;) {
-    rig.let_pass(1);
-    const auto outcome = experiment.tick(experiment.next_slot());
+    run.rig.let_pass(1);
+    const auto outcome = run.experiment.tick(run.experiment.next_slot());
     if (!outcome) return outcome;
+    display.see(run.experiment.last());
     const bool ended = *outcome != Outcome::going_on;
-    if (!ended && experiment.next_slot() % kTicksPerLook != 0) continue;
-    if (interrupted() && !ended) return stopped(console, store, rig.clock().now());
+    if (!ended && run.experiment.next_slot() % kTicksPerLook != 0) continue;
+    if (interrupted() && !ended) return stopped(run);
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
-    if (auto synced = sync(console, store); !synced) return failure(synced.error());
+    if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    show(console, profile, experiment);
+    display.show(run.experiment.last(), outlook_of(run));
     if (ended) return outcome;
   }
 }
 
-Result<Outcome> drive_real(Console& console, const Profile& profile, Experiment& experiment, Rig& rig, Store& store) {
+Result<Outcome> drive_real(const UnderWay& run) {
   int argc = 0;
   QCoreApplication application(argc, nullptr);
-  return RealTime(console, profile, experiment, rig, store).run();
+  return RealTime(run).run();
 }
 
 }  // namespace gyrotherm

@@ -76,20 +76,24 @@ Result<void> LifeLine::start_guard() {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return refuse(kGuard, errno);
   const Descriptor theirs(ends[0]);
-  pipe_ = Descriptor(ends[1]);
-  ::fcntl(pipe_.number(), F_SETFL, O_NONBLOCK);
+  pipe_ = ends[1];
+  ::fcntl(pipe_, F_SETFL, O_NONBLOCK);
   const auto program = guard_program();
   if (const int failed = spawn(program, armed_.record, theirs.number()); failed != 0) {
-    pipe_.close();
+    hang_up();
     return refuse(program, failed);
   }
   send(kPreparing);
   return {};
 }
 
+void LifeLine::hang_up() {
+  if (pipe_ != kNoDescriptor) ::close(pipe_);
+  pipe_ = kNoDescriptor;
+}
+
 void LifeLine::send(char byte) {
-  if (!pipe_.is_open()) return;
-  if (::write(pipe_.number(), &byte, 1) < 0 && errno == EPIPE) pipe_.close();
+  if (pipe_ != kNoDescriptor && ::write(pipe_, &byte, 1) < 0 && errno == EPIPE) hang_up();
 }
 
 void LifeLine::beat() {
@@ -97,14 +101,14 @@ void LifeLine::beat() {
   beating_ = true;
   if (limit_) return systemd_->tell("WATCHDOG=1");
   send(kAlive);
-  if (!pipe_.is_open() && start_guard()) send(kAlive);
+  if (pipe_ == kNoDescriptor && start_guard()) send(kAlive);
 }
 
 void LifeLine::good_bye() {
   disarm(armed_.record);
   if (systemd_) systemd_->tell("STOPPING=1");
   send(kGoodBye);
-  pipe_.close();
+  hang_up();
 }
 
 }  // namespace gyrotherm

@@ -21,20 +21,21 @@ class LifeLine {
 
   /// At the end of a tick, while everything that must live lives. A guard that has died is replaced. Never blocks.
   void beat();
-  /// The run has ended in order and the chamber may be left as it is: the armed file goes. Without it, the end of this
-  /// object or of the program is a reason to act.
+  /// The run has ended in order and the chamber may be left as it is: the armed file goes. A program that
+  /// ends without this leaves it to the watcher.
   void good_bye();
 
  private:
   explicit LifeLine(Armed armed) : armed_(std::move(armed)) {}
   [[nodiscard]] Result<void> start_guard();
   void send(char byte);
+  void hang_up();
 
   Armed armed_;
   std::optional<NotifySocket> systemd_;
   std::optional<std::string> limit_;  ///< of silence, in µs, where systemd watches
   bool beating_ = false;
-  Descriptor pipe_;
+  int pipe_ = kNoDescriptor;  ///< closed by good_bye() or by the end of the program alone: its end is a reason to act
 };
 
 }  // namespace gyrotherm

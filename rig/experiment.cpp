@@ -127,6 +127,7 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
   events_.clear();
+  last_ = std::move(sample);
   next_slot_ = slot + 1;
   if (reaction_ == Reaction::abort) return Outcome::made_safe;
   return complete ? Outcome::complete : Outcome::going_on;

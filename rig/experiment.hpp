@@ -43,6 +43,8 @@ class Experiment {
   [[nodiscard]] const std::string& end_cause() const { return end_cause_; }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const State& state() const { return state_; }
+  /// Of the last tick; an empty one before the first.
+  [[nodiscard]] const Sample& last() const { return last_; }
 
  private:
   void catch_up(std::int64_t slot);
@@ -67,6 +69,7 @@ class Experiment {
   std::vector<std::string> alarms_;  ///< of the chamber, last seen
   std::vector<Event> events_;        ///< of the tick under way
   std::string end_cause_;
+  Sample last_;
 };
 
 }  // namespace gyrotherm

@@ -39,11 +39,10 @@ std::optional<T> said(const Vocabulary<T, N>& words, const TomlTable& table, con
 
 /// The map, on the link that suits the line.
 Result<RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig, const std::optional<std::string>& known) {
-  const auto order = said(kWordOrders, chamber, "word_order");
   const auto wanted = said(kLinkKinds, chamber, "framing");
   const auto named = read_named(chamber, "map", rig.file, known);
   if (!named) return failure(named.error());
-  auto map = parse_register_map(named->text, named->path, order);
+  auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
   const auto line = parse_line(rig.chamber_line);
   if (!map || !line) return map;
   auto linked = on_line(std::move(*map), *line, wanted);
@@ -125,6 +124,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     settle_simulated(*root, rig);
   else
     root->ignore("virtual");
+  rig.chamber_word_order = said(kWordOrders, chamber, "word_order");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!gyro) return failure(gyro.error());

@@ -25,6 +25,7 @@ struct RigFile {
   std::string file;         ///< its path, as given
   RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
+  std::optional<WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
   ChamberLimits chamber_limits;
   Celsius safe_set_point;
   std::vector<ThermometerEntry> thermometers;

@@ -9,15 +9,10 @@
 
 #include "core/text_file.hpp"
 #include "tests/app/program.hpp"
+#include "tests/app/real_laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
-
-std::string port_of(const std::string& instrument, const std::string& output) {
-  std::smatch match;
-  return std::regex_search(output, match, std::regex(instrument + R"( +tcp://127\.0\.0\.1:(\d+))")) ? match[1].str()
-                                                                                                    : "";
-}
 
 /// Makes the real rig of the instruments that `simulate` has printed, and runs ten seconds on it.
 nlohmann::json status_after_ten_seconds(const Folder& folder, const std::string& virtual_rig,

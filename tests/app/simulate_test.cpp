@@ -5,15 +5,10 @@
 #include <regex>
 
 #include "tests/app/program.hpp"
+#include "tests/app/real_laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
-
-std::string port_of(const std::string& instrument, const std::string& output) {
-  std::smatch match;
-  return std::regex_search(output, match, std::regex(instrument + R"( +tcp://127\.0\.0\.1:(\d+))")) ? match[1].str()
-                                                                                                    : "";
-}
 
 TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";

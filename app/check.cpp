@@ -5,6 +5,7 @@
 #include "acquisition/calibration.hpp"
 #include "app/command.hpp"
 #include "app/conduct.hpp"
+#include "app/custody.hpp"
 #include "core/clock.hpp"
 #include "core/text_file.hpp"
 #include "drivers/chamber/map_confidence.hpp"
@@ -33,12 +34,20 @@ std::vector<std::string> overdue(const RigFile& rig) {
   return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
+/// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
+std::string limiter_line(const RigFile& rig) {
+  if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
+  if (rig.simulated) return {};
+  return "    WARNING: the rig file does not say how the chamber's own limiter is set ([chamber.limiter]); it is the "
+         "safety function, this program is none\n";
+}
+
 std::string chamber_line(const RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return fmt::format(
-      "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n",
+      "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
       rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
-      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map));
+      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map), limiter_line(rig));
 }
 
 std::string thermometer_lines(const RigFile& rig) {
@@ -81,6 +90,7 @@ nlohmann::ordered_json rig_json(const RigFile& rig) {
           {"fastest_heating_c_per_min", limits.fastest_heating.value},
           {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
           {"safe_set_point_c", rig.safe_set_point.value},
+          {"limiter", rig.limiter ? in_words(*rig.limiter) : ""},
           {"thermometers", channels_of(rig).size()},
           {"calibrations", calibrations_json(rig)},
           {"overdue", overdue(rig)},
@@ -136,6 +146,9 @@ Result<ChamberLimits> check_rig(Console& console, const Options& options, Findin
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig->chamber_limits;
+  if (!rig->simulated)
+    if (const auto holder = ChamberLock::holder(chamber_place(*rig)))
+      return failure(FaultKind::refused, rig->file, "the chamber is in use: " + *holder);
   const auto answers = ask_instruments(console, *rig, options.seed);
   if (!answers) return failure(answers.error());
   for (const auto& answer : *answers) found.words += "  " + answer + "\n";

@@ -27,6 +27,9 @@ enum class MakeSafeExit : int {
   in_use = 5,         ///< a program that lives drives the chamber
 };
 
+constexpr auto kBetweenAttempts = std::chrono::seconds(10);
+constexpr int kGivesUpTo = 60;  ///< s for which another program has had the chamber
+
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
     "Makes the chamber of a run safe whose program has died. Does nothing if the run had ended in order.\n\n"
@@ -115,7 +118,8 @@ const char* in_words(WatchEnd end) {
   return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
 }
 
-/// Until the chamber has confirmed it, or another program has taken the run up, or somebody has removed the armed file.
+/// Until the chamber has confirmed it, or another program has taken the run or for a minute the chamber, or somebody
+/// has removed the armed file.
 MakeSafeExit guard(const std::string& record) {
   const auto armed = read_armed(armed_path(record));
   if (!armed) return complain(armed.error(), MakeSafeExit::file);
@@ -128,10 +132,11 @@ MakeSafeExit guard(const std::string& record) {
   if (!kill_surely(watched.armed_by, std::chrono::seconds(2)))
     say(fmt::format("process {} could not be ended", watched.armed_by.pid));
   auto outcome = MakeSafeExit::not_confirmed;
-  for (int tries = 0; still_armed(watched); ++tries) {
-    if (tries > 0) std::this_thread::sleep_for(std::chrono::seconds(outcome == MakeSafeExit::in_use ? 1 : 10));
+  for (int in_use = 0; still_armed(watched) && in_use < kGivesUpTo;) {
     outcome = act(watched, in_words(end));
     if (outcome == MakeSafeExit::safe || outcome == MakeSafeExit::file) break;
+    in_use = outcome == MakeSafeExit::in_use ? in_use + 1 : 0;
+    std::this_thread::sleep_for(in_use > 0 ? std::chrono::seconds(1) : kBetweenAttempts);
   }
   return outcome;
 }

@@ -24,6 +24,7 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
       .fastest_cooling = table.rate("fastest_cooling"),
   };
   rig.safe_set_point = table.celsius("safe_set_point");
+  rig.limiter = read_limiter(table, rig.chamber_limits.lowest, rig.chamber_limits.highest);
   if (rig.chamber_limits.lowest >= rig.chamber_limits.highest)
     table.mistake("lowest", "the lowest temperature is not below the highest");
   else if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)

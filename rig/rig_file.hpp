@@ -12,6 +12,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "rig/gyro_entry.hpp"
 #include "rig/interlocks.hpp"
+#include "rig/limiter.hpp"
 #include "rig/thermometer_entry.hpp"
 #include "sequencer/profile.hpp"
 #include "simulator/world.hpp"
@@ -28,6 +29,7 @@ struct RigFile {
   std::optional<WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
   ChamberLimits chamber_limits;
   Celsius safe_set_point;
+  std::optional<Limiter> limiter;  ///< the chamber's own
   std::vector<ThermometerEntry> thermometers;
   GyroEntry gyro;
   std::vector<std::string> gradients;

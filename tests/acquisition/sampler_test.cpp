@@ -135,6 +135,18 @@ TEST(Sampler, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
   bench.first.gate.open();
 }
 
+TEST(Sampler, TellsHowLongACallHasLasted) {
+  Bench bench;
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  EXPECT_EQ(sampler->busy_for(), Duration{});
+  bench.first.gate.close();
+  static_cast<void>(sampler->read(0, bench.clock));
+  EXPECT_GE(sampler->busy_for(), 40ms) << "the call that hangs is under way";
+  bench.first.gate.open();
+  static_cast<void>(sampler->read(1, bench.clock));
+  EXPECT_LT(sampler->busy_for(), 40ms);
+}
+
 TEST(Sampler, LateAnswerIsNeverALaterSecondsValue) {
   Bench bench;
   bench.chamber.gate.close();

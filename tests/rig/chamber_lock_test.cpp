@@ -12,10 +12,21 @@
 namespace gyrotherm {
 namespace {
 
-std::string own_place(const char* name) { return fmt::format("test-{}-{}", name, ::getpid()); }
+/// A place of this process alone; its file goes when the test ends.
+struct OwnPlace {
+  explicit OwnPlace(const char* name) : place(fmt::format("test-{}-{}", name, ::getpid())) {}
+  ~OwnPlace() {
+    std::error_code error;
+    std::filesystem::remove("/run/lock/gyrotherm/" + place + ".lock", error);
+  }
+  OwnPlace(const OwnPlace&) = delete;
+  OwnPlace& operator=(const OwnPlace&) = delete;
+  std::string place;
+};
 
 TEST(ChamberLock, ASecondIsRefusedAndToldWhoHoldsIt) {
-  const auto place = own_place("second");
+  const OwnPlace own("second");
+  const auto& place = own.place;
   const auto first = ChamberLock::take(place, "/data/first.db");
   ASSERT_TRUE(first) << text(first.error());
   const auto second = ChamberLock::take(place, "/data/second.db");
@@ -27,14 +38,16 @@ TEST(ChamberLock, ASecondIsRefusedAndToldWhoHoldsIt) {
 }
 
 TEST(ChamberLock, IsFreeOnceItsHolderHasLetGo) {
-  const auto place = own_place("free");
+  const OwnPlace own("free");
+  const auto& place = own.place;
   { ASSERT_TRUE(ChamberLock::take(place, "a.db")); }
   EXPECT_FALSE(ChamberLock::holder(place));
   EXPECT_TRUE(ChamberLock::take(place, "b.db"));
 }
 
 TEST(ChamberLock, OneThatAKilledProgramLeftIsNoObstacle) {
-  const auto place = own_place("stale");
+  const OwnPlace own("stale");
+  const auto& place = own.place;
   int ready[2];
   ASSERT_EQ(::pipe(ready), 0);
   const auto child = ::fork();
@@ -61,7 +74,7 @@ TEST(ChamberLock, TheSameChamberHasOnePlaceHoweverItsLineIsWritten) {
   EXPECT_NE(place("10.0.0.7"), place("10.0.0.8"));
   EXPECT_NE(place("tcp://10.0.0.7:502"), place("tcp://10.0.0.7:503"));
   EXPECT_EQ(place("serial:/dev/ttyS9?9600,7O1"), place("serial:/dev/ttyS9"));
-  const auto link_name = std::filesystem::temp_directory_path() / own_place("by-id");
+  const auto link_name = std::filesystem::temp_directory_path() / fmt::format("test-by-id-{}", ::getpid());
   std::filesystem::create_symlink("/dev/null", link_name);
   EXPECT_EQ(chamber_place(SerialLine{link_name.string(), {}}, 502, 3), "serial-dev-null");
   std::filesystem::remove(link_name);

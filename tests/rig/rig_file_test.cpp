@@ -196,5 +196,19 @@ TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
   EXPECT_NE(with("kind = \"rtd\"", "kind = \"ntc\"").find("none of rtd"), std::string::npos);
 }
 
+TEST(RigFile, TheChambersOwnLimiterStandsOutsideWhatTheChamberMayBeGiven) {
+  const auto with = [](const std::string& lines) {
+    return replaced(virtual_rig(), "[[thermometer]]", "[chamber.limiter]\n" + lines + "\n[[thermometer]]");
+  };
+  const auto good =
+      parse_rig(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"), kRigs + "virtual.toml");
+  ASSERT_TRUE(good && good->limiter) << mistake_in(with("class = \"3.3\"\nlowest = \"-50 °C\"\nhighest = \"75 °C\"\n"));
+  EXPECT_EQ(in_words(*good->limiter), "class 3.3, below -50 °C, above 75 °C");
+  EXPECT_NE(mistake_in(with("class = \"2\"\nhighest = \"70 °C\"\n")).find("would trip"), std::string::npos);
+  EXPECT_NE(mistake_in(with("class = \"3.2\"\nlowest = \"-40 °C\"\n")).find("would trip"), std::string::npos);
+  EXPECT_NE(mistake_in(with("class = \"2\"\n")).find("what it is set to"), std::string::npos);
+  EXPECT_NE(mistake_in(with("class = \"4\"\nhighest = \"75 °C\"\n")), "");
+}
+
 }  // namespace
 }  // namespace gyrotherm

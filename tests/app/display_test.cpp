@@ -1,0 +1,99 @@
+/// What is shown of a run under way.
+#include "app/display.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gyrotherm {
+namespace {
+
+constexpr GyroInfo kGyro{.kind = GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
+
+Reading<PulseCount> counted(std::int64_t pulses) {
+  return {PulseCount{.pulses = pulses, .interval = std::chrono::seconds(1)}, {}};
+}
+
+TEST(BiasMeter, IsTheRateLessTheEarths) {
+  BiasMeter meter(kGyro);
+  EXPECT_FALSE(meter.last_second() || meter.mean());
+  meter.see(counted(22));
+  EXPECT_NEAR(meter.last_second()->value, 1.0, 1e-12) << "22 pulses of 0.5 arcsec in 1 s, less 10 °/h";
+  meter.see(counted(24));
+  EXPECT_NEAR(meter.last_second()->value, 2.0, 1e-12);
+  EXPECT_NEAR(meter.mean()->value, 1.5, 1e-12);
+}
+
+TEST(BiasMeter, AFaultIsNoReadingAndTheMeanGoesOnWithoutIt) {
+  BiasMeter meter(kGyro);
+  meter.see(counted(22));
+  meter.see({failure(FaultKind::timeout, "gyro", "silent"), {}});
+  EXPECT_FALSE(meter.last_second());
+  EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
+}
+
+TEST(BiasMeter, TheMeanForgetsWhatIsOlderThanAHundredSeconds) {
+  BiasMeter meter(kGyro);
+  meter.see(counted(1'000'000));
+  for (int i = 0; i < 100; ++i) meter.see(counted(22));
+  EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
+}
+
+struct Shown {
+  Console console;
+  Profile profile;
+  RigFile rig;
+  Sample sample;
+  Outlook outlook;
+  Shown() {
+    profile.name = "random";
+    profile.segments.resize(1);
+    profile.segments[0].name = "cold";
+    rig.simulated = true;
+    rig.gyro.info = kGyro;
+    ThermometerEntry entry;
+    entry.calibrated.resize(2);
+    entry.calibrated[0].name = "A";
+    entry.calibrated[1].name = "B";
+    rig.thermometers = {entry};
+    sample.slot = 899;
+    sample.chamber = {ChamberState{.air = {-39.5}, .set_point = {-40}}, {}};
+    sample.thermometers = {{Celsius{-38.25}, {}}, {failure(FaultKind::timeout, "B", "silent"), {}}};
+    sample.progress.set_point = {-40};
+    outlook.time_left = std::chrono::seconds(2700);
+  }
+  [[nodiscard]] std::string text() {
+    Display display(console, profile, rig);
+    display.see(sample);
+    std::string all;
+    for (const auto& line : display.lines(sample, outlook)) all += line + "\n";
+    return all;
+  }
+};
+
+TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
+  Shown shown;
+  const auto text = shown.text();
+  EXPECT_TRUE(text.starts_with("SIMULATED random: 25 %, 45 min 00 s left, execute\n")) << text;
+  EXPECT_NE(text.find("segment 1 of 1, cold: ramping"), std::string::npos) << text;
+  EXPECT_NE(text.find("set point -40.00 °C (chamber -40.00 °C), air -39.50 °C"), std::string::npos) << text;
+  EXPECT_NE(text.find("A -38.25 B – °C"), std::string::npos) << text;
+  shown.rig.simulated = false;
+  EXPECT_TRUE(shown.text().starts_with("random: ")) << "a real rig is not simulated";
+}
+
+TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {
+  Shown shown;
+  shown.outlook.state = RunState::suspended;
+  shown.outlook.cause = "the chamber is silent";
+  shown.outlook.behind_plan = std::chrono::seconds(65);
+  shown.outlook.faults = {"chamber: no reply", "thermometer B: silent"};
+  shown.sample.chamber = {failure(FaultKind::timeout, "chamber", "no reply in 500 ms"), {}};
+  const auto text = shown.text();
+  EXPECT_NE(text.find("suspended: the chamber is silent (1 min 05 s behind plan)"), std::string::npos) << text;
+  EXPECT_NE(text.find("chamber: no reply in 500 ms"), std::string::npos) << text;
+  EXPECT_NE(text.find("fault: chamber: no reply\n  fault: thermometer B: silent\n"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace gyrotherm

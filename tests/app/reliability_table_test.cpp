@@ -1,0 +1,62 @@
+/// The table of promises names tests: each of them exists, and no promise is without a word.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "core/text_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "Suite.Law" of every test in the sources, and the names of the fuzz targets.
+const std::set<std::string>& sources_tests() {
+  static const std::set<std::string> all = [] {
+    std::set<std::string> found;
+    const std::regex test(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))"), fuzz(R"(gyrotherm_fuzz\((\w+))");
+    for (const auto& entry : fs::recursive_directory_iterator(GYROTHERM_SOURCE_DIR "/tests")) {
+      const bool cmake = entry.path().filename() == "CMakeLists.txt";
+      if (!cmake && entry.path().extension() != ".cpp") continue;
+      const auto text = read_text_file(entry.path().string()).value();
+      const auto& pattern = cmake ? fuzz : test;
+      for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match)
+        found.insert(cmake ? (*match)[1].str() : (*match)[1].str() + "." + (*match)[2].str());
+    }
+    return found;
+  }();
+  return all;
+}
+
+/// Promise → the rest of its row.
+std::map<std::string, std::string> promises() {
+  std::istringstream text(read_text_file(GYROTHERM_SOURCE_DIR "/docs/reliability.md").value());
+  const std::regex row(R"(^\| (P\d+) \| [^|]+ \| (.+) \|$)");
+  std::map<std::string, std::string> found;
+  std::smatch match;
+  for (std::string line; std::getline(text, line);)
+    if (std::regex_match(line, match, row)) found[match[1]] = match[2];
+  return found;
+}
+
+TEST(ReliabilityTable, NamesEveryPromise) {
+  const auto rows = promises();
+  EXPECT_EQ(rows.size(), 22u);
+  for (int i = 1; i <= 22; ++i) EXPECT_TRUE(rows.contains("P" + std::to_string(i))) << "P" << i;
+}
+
+TEST(ReliabilityTable, EveryTestThatItNamesExists) {
+  const std::regex name(R"(`((?:[A-Z]\w*\.[A-Z]\w*)|(?:fuzz_\w+))`)");
+  std::size_t named = 0;
+  for (const auto& [promise, held_by] : promises())
+    for (std::sregex_iterator match(held_by.begin(), held_by.end(), name), end; match != end; ++match, ++named)
+      EXPECT_TRUE(sources_tests().contains((*match)[1])) << promise << ": " << (*match)[1];
+  EXPECT_GT(named, 30u);
+}
+
+}  // namespace
+}  // namespace gyrotherm

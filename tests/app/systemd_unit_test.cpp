@@ -1,0 +1,50 @@
+/// The unit that is shipped: systemd understands it, and it is well shut in.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+
+#include "core/text_file.hpp"
+#include "tests/app/program.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// The unit as it is installed, its programs being those under test.
+std::string unit_in(const Folder& folder) {
+  auto text = read_text_file(GYROTHERM_SOURCE_DIR "/app/systemd/gyrotherm@.service.in").value();
+  const auto programs = std::filesystem::path(GYROTHERM_PROGRAM).parent_path().string();
+  text = std::regex_replace(text, std::regex("@GYROTHERM_BIN@"), programs);
+  text = std::regex_replace(text, std::regex("@GYROTHERM_DOCS@"), "/usr/share/doc/gyrotherm");
+  const auto path = folder / "gyrotherm@.service";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(SystemdUnit, IsVerified) {
+  if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
+  const Folder folder;
+  const auto verified = shell("systemd-analyze verify " + unit_in(folder) + " 2>&1 | grep gyrotherm@");
+  EXPECT_EQ(verified.out, "");
+}
+
+TEST(SystemdUnit, IsShutIn) {
+  if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
+  const Folder folder;
+  const auto judged = shell("systemd-analyze security --offline=true --threshold=20 --no-pager " + unit_in(folder));
+  EXPECT_EQ(judged.exit_code, 0) << judged.out << judged.err;
+}
+
+TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/app/systemd/gyrotherm@.service.in").value();
+  const auto seconds = [&](const std::string& key) {
+    std::smatch match;
+    return std::regex_search(text, match, std::regex("\n" + key + "=(\\d+)\n")) ? std::stoi(match[1]) : 1000;
+  };
+  EXPECT_LE(seconds("WatchdogSec") + seconds("TimeoutAbortSec") + 10, 20);
+  EXPECT_GE(seconds("TimeoutStopSec"), 10) << "time for make-safe";
+}
+
+}  // namespace
+}  // namespace gyrotherm

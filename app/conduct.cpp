@@ -54,10 +54,9 @@ Result<void> drive(const UnderWay& run) {
   return failure(outcome.error().kind, run.path, run.experiment.end_cause());
 }
 
-/// How long ago the record's last second was.
+/// How long ago the record's last second was, by the clock on the wall, which may have been set while the run went on.
 Duration time_since_last(const Record& record) {
-  const auto last = record.info.started_utc + from_seconds(record.time_s.empty() ? 0 : record.time_s.back());
-  return std::max(Duration{}, SteadyClock().now().utc - last);
+  return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
 /// The resume rule, carried out: what it leaves to people is theirs to allow.

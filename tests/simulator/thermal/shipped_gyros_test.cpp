@@ -54,7 +54,7 @@ TEST(ShippedGyros, ReducedModelsMeetTheirGoals) {
     EXPECT_LE(model->conduction.rows(), 84) << name;
     EXPECT_LE(model->error.transfer_k, 5e-3) << name;
     EXPECT_GT(model->error.ramp_k, 0) << name << ": not measured";
-    EXPECT_LE(model->error.ramp_k, name == "calibrated" ? 1e-3 : 1.2e-3) << name << ": the aim is 1e-3";
+    EXPECT_LE(model->error.ramp_k, 1e-3) << name;
     EXPECT_LE(model->error.switch_on_k, 1e-2) << name;
     EXPECT_LT(text.size(), 500'000U) << name;
   }

@@ -27,7 +27,7 @@ Outlook outlook_of(const UnderWay& run) {
 Result<void> sync(const UnderWay& run) {
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
-  if (run.console.json) run.console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
+  if (run.console.json && *last >= 0) run.console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
   return {};
 }
 
@@ -75,6 +75,13 @@ class RealTime {
     QCoreApplication::quit();
   }
 
+  /// What is acknowledged a moment later is told too.
+  Result<Outcome> with_its_last_second(Result<Outcome> outcome) {
+    await_disk(run_);
+    if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
+    return outcome;
+  }
+
   void tick() {
     if (ended_) return;
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
@@ -84,7 +91,7 @@ class RealTime {
       display_.see(run_.experiment.last());
       display_.show(run_.experiment.last(), outlook_of(run_));
       run_.custody.beat(run_.rig.sampler().busy_for());
-      if (!outcome || *outcome != Outcome::going_on) return end(std::move(outcome));
+      if (!outcome || *outcome != Outcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
   }

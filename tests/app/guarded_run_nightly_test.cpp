@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "tests/app/folder.hpp"
 #include "tests/app/real_laboratory.hpp"
 
 namespace gyrotherm {
@@ -40,8 +41,8 @@ std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const
 }
 
 void break_off(int times, unsigned seed, Times& all) {
-  const Folder folder;
-  const RealLaboratory laboratory(folder);
+  const TestFolder folder;
+  const RealLaboratory laboratory(folder / "");
   std::mt19937_64 random(seed);
   for (int i = 0; i < times; ++i) {
     const bool kill = (random() & 1) != 0;

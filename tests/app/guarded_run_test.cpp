@@ -1,7 +1,11 @@
 /// A run on a real rig: it is guarded, the chamber is its own, and other programs may speak to it.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 
 #include "core/text_file.hpp"
@@ -21,7 +25,7 @@ std::vector<std::string> warm_run(const RealLaboratory& laboratory, const std::s
 TEST(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const Folder folder;
-  const RealLaboratory laboratory(folder);
+  const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
   const auto record = folder / "run.db";
   Background run(warm_run(laboratory, record), folder / "log");
@@ -40,7 +44,7 @@ TEST(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
 TEST(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const Folder folder;
-  const RealLaboratory laboratory(folder);
+  const RealLaboratory laboratory(folder / "");
   ASSERT_TRUE(laboratory.serves());
   const auto record = folder / "run.db";
   Background run(warm_run(laboratory, record), folder / "log");
@@ -55,6 +59,62 @@ TEST(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   EXPECT_EQ(shell("sleep 2").exit_code, 0);
   EXPECT_EQ(laboratory.set_point(), kWarm);
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+}
+
+/// The socket that systemd would listen at; the environment names it while this lives.
+class Watchdog {
+ public:
+  explicit Watchdog(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), address.sun_path);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "8000000", 1);
+  }
+  ~Watchdog() {
+    ::unsetenv("NOTIFY_SOCKET");
+    ::unsetenv("WATCHDOG_USEC");
+    ::close(socket_);
+  }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+  /// One line for each message so far.
+  [[nodiscard]] std::string heard() {
+    char message[256];
+    for (ssize_t size; (size = ::recv(socket_, message, sizeof message, MSG_DONTWAIT)) > 0;)
+      heard_ += std::string(message, static_cast<std::size_t>(size)) + "\n";
+    return heard_;
+  }
+
+ private:
+  int socket_;
+  std::string heard_;
+};
+
+TEST(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterwards) {
+  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db";
+  Watchdog watchdog(folder / "notify");
+  Background run(warm_run(laboratory, record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const auto heard = watchdog.heard();
+  EXPECT_TRUE(heard.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << heard;
+  EXPECT_NE(heard.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << heard;
+  const std::string make_safe = std::string(GYROTHERM_PROGRAM) + "-make-safe ";
+  EXPECT_EQ(shell(make_safe + record).exit_code, 5) << "the program lives";
+  EXPECT_EQ(laboratory.set_point(), kWarm);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  const auto made = shell(make_safe + "--kill " + record);
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(laboratory.set_point(), kSafe);
+  const auto again = shell(make_safe + "--kill " + record);
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
 }
 
 }  // namespace

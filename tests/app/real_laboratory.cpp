@@ -13,16 +13,16 @@ std::string port_of(const std::string& instrument, const std::string& output) {
                                                                                                     : "";
 }
 
-RealLaboratory::RealLaboratory(const Folder& folder)
+RealLaboratory::RealLaboratory(const std::string& folder)
     : simulate_(std::make_unique<Background>(
-          std::vector<std::string>{"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "laboratory.log")) {
+          std::vector<std::string>{"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder + "/laboratory.log")) {
   if (!simulate_->wait_for("gyro  ", 60)) return;
   const auto output = simulate_->output();
   chamber_port_ = port_of("chamber", output);
   const auto made = shell("/usr/bin/python3 tests/app/real_rig.py profiles/rigs/virtual.toml " + chamber_port_ + " " +
                           port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " +
-                          port_of("gyro", output) + " > " + (folder / "rig.toml"));
-  if (made.exit_code == 0) rig_ = folder / "rig.toml";
+                          port_of("gyro", output) + " > " + folder + "/rig.toml");
+  if (made.exit_code == 0) rig_ = folder + "/rig.toml";
 }
 
 std::optional<double> RealLaboratory::set_point() const {

@@ -12,7 +12,7 @@ namespace gyrotherm {
 class RealLaboratory {
  public:
   /// `simulate` serves the default rig; its files are in `folder`.
-  explicit RealLaboratory(const Folder& folder);
+  explicit RealLaboratory(const std::string& folder);
   /// False if it could not be started; then nothing else is to be used.
   [[nodiscard]] bool serves() const { return !rig_.empty(); }
   [[nodiscard]] const std::string& rig() const { return rig_; }

@@ -196,7 +196,8 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
     if (!found) return failure(found.error());
     guard = std::move(*found);
     database.watch_log();
-    if (auto folded = database.fold_log(); !folded) return failure(folded.error());  // what the file says of the run
+    // What the file says of the run; on a full disk it stays in the log.
+    if (auto folded = database.fold_log(); !folded && !is_full(folded.error())) return failure(folded.error());
   }
   RunFile file(std::move(database), std::move(*statements), std::move(guard), path, std::move(info));
   file.now_.chain = file.committed_.chain = *chain;

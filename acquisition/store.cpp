@@ -102,7 +102,7 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, const Stor
   status.pid = ::getpid();
   status.being_written = true;
   if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status, part);
-  if (auto told = write_status(status); !told) return failure(told.error());
+  if (auto told = write_status(status); !told && !options.background) return failure(told.error());
   if (!options.background) return std::make_unique<InlineStore>(std::move(file), status, part);
   RunInfo info = file.info();
   RecordWriter writer(

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <future>
 #include <optional>
 
@@ -52,6 +53,13 @@ Sample empty_sample(std::int64_t slot, Instant at) {
   return sample;
 }
 
+Result<void> head_for_at_once(Chamber& chamber, Celsius target) {
+  chamber.insist();
+  return chamber.head_for(target);
+}
+
+Result<void> switched(Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
+
 class InlineSampler final : public Sampler {
  public:
   InlineSampler(Instruments instruments, SamplerOptions options)
@@ -67,6 +75,8 @@ class InlineSampler final : public Sampler {
     return sample;
   }
   Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
+  Result<void> insist(Celsius target) override { return head_for_at_once(instruments_.chamber, target); }
+  Result<void> switch_on(bool on) override { return switched(instruments_.chamber, on); }
 
  private:
   Instruments instruments_;
@@ -85,8 +95,12 @@ class WorkerSampler final : public Sampler {
   Sample read(std::int64_t slot, const Clock& clock) override;
   Result<void> command(Celsius target) override;
   Duration busy_for() override;
+  Result<void> insist(Celsius target) override;
+  Result<void> switch_on(bool on) override;
 
  private:
+  /// Has the chamber's worker do it; `what` is its name in a fault.
+  Result<void> order(const std::string& what, std::function<Result<void>()> job);
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
   std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
@@ -142,12 +156,12 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   return sample;
 }
 
-Result<void> WorkerSampler::command(Celsius target) {
-  auto done = chamber_.post([this, target] { return instruments_.chamber.head_for(target); });
+Result<void> WorkerSampler::order(const std::string& what, std::function<Result<void>()> job) {
+  auto done = chamber_.post(std::move(job));
   if (done.wait_for(options_.patience) == std::future_status::ready) return done.get();
   const bool never_begun = chamber_.withdraw();
   return failure(FaultKind::timeout, "chamber",
-                 fmt::format("set point {:g} °C {} {}", target.value,
+                 fmt::format("{} {} {}", what,
                              never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
                              in_ms(options_.patience)));
 }
@@ -156,6 +170,20 @@ Duration WorkerSampler::busy_for() {
   auto longest = std::max(chamber_.busy_for(), gyro_.busy_for());
   for (auto& worker : thermometers_) longest = std::max(longest, worker.busy_for());
   return longest;
+}
+
+Result<void> WorkerSampler::command(Celsius target) {
+  return order(fmt::format("set point {:g} °C", target.value),
+               [this, target] { return instruments_.chamber.head_for(target); });
+}
+
+Result<void> WorkerSampler::insist(Celsius target) {
+  return order(fmt::format("set point {:g} °C", target.value),
+               [this, target] { return head_for_at_once(instruments_.chamber, target); });
+}
+
+Result<void> WorkerSampler::switch_on(bool on) {
+  return order(on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); });
 }
 
 }  // namespace

@@ -52,6 +52,10 @@ class Sampler {
   /// is not done within `patience`: a command that had not begun by then is not sent later, of one that had the set
   /// point is unknown.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
+  /// The same at once, also on a line that rests after failures: for what cannot wait.
+  [[nodiscard]] virtual Result<void> insist(Celsius target) = 0;
+  /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
+  [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
   /// With workers: how long the longest call that is under way has lasted, zero if none is. A call without an end shows
   /// here. Zero without workers.

@@ -32,6 +32,7 @@ Result<void> conclude(const UnderWay& run, Outcome outcome) {
     await_disk(run);
     return failure(FaultKind::interlock, run.path, run.experiment.end_cause());
   }
+  if (outcome == Outcome::stopped) run.console.say(fmt::format("{}: {}", run.path, run.experiment.end_cause()));
   if (auto finished = run.store.finish(); !finished) return finished;
   run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.experiment.next_slot()));
   return {};
@@ -59,13 +60,14 @@ Duration time_since_last(const Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
-/// The resume rule, carried out: what it leaves to people is theirs to allow.
-Result<void> allow(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
-  if (accepted || on.last_slot < 0) return {};
-  const auto verdict = judge_reentry(on.stood, on.rig.safe_set_point, now.air);
-  if (verdict.way == Reentry::go_on) return {};
-  return failure(FaultKind::interrupted, path,
-                 verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
+/// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
+Result<Entry> reentry(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
+  const auto goal = command(on.profile, on.state);
+  const auto verdict = on.last_slot < 0 ? ReentryVerdict{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  if (verdict.way == Reentry::ask && !accepted)
+    return failure(FaultKind::interrupted, path,
+                   verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
+  return entry_at(goal, now.air, is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
 }
 
 /// Says, here and in the record, which calibrations are past their day.
@@ -123,8 +125,13 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto first = begin(profile);
   const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
   if (!program) return failure(program.error());
-  const auto permit = [&](const ChamberState&) { return custody->arm(); };
-  const auto names = (*rig)->prepare(command(profile, first), permit, upload ? &*program : nullptr);
+  Entry entry;
+  const auto entrance = [&](const ChamberState& now) {
+    const auto goal = command(profile, first);
+    entry = entry_at(goal, now.air, upload || is_in_place(now.air, goal, {}), file.chamber_limits);
+    return custody->arm().map([&] { return entry.set_point; });
+  };
+  const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) return failure(names.error());
   for (const auto& who : *names) console.detail(who);
   auto store =
@@ -132,6 +139,7 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);
+  if (entry.away) experiment.begin_away(entry.set_point, "the air is not where the profile begins", {});
   if (upload) {
     experiment.leave_to_the_controller();
     experiment.note(EventKind::note, "the controller carries the profile out: " + names->back());
@@ -152,10 +160,14 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!custody) return failure(custody.error());
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
-  const auto permit = [&](const ChamberState& now) {
-    return allow(*on, now, path, options.accept).and_then([&] { return custody->arm(); });
+  Entry entry;
+  const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
+    const auto at = reentry(*on, now, path, options.accept);
+    if (!at) return failure(at.error());
+    entry = *at;
+    return custody->arm().map([&] { return entry.set_point; });
   };
-  if (auto names = (*rig)->prepare(command(on->profile, on->state), permit); !names) return failure(names.error());
+  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return failure(names.error());
   auto store = Store::reopen(path, {.background = !on->rig.simulated});
   if (!store) return failure(store.error());
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
@@ -164,6 +176,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   experiment.note(EventKind::resumed, text);
+  if (entry.away) experiment.begin_away(entry.set_point, on->why_stopped, on->stood.air);
   warn_of_calibrations(console, experiment, **rig);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
   return drive({console, on->profile, experiment, **rig, **store, *custody, path});

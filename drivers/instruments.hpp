@@ -32,6 +32,8 @@ class Chamber {
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
     return failure(FaultKind::refused, "chamber " + command, "it has no such command");
   }
+  /// The next call is tried at once, also on a line that rests after failures: for what cannot wait.
+  virtual void insist() {}
 
   /// Puts `program` into the controller's own memory and compares what it kept; says so in words. Nothing moves yet.
   [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {

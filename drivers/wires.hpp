@@ -31,6 +31,8 @@ class Registers {
   /// one: read it back.
   [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
                                            std::span<const std::uint16_t> words) = 0;
+  /// The next use is tried at once, also on a line that rests after failures: for what cannot wait.
+  virtual void insist() {}
 };
 
 /// A line that carries bytes both ways: a socket, a serial port.

@@ -26,8 +26,12 @@ std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
 std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
   if (on.last_slot < 0) return {};
   auto points = set_points_of(record, on.last_slot);
-  points.insert(points.begin(), record.set_point_c.empty() ? Celsius{} : Celsius{record.set_point_c.front()});
-  points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, command(on.profile, on.state));
+  points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
+  // The last second sent the next set point only if the chamber had the one before.
+  constexpr Kelvins kSame{0.1};
+  const bool followed = abs(points.back() - Celsius{record.set_point_c.back()}) <= kSame;
+  const auto held = followed ? command(on.profile, on.state) : points.back();
+  points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
   return points;
 }
 
@@ -35,11 +39,11 @@ std::optional<Celsius> known(double celsius) {
   return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
 }
 
-/// The state one second after the record's last.
-Result<State> state_after(const Record& record, const Profile& profile) {
+/// The state one second after the record's last; the profile's clock runs in Execute alone.
+Result<State> state_after(const Record& record, const Profile& profile, RunState stood) {
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
-  if (!last) return last;
+  if (!last || stood != RunState::execute) return last;
   return next(profile, *last, {.elapsed = kSecond, .air = known(record.chamber_air_c.back())});
 }
 
@@ -48,14 +52,27 @@ std::optional<Celsius> last_known(const std::vector<double>& celsius) {
   return last == celsius.rend() ? std::nullopt : known(*last);
 }
 
-/// The last event that tells how the run ended; a program that was killed left none.
-const Event* ending(const Record& record) {
-  for (auto event = record.events.rbegin(); event != record.events.rend(); ++event) {
-    const auto kind = event->event.kind;
-    if (kind == EventKind::interrupted || kind == EventKind::interlock) return &event->event;
-    if (kind != EventKind::note && kind != EventKind::fault) return nullptr;
+/// How the run stood, and why it had ended.
+struct Ending {
+  RunState state{};
+  std::string why = "the program was not running any more, and had no time to say why";
+};
+
+Ending ending_of(const Record& record) {
+  Ending ending;
+  if (!record.state.empty()) ending.state = record.state.back();
+  if (record.events.empty()) return ending;
+  const auto& last = record.events.back().event;
+  // A record of before the states were kept ends with its interlock.
+  if (ending.state == RunState::execute && last.kind == EventKind::interlock) ending.state = RunState::aborted;
+  if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
+    ending.why = last.text;
+  } else if (ending.state != RunState::execute) {
+    const auto told = std::find_if(record.events.rbegin(), record.events.rend(),
+                                   [](const auto& event) { return event.event.kind == EventKind::state; });
+    if (told != record.events.rend()) ending.why += "; it was " + told->event.text;
   }
-  return nullptr;
+  return ending;
 }
 
 }  // namespace
@@ -70,7 +87,8 @@ Result<Continuation> continuation_of(const Record& record, const std::string& pa
   if (!rig) return failure(rig.error());
   auto profile = parse_profile(info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
-  auto state = state_after(record, *profile);
+  auto ending = ending_of(record);
+  auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());
 
   Continuation on;
@@ -85,9 +103,9 @@ Result<Continuation> continuation_of(const Record& record, const std::string& pa
   const bool not_begun = on.rig.simulated && on.last_slot < 0;
   const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second
   on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
-  const auto* ended = ending(record);
-  on.stood.aborted = ended && ended->kind == EventKind::interlock;
-  on.why_stopped = ended ? ended->text : "the program was not running any more, and had no time to say why";
+  on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
+  on.stood.held = ending.state == RunState::held;
+  on.why_stopped = std::move(ending.why);
   on.start.seed = {.gyro = info.seed, .run = run};
   const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
   on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));

@@ -4,12 +4,16 @@
 
 #include <utility>
 
+#include "core/ensure.hpp"
+#include "rig/resume_rule.hpp"
+#include "sequencer/timeline.hpp"
+
 namespace gyrotherm {
 namespace {
 
 constexpr Duration kTick = std::chrono::seconds(1);
 constexpr int kSafeTries = 3;
-constexpr std::size_t kChamber = 0;  ///< its place among the columns
+constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
 
 /// The fault of each column, or null: chamber, thermometers, gyro.
 std::vector<const Fault*> faults_of(const Sample& sample) {
@@ -26,6 +30,12 @@ std::string describe(const Profile& profile, const Progress& progress) {
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
 }
 
+std::string in_words(const Procedure& procedure) {
+  const auto cause = cause_of(procedure);
+  const std::string state = name(run_state(procedure));
+  return cause.empty() ? state : state + ": " + cause;
+}
+
 }  // namespace
 
 Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot)
@@ -34,24 +44,38 @@ Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State sta
       store_(store),
       state_(std::move(state)),
       next_slot_(first_slot),
-      acknowledged_(command(profile, state_)) {}
+      path_(rig.file().chamber_limits, set_point_tolerance(rig.file().chamber_map), rig.file().chamber_map.limits.every,
+            command(profile, state_), kTick * first_slot),
+      safe_(rig.file()) {
+  const auto all = plan(profile).all;
+  planned_ = all.ramps + all.holds;
+}
+
+void Experiment::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
+  path_ = SetPointPath(rig_.file().chamber_limits, path_.tolerance(), rig_.file().chamber_map.limits.every, here,
+                       kTick * next_slot_);
+  approaching_ = true;
+  air_before_ = air_before;
+  change_to(Returning{cause, {}});
+}
 
 void Experiment::note(EventKind kind, std::string text) {
   events_.push_back({rig_.clock().now(), kind, std::move(text)});
 }
 
+void Experiment::tell(OperatorCommand command, const std::string& who) {
+  told_ = command;
+  who_ = who;
+  note(EventKind::command, fmt::format("{} by {}", name(command), who));
+}
+
+/// A controller that carries the profile out goes on in the meantime.
 Result<void> Experiment::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
-  return store_.append_gap(next_slot_, slot - 1, "the program was late");
-}
-
-/// The profile's clock runs through slots that had no tick.
-void Experiment::catch_up(std::int64_t slot) {
-  if (slot > next_slot_ && reaction_ == Reaction::go_on)
-    state_ = next(profile_, state_, {.elapsed = kTick * (slot - next_slot_), .air = air_});
-  next_slot_ = slot;
+  if (watch_) state_ = next(profile_, state_, {.elapsed = kTick * missed, .air = air_});
+  return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
 void Experiment::note_changes(const Sample& sample) {
@@ -60,7 +84,6 @@ void Experiment::note_changes(const Sample& sample) {
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (faults[i] && !faulty_[i]) note(EventKind::fault, text(*faults[i]));
     if (!faults[i] && faulty_[i]) note(EventKind::recovered, fmt::format("column {} answers again", i));
-    if (i == kChamber && !faults[i] && faulty_[i]) acknowledged_.reset();  // it may have been off: it is told again
     faulty_[i] = faults[i] != nullptr;
   }
   if (sample.chamber.value && sample.chamber.value->alarms != alarms_) {
@@ -72,65 +95,201 @@ void Experiment::note_changes(const Sample& sample) {
   last_segment_ = sample.progress.segment;
 }
 
-void Experiment::send_set_point() {
-  const auto target = command(profile_, state_);
-  const auto every = rig_.file().chamber_map.limits.every;
-  if (acknowledged_ == target || (last_sent_ && kTick * (next_slot_ - *last_sent_) < every)) return;
-  last_sent_ = next_slot_;
-  const auto sent = rig_.sampler().command(target);
-  acknowledged_ = sent ? std::optional(target) : std::nullopt;
-  if (!sent) note(EventKind::fault, text(sent.error()));
+void Experiment::note_alarms(const Judgement& judgement) {
+  for (const auto& alarm : judgement.raised)
+    note(alarm.reaction > Reaction::warn ? EventKind::interlock : EventKind::fault,
+         fmt::format("{} ({}): {}", name(alarm.cause), name(alarm.reaction), alarm.text));
+  for (const auto& alarm : judgement.cleared)
+    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.cause), alarm.text));
+}
+
+bool Experiment::is_seen(Cause cause) const { return memory_.watches[static_cast<std::size_t>(cause)].samples > 0; }
+bool Experiment::stands(Cause cause) const {
+  return is_seen(cause) && memory_.watches[static_cast<std::size_t>(cause)].raised;
+}
+
+Circumstances Experiment::circumstances(const Sample& sample, Duration missed) const {
+  Circumstances around;
+  if (sample.chamber.value) around.sent = path_.expected(sample.chamber.value->set_point);
+  around.set_point_tolerance = path_.tolerance();
+  around.refusals = path_.refusals();
+  around.refusal = path_.refusal();
+  around.led_by_controller = watch_.has_value() || !may_command(run_state()) || run_state() == RunState::aborting;
+  around.missed = missed;
+  around.longest_missed = kLongestUnattended;
+  if (rig_.file().simulated) return around;  // virtual time is written in batches
+  const auto health = store_.health();
+  around.backlog = std::chrono::seconds(health.backlog_s);
+  around.rows_dropped = health.rows_dropped;
+  around.storage_trouble = health.trouble;
+  return around;
+}
+
+/// What a controller does by itself goes on while an instrument is silent. After a pause of the program the resume rule
+/// holds as after a restart.
+Verdict Experiment::judge_second(const Sample& sample, Duration missed) {
+  auto around = circumstances(sample, missed);
+  const bool last = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size());
+  if (watch_) around.program = watch_->judge(sample.chamber, last, kTick + missed);
+  auto judgement = judge(rig_.file().limits, std::move(memory_), sample, kTick + missed, around);
+  memory_ = std::move(judgement.memory);
+  note_alarms(judgement);
+  auto& verdict = judgement.verdict;
+  if (watch_ && verdict.reaction < Reaction::abort) return {};
+  const auto goal = command(profile_, state_);
+  if (missed > Duration{} && air_ && sample.chamber.value && verdict.reaction < Reaction::suspend &&
+      abs(sample.chamber.value->air - goal) > abs(*air_ - goal) + kResumeBand) {
+    approaching_ = true;
+    verdict = {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
+                                              sample.chamber.value->air.value, spoken(missed), air_->value)};
+  }
+  return verdict;
+}
+
+bool Experiment::in_place(const Sample& sample) const {
+  if (watch_) return true;
+  const auto goal = command(profile_, state_);
+  if (!path_.is_at(goal)) return false;
+  if (!approaching_) return true;
+  if (!sample.chamber.value) return false;
+  return is_in_place(sample.chamber.value->air, goal, air_before_);
+}
+
+void Experiment::change_to(Procedure procedure) {
+  const auto before = run_state();
+  const auto after = gyrotherm::run_state(procedure);
+  ensure(may_follow(before, after), "a run's states change along their table");
+  const bool told = before != after ||
+                    (std::holds_alternative<Returning>(procedure) && !std::holds_alternative<Returning>(procedure_));
+  const auto why = cause_of(procedure_);
+  procedure_ = std::move(procedure);
+  if (!told) return;
+  const bool again = after == RunState::execute;
+  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(procedure_));
+}
+
+void Experiment::step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed) {
+  auto command = std::exchange(told_, std::nullopt);
+  if (watch_ && command && *command == OperatorCommand::pause) {
+    note(EventKind::note, "it cannot be paused: the controller carries the profile out by itself");
+    command.reset();
+  }
+  if (command == OperatorCommand::resume && stands(Cause::foreign_set_point)) taking_over_ = true;
+  if (run_state() == RunState::aborting) safe_.see(sample.chamber);
+  const Happening now{.elapsed = elapsed,
+                      .verdict = verdict,
+                      .command = command,
+                      .who = who_,
+                      .in_place = in_place(sample),
+                      .safe_confirmed = safe_.is_confirmed(),
+                      .complete = false};
+  change_to(next(rig_.file().procedure, procedure_, now));
+  if (run_state() == RunState::execute) approaching_ = false, air_before_.reset();
+}
+
+void Experiment::step_profile(const Sample& sample) {
+  if (run_state() != RunState::execute) return;
+  const auto air = sample.chamber.value ? std::optional(sample.chamber.value->air) : std::nullopt;
+  state_ = next(profile_, state_, {.elapsed = kTick, .air = air});
+  if (!std::holds_alternative<Complete>(state_)) return;
+  change_to(next(rig_.file().procedure, procedure_,
+                 Happening{.elapsed = {}, .verdict = {}, .command = {}, .who = {}, .complete = true}));
+  note(EventKind::finished, "profile complete");
+}
+
+void Experiment::send_set_point(Celsius goal) {
+  ensure(may_command(run_state()), "a set point is sent only while the run is carried out");
+  if (const auto sent = path_.go(rig_.sampler(), goal, kTick * (next_slot_ + 1)); !sent && path_.refusals() == 1)
+    note(EventKind::fault, text(sent.error()));
+}
+
+/// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
+void Experiment::take_over(const Sample& sample) {
+  const auto& chamber = *sample.chamber.value;
+  approaching_ = true;
+  path_.adopt(chamber.set_point);
+  path_.begin_at(chamber.air);
+  const auto taken =
+      path_.go(rig_.sampler(), within(chamber.air, rig_.file().chamber_limits), kTick * (next_slot_ + 1)).and_then([&] {
+        return rig_.sampler().switch_on(true);
+      });
+  if (!taken) note(EventKind::fault, "taking the chamber over: " + text(taken.error()));
+}
+
+/// A silent chamber is not sent anything but what makes it safe.
+void Experiment::command_chamber(const Sample& sample) {
+  const auto state = run_state();
+  if (state == RunState::aborting) {
+    if (const auto told = safe_.attempt(rig_.sampler(), kTick * next_slot_)) note(EventKind::fault, *told);
+    return;
+  }
+  if (watch_ && state == RunState::stopped) {
+    if (const auto held = rig_.sampler().command(command(profile_, state_)); !held)
+      note(EventKind::fault, text(held.error()));
+    return;
+  }
+  if (watch_ || !may_command(state) || !sample.chamber.value) return;
+  const auto goal = command(profile_, state_);
+  if (stands(Cause::restarted) || std::exchange(taking_over_, false)) return take_over(sample);
+  if (stands(Cause::not_taken)) {
+    if (next_slot_ % kTakeOverEvery == 0) take_over(sample);
+    return;
+  }
+  if (is_seen(Cause::foreign_set_point)) return;  // at the first poll too: what is not understood is not overwritten
+  if (state == RunState::execute || std::holds_alternative<Returning>(procedure_)) send_set_point(goal);
+}
+
+Outlook Experiment::outlook() const {
+  const auto left = time_left(profile_, state_);
+  return {.state = run_state(),
+          .cause = cause_of(procedure_),
+          .time_left = left,
+          .behind_plan = std::max(Duration{}, kTick * next_slot_ - (planned_ - left)),
+          .missed_set_points = path_.missed(),
+          .faults = standing(memory_)};
+}
+
+std::string Experiment::end_cause() const {
+  const auto cause = cause_of(procedure_);
+  const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
+  return safe ? cause + "; " + safe_.words() : cause;
 }
 
 void Experiment::make_safe(const std::string& cause) {
-  const auto safe = rig_.file().safe_set_point;
-  Result<void> sent;
-  for (int i = 0; i < kSafeTries; ++i)
-    if (sent = rig_.sampler().command(safe); sent) break;
-  end_cause_ =
-      sent ? fmt::format("{}; the chamber was sent to {:g} °C", cause, safe.value)
-           : fmt::format("{}; the chamber could NOT be sent to {:g} °C ({})", cause, safe.value, text(sent.error()));
-  note(EventKind::interlock, end_cause_);
-}
-
-/// What a controller does by itself goes on while an instrument is silent.
-void Experiment::judge_controller(const Sample& sample, Duration elapsed, Verdict& verdict) {
-  if (!watch_) return;
-  if (verdict.reaction == Reaction::suspend) verdict = {};
-  const bool last = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size());
-  const auto cause = watch_->judge(sample.chamber, last, elapsed);
-  if (!cause.empty() && verdict.reaction != Reaction::abort) verdict = {Reaction::abort, cause};
+  if (!is_over(procedure_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
+  for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
+    (void)safe_.attempt(rig_.sampler(), kTick * next_slot_);
+    safe_.see(rig_.sampler().read(next_slot_, rig_.clock()).chamber);
+  }
+  note(EventKind::interlock, end_cause());
 }
 
 Result<Outcome> Experiment::tick(std::int64_t slot) {
-  const auto elapsed = kTick * (slot + 1 - next_slot_);
+  const auto missed = kTick * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
-  catch_up(slot);
   auto sample = rig_.sampler().read(slot, rig_.clock());
   sample.progress = progress_of(profile_, state_);
-  if (sample.chamber.value) air_ = sample.chamber.value->air;
   note_changes(sample);
-
-  auto judgement = judge(rig_.file().limits, memory_, sample, elapsed);
-  memory_ = judgement.memory;
-  judge_controller(sample, elapsed, judgement.verdict);
-  if (judgement.verdict.reaction != std::exchange(reaction_, judgement.verdict.reaction))
-    note(reaction_ == Reaction::go_on ? EventKind::recovered : EventKind::interlock,
-         reaction_ == Reaction::go_on ? "the profile goes on" : judgement.verdict.cause);
-
-  const auto air_now = sample.chamber.value ? air_ : std::nullopt;
-  if (reaction_ == Reaction::go_on) state_ = next(profile_, state_, {.elapsed = kTick, .air = air_now});
-  const bool complete = std::holds_alternative<Complete>(state_);
-  if (reaction_ == Reaction::abort) make_safe(judgement.verdict.cause);
-  if (reaction_ == Reaction::go_on && !complete && !watch_) send_set_point();
-  if (complete) note(EventKind::finished, "profile complete");
+  const auto verdict = judge_second(sample, missed);
+  step_procedure(sample, verdict, kTick + missed);
+  sample.state = run_state();
+  if (sample.chamber.value) air_ = sample.chamber.value->air;
+  step_profile(sample);
+  command_chamber(sample);
+  if (run_state() == RunState::aborted) note(EventKind::interlock, end_cause());
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
   events_.clear();
   last_ = std::move(sample);
   next_slot_ = slot + 1;
-  if (reaction_ == Reaction::abort) return Outcome::made_safe;
-  return complete ? Outcome::complete : Outcome::going_on;
+  constexpr std::int64_t kPublishEvery = 64;  // in virtual time
+  if (!rig_.file().simulated || slot % kPublishEvery == 0 || is_over(procedure_)) store_.publish(outlook());
+  switch (run_state()) {
+    case RunState::aborted: return Outcome::made_safe;
+    case RunState::stopped: return Outcome::stopped;
+    case RunState::complete: return Outcome::complete;
+    default: return Outcome::going_on;
+  }
 }
 
 }  // namespace gyrotherm

@@ -1,4 +1,5 @@
-/// One run of a profile on a rig: the tick, once a second: read, step the profile, judge, command, store.
+/// One run of a profile on a rig: the tick, once a second: read, judge, step the procedure and the profile, command,
+/// store.
 #pragma once
 
 #include <optional>
@@ -10,13 +11,16 @@
 #include "core/sample.hpp"
 #include "rig/interlocks.hpp"
 #include "rig/rig.hpp"
+#include "rig/safe_sequence.hpp"
+#include "rig/set_point_path.hpp"
 #include "rig/uploaded_program.hpp"
 #include "sequencer/machine.hpp"
+#include "sequencer/procedure.hpp"
 #include "sequencer/profile.hpp"
 
 namespace gyrotherm {
 
-enum class Outcome { going_on, complete, made_safe };
+enum class Outcome { going_on, complete, stopped, made_safe };
 
 class Experiment {
  public:
@@ -24,52 +28,82 @@ class Experiment {
   /// `first_slot`.
   Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot);
 
-  /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap.
-  /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them.
+  /// Before the first tick: the rig was prepared with another set point, `here`. The run begins on its way from there
+  /// to the profile, by a ramp, and the profile's clock stands still until the air has followed, or is within 2 K of
+  /// `air_before`, where it was when the run stopped. `cause`: why it begins elsewhere.
+  void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
+
+  /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap, in which the
+  /// profile's clock stands still.
+  /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them. Ends with made_safe or
+  /// stopped only after the chamber has shown that it is as it is to be left.
   [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
 
-  /// Sends the chamber to the rig's safe set point, and says in end_cause() whether it took it.
+  /// An operator's command, carried out and recorded with the next tick.
+  void tell(OperatorCommand command, const std::string& who);
+
+  /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
   void make_safe(const std::string& cause);
 
   /// The controller was given the profile and carries it out: from now on no set points are sent, time goes on while
-  /// an instrument is silent, and a controller that no longer does it ends the run.
+  /// an instrument is silent, and a controller that no longer does it ends the run. It cannot be paused from here.
   void leave_to_the_controller() { watch_.emplace(); }
   [[nodiscard]] bool is_left_to_the_controller() const { return watch_.has_value(); }
 
   /// Puts an event into the record with the next tick.
   void note(EventKind kind, std::string text);
 
-  /// Why the interlocks ended the run, and whether the chamber took the safe set point.
-  [[nodiscard]] const std::string& end_cause() const { return end_cause_; }
+  /// Why the run ended, or is being ended, and whether the chamber is safe.
+  [[nodiscard]] std::string end_cause() const;
+  /// The chamber has shown the safe set point since it was sent.
+  [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const State& state() const { return state_; }
   /// Of the last tick; an empty one before the first.
   [[nodiscard]] const Sample& last() const { return last_; }
+  [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(procedure_); }
+  [[nodiscard]] const Procedure& procedure() const { return procedure_; }
+  [[nodiscard]] const InterlockMemory& interlocks() const { return memory_; }
+  [[nodiscard]] Outlook outlook() const;
 
  private:
-  void catch_up(std::int64_t slot);
-  void note_changes(const Sample& sample);
-  void send_set_point();
-  void judge_controller(const Sample& sample, Duration elapsed, Verdict& verdict);
   Result<void> record_gap(std::int64_t slot);
+  void note_changes(const Sample& sample);
+  void note_alarms(const Judgement& judgement);
+  [[nodiscard]] Circumstances circumstances(const Sample& sample, Duration missed) const;
+  [[nodiscard]] Verdict judge_second(const Sample& sample, Duration missed);
+  [[nodiscard]] bool in_place(const Sample& sample) const;
+  void step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed);
+  void change_to(Procedure procedure);
+  void step_profile(const Sample& sample);
+  void command_chamber(const Sample& sample);
+  void send_set_point(Celsius goal);
+  void take_over(const Sample& sample);
+  [[nodiscard]] bool is_seen(Cause cause) const;  ///< in this second
+  [[nodiscard]] bool stands(Cause cause) const;   ///< likewise, and acts
 
   const Profile& profile_;
   Rig& rig_;
   Store& store_;
   State state_;
   std::int64_t next_slot_;
+  Procedure procedure_ = Execute{};
   InterlockMemory memory_;
-  Reaction reaction_ = Reaction::go_on;
-  std::optional<Celsius> air_;             ///< last known
-  std::optional<Celsius> acknowledged_;    ///< what the chamber last took; nothing: unknown
-  std::optional<ProgramWatch> watch_;      ///< of a controller that carries the profile out
-  std::optional<std::int64_t> last_sent_;  ///< slot of the last set point
+  SetPointPath path_;
+  SafeSequence safe_;
+  Duration planned_;                   ///< the whole profile, if every soak counts at once
+  std::optional<Celsius> air_;         ///< last known
+  bool approaching_ = false;           ///< the air has to come back first
+  std::optional<Celsius> air_before_;  ///< where it was when the run stopped
+  std::optional<ProgramWatch> watch_;  ///< of a controller that carries the profile out
+  std::optional<OperatorCommand> told_;
+  std::string who_;  ///< told it
+  bool taking_over_ = false;
   int last_segment_ = -1;
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
   std::vector<std::string> alarms_;  ///< of the chamber, last seen
   std::vector<Event> events_;        ///< of the tick under way
-  std::string end_cause_;
-  Sample last_;
+  Sample last_;                      ///< of the last tick
 };
 
 }  // namespace gyrotherm

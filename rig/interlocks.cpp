@@ -2,74 +2,98 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
+
+#include "rig/interlock_checks.hpp"
 
 namespace gyrotherm {
 namespace {
 
-Duration silence(Duration before, bool answered, Duration elapsed) { return answered ? Duration{} : before + elapsed; }
+/// How long, and in how many samples, a cause is there before it acts.
+struct Confirmation {
+  Duration after{};
+  int samples = 1;
+};
 
-/// The first limit that the sample is beyond, in words, or nothing.
-std::string beyond(const InterlockLimits& limits, const Sample& sample) {
-  if (sample.chamber.value) {
-    const auto air = sample.chamber.value->air;
-    if (air < limits.air_lowest || air > limits.air_highest)
-      return fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value, limits.air_lowest.value,
-                         limits.air_highest.value);
-  }
-  for (const auto& reading : sample.thermometers)
-    if (reading.value && (*reading.value < limits.thermometers_lowest || *reading.value > limits.thermometers_highest))
-      return fmt::format("a thermometer reads {:.2f} °C, outside {:g} … {:g} °C", reading.value->value,
-                         limits.thermometers_lowest.value, limits.thermometers_highest.value);
-  return {};
-}
-
-/// What the chamber itself asks for: its stopping alarms end a run, an open door or a lost supply suspends it.
-Verdict chamber_asks(const ChamberState& chamber) {
-  if (chamber.must_stop)
-    return {Reaction::abort,
-            fmt::format("chamber alarm: {}", chamber.alarms.empty() ? "unnamed" : chamber.alarms.front())};
-  switch (chamber.activity) {
-    case ChamberActivity::emergency_stop: return {Reaction::abort, "the chamber's emergency stop is pressed"};
-    case ChamberActivity::door_open: return {Reaction::suspend, "the chamber's door is open"};
-    case ChamberActivity::power_failure: return {Reaction::suspend, "the chamber has lost its supply"};
+Confirmation confirmation(const InterlockLimits& limits, Cause cause) {
+  using std::chrono::seconds;
+  switch (cause) {
+    case Cause::air_limit:
+    case Cause::thermometer_limit: return {{}, limits.confirming_samples};
+    case Cause::chamber_silent:
+    case Cause::thermometers_lost:
+    case Cause::gyro_silent: return {limits.suspend_after, 1};
+    case Cause::foreign_set_point: return {{}, 2};
+    case Cause::chamber_sensor: return {seconds(30), 2};
+    case Cause::air_rate:
+    case Cause::thermometer_rate: return {seconds(5), 5};
+    case Cause::disagreement: return {seconds(60), 60};
+    case Cause::following: return {limits.follow_time, 2};
     default: return {};
   }
 }
 
-/// The milder or harder reaction to one instrument's silence.
-Verdict about(const char* instrument, Duration silent, Duration suspend_after, Duration lost) {
-  if (silent >= lost) return {Reaction::abort, fmt::format("{} silent for {}", instrument, spoken(silent))};
-  if (silent >= suspend_after) return {Reaction::suspend, fmt::format("{} silent for {}", instrument, spoken(silent))};
-  return {};
+/// Silence that ends the run.
+std::optional<Duration> lost_after(const InterlockLimits& limits, Cause cause) {
+  switch (cause) {
+    case Cause::chamber_silent: return limits.chamber_lost;
+    case Cause::thermometers_lost: return limits.thermometers_lost;
+    case Cause::gyro_silent: return limits.gyro_lost;
+    default: return std::nullopt;
+  }
+}
+
+/// What the cause asks for, now that it acts.
+Reaction reaction_to(const InterlockLimits& limits, Cause cause, const Finding& finding, Duration stands) {
+  const auto lost = lost_after(limits, cause);
+  if (finding.grave || (lost && stands >= *lost)) return Reaction::abort;
+  return limits.policy[static_cast<std::size_t>(cause)];
+}
+
+/// One cause, one second on.
+void watch(const InterlockLimits& limits, Cause cause, const std::optional<Finding>& finding, Duration elapsed,
+           Judgement& judged) {
+  auto& memory = judged.memory.watches[static_cast<std::size_t>(cause)];
+  if (!finding) {
+    memory.standing = {};
+    memory.samples = 0;
+    memory.gone += elapsed;
+    if (memory.raised && memory.gone >= limits.clear_after) {
+      memory.raised = false;
+      judged.cleared.push_back({cause, Reaction::go_on, memory.text});
+    }
+    return;
+  }
+  memory.gone = {};
+  memory.standing += elapsed;
+  ++memory.samples;
+  memory.text = finding->text;
+  const auto needs = confirmation(limits, cause);
+  if (memory.standing < needs.after || memory.samples < needs.samples) return;
+  const auto reaction = reaction_to(limits, cause, *finding, memory.standing);
+  if (lost_after(limits, cause)) memory.text += " for " + spoken(memory.standing);
+  if (!std::exchange(memory.raised, true)) judged.raised.push_back({cause, reaction, memory.text});
+  if (reaction > judged.verdict.reaction) judged.verdict = {reaction, memory.text};
 }
 
 }  // namespace
 
-Judgement judge(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample, Duration elapsed) {
-  const bool any_thermometer = std::any_of(sample.thermometers.begin(), sample.thermometers.end(),
-                                           [](const auto& reading) { return reading.value.has_value(); });
-  const auto outside = beyond(limits, sample);
-  const InterlockMemory now{
-      .chamber_silent = silence(memory.chamber_silent, sample.chamber.value.has_value(), elapsed),
-      .thermometers_silent =
-          silence(memory.thermometers_silent, any_thermometer || sample.thermometers.empty(), elapsed),
-      .gyro_silent = silence(memory.gyro_silent, sample.gyro.value.has_value(), elapsed),
-      .beyond_limit = outside.empty() ? 0 : memory.beyond_limit + 1,
-  };
-  Verdict worst;
-  for (auto& verdict :
-       {about("chamber", now.chamber_silent, limits.suspend_after, limits.chamber_lost),
-        about("every thermometer", now.thermometers_silent, limits.suspend_after, limits.thermometers_lost),
-        about("gyro", now.gyro_silent, limits.suspend_after, limits.gyro_lost)})
-    if (verdict.reaction > worst.reaction) worst = verdict;
-  if (sample.chamber.value)
-    if (auto asked = chamber_asks(*sample.chamber.value); asked.reaction > worst.reaction) worst = std::move(asked);
-  if (now.beyond_limit >= limits.confirming_samples) worst = {Reaction::abort, outside};
-  if (sample.progress.phase == Phase::overdue)
-    worst = {Reaction::abort, fmt::format("segment {} passed its deadline", sample.progress.segment + 1)};
-  return {worst, now};
+Judgement judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
+                const Circumstances& circumstances) {
+  remember(limits, sample, elapsed, circumstances, memory);
+  const auto findings = look_for_causes(limits, memory, sample, circumstances);
+  memory.utc_minus_run = sample.at.utc - sample.at.since_start;
+  memory.chamber_answered = sample.chamber.value.has_value();
+  Judgement judged{.verdict = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
+  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<Cause>(i), findings[i], elapsed, judged);
+  return judged;
+}
+
+std::vector<std::string> standing(const InterlockMemory& memory) {
+  std::vector<std::string> lines;
+  for (const auto& watch : memory.watches)
+    if (watch.raised) lines.push_back(watch.text);
+  return lines;
 }
 
 }  // namespace gyrotherm

@@ -23,6 +23,15 @@ ReentryVerdict judge_reentry(const Standstill& stood, Celsius mild, Celsius air_
   return {};
 }
 
+bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before) {
+  return abs(air - goal) <= kResumeBand || (air_before && abs(air - *air_before) <= kResumeBand);
+}
+
+Entry entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits) {
+  if (air_in_place) return {goal, false};
+  return {std::clamp(air_now, limits.lowest, limits.highest), true};
+}
+
 SegmentExtremes extremes_of(const Profile& profile, const State& state) {
   const auto index = static_cast<std::size_t>(progress_of(profile, state).segment);
   const auto& segment = profile.segments[index];

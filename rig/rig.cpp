@@ -126,18 +126,18 @@ class AssembledRig : public Rig {
     return answers;
   }
 
-  Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit,
-                                           const ChamberProgram* program) override {
+  using Rig::prepare;
+  Result<std::vector<std::string>> prepare(const Entrance& entrance, const ChamberProgram* program) override {
     auto names = ask_names();
     if (!names) return names;
     const auto state = chamber_->read();
     if (!state) return failure(state.error());
-    if (permit)
-      if (auto permitted = permit(*state); !permitted) return failure(permitted.error());
+    const auto first = entrance(*state);
+    if (!first) return failure(first.error());
     gyro_ = drivers_->gyro(file_, kGyroWithin);
     // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
     const auto moved =
-        gyro_->open().and_then([&] { return chamber_->head_for(first); }).and_then([&] { return chamber_->start(); });
+        gyro_->open().and_then([&] { return chamber_->head_for(*first); }).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     const auto kept = program ? chamber_->upload(*program) : Result<std::string>();
     if (!kept) return failure(kept.error());

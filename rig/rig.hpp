@@ -37,6 +37,8 @@ struct RigStart {
 
 /// Whether the chamber may be moved from where it stands; a fault is the reason why not.
 using Permit = std::function<Result<void>(const ChamberState&)>;
+/// The same, and the set point that it is to be sent to first.
+using Entrance = std::function<Result<Celsius>(const ChamberState&)>;
 
 class Rig {
  public:
@@ -51,19 +53,23 @@ class Rig {
   /// "chamber: Virtual chamber, air 20.01 °C, …". A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
 
-  /// Asks each instrument who it is, and `permit` whether the chamber, as it stands, may be moved; then sends the
-  /// chamber to `first`, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once, before
-  /// the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been moved
-  /// if chamber or thermometers are silent, the gyro's line is dead, or `permit` refuses. Returns what the instruments
-  /// say they are.
-  /// `program`, if there is one, goes into the chamber's own memory, is compared and started: the last thing before the
-  /// run's clock starts.
-  [[nodiscard]] virtual Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit,
+  /// Asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be moved, and to where; then
+  /// sends the chamber there, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once,
+  /// before the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been
+  /// moved if chamber or thermometers are silent, the gyro's line is dead, or `entrance` refuses. Returns what the
+  /// instruments say they are. `program`, if there is one, goes into the chamber's own memory, is compared and started:
+  /// the last thing before the run's clock starts.
+  [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
                                                                  const ChamberProgram* program) = 0;
-  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit) {
-    return prepare(first, permit, nullptr);
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit = {},
+                                                         const ChamberProgram* program = nullptr) {
+    const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
+      if (permit)
+        if (auto permitted = permit(now); !permitted) return failure(permitted.error());
+      return first;
+    };
+    return prepare(Entrance(entrance), program);
   }
-  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first) { return prepare(first, {}, nullptr); }
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
 

@@ -10,6 +10,7 @@
 #include "drivers/chamber/register_map_words.hpp"
 #include "drivers/description.hpp"
 #include "drivers/line/line_address.hpp"
+#include "rig/limits_table.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -63,28 +64,19 @@ void read_analysis(const TomlTable& table, const std::set<std::string>& channels
     table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
 }
 
-/// A silence of no time at all would be there in every sample.
-Duration read_silence(const TomlTable& table, std::string_view key, Duration fallback) {
-  const auto silence = table.duration(key, fallback);
-  if (silence <= Duration{}) table.mistake(key, "expected a time longer than zero");
-  return silence;
+/// Where an interlock leaves the chamber.
+void read_safe(const TomlTable& table, RigFile& rig) {
+  rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
+  rig.safe_off = table.boolean("off", false);
+  if (!table.has("set_point")) return;
+  if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
+    table.mistake("set_point", "the safe set point is outside what the chamber can do");
 }
 
-void read_limits(const TomlTable& table, InterlockLimits& limits) {
-  limits.air_lowest = table.celsius("air_lowest", limits.air_lowest);
-  limits.air_highest = table.celsius("air_highest", limits.air_highest);
-  limits.thermometers_lowest = table.celsius("thermometers_lowest", limits.thermometers_lowest);
-  limits.thermometers_highest = table.celsius("thermometers_highest", limits.thermometers_highest);
-  if (limits.air_lowest >= limits.air_highest)
-    table.mistake("air_lowest", "the lowest temperature is not below the highest");
-  if (limits.thermometers_lowest >= limits.thermometers_highest)
-    table.mistake("thermometers_lowest", "the lowest temperature is not below the highest");
-  const auto confirming = table.integer("confirming_samples", limits.confirming_samples);
-  limits.confirming_samples = bounded<int>(table, "confirming_samples", confirming, 1, 3600);
-  limits.suspend_after = read_silence(table, "suspend_after", limits.suspend_after);
-  limits.chamber_lost = read_silence(table, "chamber_lost", limits.chamber_lost);
-  limits.thermometers_lost = read_silence(table, "thermometers_lost", limits.thermometers_lost);
-  limits.gyro_lost = read_silence(table, "gyro_lost", limits.gyro_lost);
+std::vector<std::string> names_of(const std::vector<Channel>& channels) {
+  std::vector<std::string> names;
+  for (const auto& channel : channels) names.push_back(channel.name);
+  return names;
 }
 
 /// All lines virtual, or none.
@@ -120,7 +112,9 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   auto gyro = read_gyro(root->table("gyro"), file, known.gyro_stream);
   if (gyro) rig.gyro = std::move(*gyro);
   read_analysis(root->table("analysis"), seen, rig);
-  read_limits(root->table("limits"), rig.limits);
+  read_safe(root->table("safe"), rig);
+  rig.limits = read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
+  rig.procedure = read_procedure_limits(*root);
   if (gyro)
     settle_simulated(*root, rig);
   else

@@ -34,7 +34,9 @@ struct RigFile {
   GyroEntry gyro;
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
+  bool safe_off{};  ///< safe is to be switched off, too
   InterlockLimits limits;
+  ProcedureLimits procedure;
   bool simulated{};          ///< every line is "virtual"; mixed rigs are refused
   GyroModelUsed gyro_model;  ///< of a virtual rig
 };

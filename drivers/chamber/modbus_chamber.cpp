@@ -25,6 +25,7 @@ class ModbusChamber final : public Chamber {
   Result<void> start() override;
   Result<void> stop() override;
   Result<void> perform(const std::string& command) override;
+  void insist() override { registers_->insist(); }
   Result<std::string> upload(const ChamberProgram& program) override;
   Result<void> start_program() override;
 

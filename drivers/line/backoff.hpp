@@ -14,6 +14,8 @@ class Backoff {
   explicit Backoff(const Clock* clock = nullptr) : clock_(clock), next_(Duration::zero(), clock) {}
   void succeeded() { rest_ = Duration::zero(), failures_ = 0; }
   void failed();
+  /// It may be tried at once; if that fails too, it rests as after a second failure.
+  void insist() { rest_ = Duration::zero(); }
   /// How long the line must rest still; zero: it may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
   /// "failed before, next try in 0.5 s"

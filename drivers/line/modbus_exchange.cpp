@@ -35,6 +35,7 @@ class GuardedRegisters final : public Registers {
 
   Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override;
   Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override;
+  void insist() override { backoff_.insist(); }
 
  private:
   using Words = std::vector<std::uint16_t>;

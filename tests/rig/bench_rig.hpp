@@ -1,0 +1,208 @@
+/// A rig on the bench: one chamber with a little air, nine thermometers, a gyro, and a record in memory; each breaks on
+/// command. Real classes behind the same doors, so that the experiment is the one that drives real rigs.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/record.hpp"
+#include "acquisition/store.hpp"
+#include "rig/experiment.hpp"
+#include "rig/rig.hpp"
+
+namespace gyrotherm {
+
+/// The chamber as it is, whatever it says.
+struct BenchChamber {
+  double set_point_c = 20, air_c = 20;
+  bool on = true;
+  bool silent{};     ///< does not answer
+  bool refuses{};    ///< set points, with an exception
+  bool ignores{};    ///< acknowledges set points and keeps the old one; the read-back finds it
+  bool door_open{};  ///< and shows it
+  bool must_stop{};
+  double lag_s = 60;
+  std::vector<double> sent_c;  ///< every set point that reached it
+  int insisted = 0;            ///< of them, sent past the rests of the line
+
+  void second() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
+  /// A power cut: it comes back with the set point of its first day.
+  void restart() { set_point_c = 20; }
+};
+
+class BenchSampler final : public Sampler {
+ public:
+  explicit BenchSampler(BenchChamber& chamber) : chamber_(chamber) {}
+
+  Sample read(std::int64_t slot, const Clock& clock) override {
+    Sample sample;
+    sample.slot = slot;
+    sample.at = clock.now();
+    sample.chamber = {state(), sample.at};
+    sample.thermometers.assign(9, {Celsius{article_c}, sample.at});
+    if (thermometer_c) sample.thermometers[0].value = Celsius{*thermometer_c};
+    sample.gyro = {PulseCount{106, std::chrono::seconds(1)}, sample.at};
+    if (gyro_silent) sample.gyro.value = silence("gyro");
+    return sample;
+  }
+  Result<void> command(Celsius target) override {
+    if (chamber_.silent) return silence("chamber");
+    if (chamber_.refuses) return failure(FaultKind::refused, "chamber", "exception 4");
+    chamber_.sent_c.push_back(target.value);
+    if (chamber_.ignores) return failure(FaultKind::mismatch, "chamber", "reads otherwise than was written");
+    chamber_.set_point_c = target.value;
+    return {};
+  }
+  Result<void> insist(Celsius target) override {
+    ++chamber_.insisted;
+    return command(target);
+  }
+  Result<void> switch_on(bool on) override {
+    if (chamber_.silent) return silence("chamber");
+    chamber_.on = on;
+    return {};
+  }
+
+  double article_c = 20;
+  std::optional<double> thermometer_c;  ///< of the first one
+  bool gyro_silent = false;
+
+ private:
+  static tl::unexpected<Fault> silence(const char* who) {
+    return failure(FaultKind::timeout, who, "no reply in 500 ms");
+  }
+  Result<ChamberState> state() const {
+    if (chamber_.silent) return silence("chamber");
+    ChamberState state{{chamber_.air_c}, {chamber_.set_point_c}};
+    state.activity = chamber_.door_open ? ChamberActivity::door_open
+                     : chamber_.on      ? ChamberActivity::running
+                                        : ChamberActivity::off;
+    state.must_stop = chamber_.must_stop;
+    return state;
+  }
+  BenchChamber& chamber_;
+};
+
+class BenchRig final : public Rig {
+ public:
+  explicit BenchRig(RigFile file) : file_(std::move(file)), sampler_(chamber) {}
+  std::vector<Result<std::string>> ask() override { return {}; }
+  using Rig::prepare;
+  Result<std::vector<std::string>> prepare(const Entrance&, const ChamberProgram*) override { return {}; }
+  void let_pass(std::int64_t seconds) override {
+    constexpr double kArticleLag = 900;
+    for (; seconds > 0; --seconds) {
+      chamber.second();
+      sampler_.article_c += (chamber.air_c - sampler_.article_c) / kArticleLag;
+      clock_.advance(std::chrono::seconds(1));
+    }
+  }
+  const Clock& clock() const override { return clock_; }
+  BenchSampler& sampler() override { return sampler_; }
+  const RigFile& file() const override { return file_; }
+  RigFile& file() { return file_; }
+
+  BenchChamber chamber;
+
+ private:
+  RigFile file_;
+  BenchSampler sampler_;
+  VirtualClock clock_;
+};
+
+/// Keeps what it is given.
+class BenchStore final : public Store {
+ public:
+  Result<void> append(const Sample& sample, std::span<const Event> more) override {
+    samples.push_back(sample);
+    events.insert(events.end(), more.begin(), more.end());
+    return {};
+  }
+  Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string&) override {
+    gap_seconds += last - first + 1;
+    return {};
+  }
+  Result<void> append_event(const Event& event) override { return events.push_back(event), Result<void>{}; }
+  Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }
+  bool settle(Duration) override { return true; }
+  Result<void> finish() override { return {}; }
+  void publish(const Outlook&) override {}
+  StoreHealth health() const override { return {}; }
+  const RunInfo& info() const override { return info_; }
+  Result<Record> read_back() override { return Record{}; }
+
+  std::vector<Sample> samples;
+  std::vector<Event> events;
+  std::int64_t gap_seconds = 0;
+
+ private:
+  RunInfo info_;
+};
+
+/// Runs a profile on the bench, a second at a time.
+class Bench {
+ public:
+  explicit Bench(const std::string& segments, const std::function<void(RigFile&)>& change = {}) : rig_(file(change)) {
+    auto read = parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments, "p.toml");
+    EXPECT_TRUE(read) << text(read.error());
+    profile_ = *read;
+    experiment_.emplace(profile_, rig_, store_, begin(profile_), 0);
+  }
+
+  /// Seconds without a tick.
+  void late(int seconds) { rig_.let_pass(seconds), slot_ += seconds; }
+  Outcome seconds(int count) {
+    for (; count > 0 && outcome_ == Outcome::going_on; --count) {
+      rig_.let_pass(1);
+      const auto outcome = experiment_->tick(slot_++);
+      EXPECT_TRUE(outcome);
+      outcome_ = *outcome;
+    }
+    return outcome_;
+  }
+  /// Seconds until the run is in that state; −1: not within `most`.
+  int until(RunState state, int most = 20'000) {
+    for (int i = 0; i <= most; ++i) {
+      if (experiment_->run_state() == state) return i;
+      seconds(1);
+    }
+    return -1;
+  }
+  [[nodiscard]] bool told(EventKind kind, const std::string& words) const { return count(kind, words) > 0; }
+  [[nodiscard]] int count(EventKind kind, const std::string& words) const {
+    int found = 0;
+    for (const auto& event : store_.events)
+      found += event.kind == kind && event.text.find(words) != std::string::npos ? 1 : 0;
+    return found;
+  }
+  /// Of the profile, as its clock has it.
+  [[nodiscard]] Progress progress() const { return progress_of(profile_, experiment_->state()); }
+
+  BenchChamber& chamber() { return rig_.chamber; }
+  BenchSampler& instruments() { return rig_.sampler(); }
+  Experiment& experiment() { return *experiment_; }
+  BenchStore& record() { return store_; }
+
+ private:
+  static RigFile file(const std::function<void(RigFile&)>& change) {
+    RigFile file;
+    file.simulated = true;
+    file.chamber_limits = {{-45}, {70}, {6}, {6}};
+    file.safe_set_point = {20};
+    if (change) change(file);
+    return file;
+  }
+
+  BenchRig rig_;
+  Profile profile_;
+  BenchStore store_;
+  std::optional<Experiment> experiment_;
+  std::int64_t slot_ = 0;
+  Outcome outcome_ = Outcome::going_on;
+};
+
+}  // namespace gyrotherm

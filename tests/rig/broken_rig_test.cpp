@@ -1,0 +1,289 @@
+/// The experiment on a rig in which one thing breaks: what it commands, when it waits, and how it ends.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/rig/bench_rig.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Two minutes at 20 °C, to 30 °C at 5 °C/min, a soak of ten minutes there, back.
+const std::string kSoak = R"([[segment]]
+kind = "hold"
+at = 20
+time = "2 min"
+[[segment]]
+kind = "ramp"
+to = 30
+rate = 5
+[[segment]]
+kind = "hold"
+time = "10 min"
+guaranteed_soak = true
+soak_band = 1
+[[segment]]
+kind = "ramp"
+to = 20
+rate = 5
+)";
+
+/// The greatest distance between a set point sent and the one before it.
+double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
+  double greatest = 0;
+  for (auto i = std::max<std::size_t>(from, 1); i < sent.size(); ++i)
+    greatest = std::max(greatest, std::abs(sent[i] - sent[i - 1]));
+  return greatest;
+}
+
+TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
+  Bench bench(kSoak);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  for (const auto& sample : bench.record().samples)
+    ASSERT_TRUE(sample.state == RunState::execute || sample.state == RunState::complete) << sample.slot;
+  EXPECT_EQ(bench.count(EventKind::interlock, ""), 0);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
+}
+
+TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
+  Bench bench(kSoak);
+  bench.seconds(400);
+  const auto before = bench.progress();
+  ASSERT_EQ(before.segment, 2);
+  bench.chamber().door_open = true;
+  bench.seconds(60);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::suspended);
+  EXPECT_EQ(bench.experiment().outlook().cause, "the chamber's door is open");
+  EXPECT_EQ(bench.progress(), before);
+  EXPECT_EQ(bench.experiment().outlook().faults.size(), 1u);
+  bench.chamber().door_open = false;
+  EXPECT_EQ(bench.until(RunState::execute, 100), 10);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_GE(bench.experiment().outlook().behind_plan, std::chrono::seconds(69));
+  int soaked = 0;
+  for (const auto& sample : bench.record().samples)
+    soaked += sample.state == RunState::execute && sample.progress.segment == 2 &&
+              std::abs(sample.chamber.value->air.value - 30) <= 1;
+  EXPECT_GE(soaked, 600);
+}
+
+TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().silent = true;
+  bench.seconds(20);
+  bench.chamber().silent = false;
+  bench.chamber().restart();
+  for (int i = 0; i < 60; ++i) bench.chamber().second();  // it has drifted meanwhile
+  const auto sent = bench.chamber().sent_c.size();
+  const double air = bench.chamber().air_c;
+  ASSERT_LT(air, 27);
+  bench.seconds(2);
+  ASSERT_GT(bench.chamber().sent_c.size(), sent);
+  EXPECT_NEAR(bench.chamber().sent_c[sent], air, 0.5);
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 12) << "no jump";
+  EXPECT_NEAR(bench.chamber().air_c, 30, 2);
+  EXPECT_EQ(bench.count(EventKind::interlock, "restarted"), 1);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+}
+
+TEST(BrokenRig, AForeignSetPointIsNotFought) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().set_point_c = 40;
+  const auto sent = bench.chamber().sent_c.size();
+  EXPECT_LE(bench.until(RunState::suspended, 10), 2);
+  bench.seconds(600);
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent);
+  EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
+  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_GT(bench.chamber().sent_c.size(), sent);
+  EXPECT_EQ(bench.chamber().set_point_c, 30);
+  EXPECT_TRUE(bench.told(EventKind::command, "resume by Ada"));
+}
+
+TEST(BrokenRig, AForeignSetPointOnARampIsNotOverwritten) {
+  Bench bench(kSoak);
+  bench.seconds(150);
+  bench.chamber().set_point_c = 40;
+  const auto sent = bench.chamber().sent_c.size();
+  EXPECT_LE(bench.until(RunState::suspended, 10), 2);
+  bench.seconds(60);
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent);
+  EXPECT_EQ(bench.chamber().set_point_c, 40);
+}
+
+TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().set_point_c = 31;
+  bench.seconds(20);
+  bench.chamber().set_point_c = 30;
+  EXPECT_NE(bench.until(RunState::execute, 20), -1);
+}
+
+TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
+  Bench bench(kSoak);
+  bench.seconds(130);  // on the ramp
+  bench.chamber().ignores = true;
+  const auto found = bench.until(RunState::suspended, 20);
+  EXPECT_GT(found, 1);
+  EXPECT_LE(found, 4);
+  EXPECT_TRUE(bench.told(EventKind::interlock, "does not take set points"));
+  EXPECT_GE(bench.experiment().outlook().missed_set_points, 3);
+  bench.seconds(30);
+  bench.chamber().ignores = false;
+  ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is tried again";
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+}
+
+TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasShownIt) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.instruments().article_c = 101;
+  EXPECT_EQ(bench.until(RunState::aborting, 10), 2);
+  EXPECT_EQ(bench.chamber().set_point_c, 20) << "sent in the same second";
+  EXPECT_EQ(bench.chamber().insisted, 1);
+  EXPECT_FALSE(bench.experiment().is_safe());
+  EXPECT_EQ(bench.seconds(1), Outcome::made_safe);
+  EXPECT_TRUE(bench.experiment().is_safe());
+  EXPECT_EQ(bench.record().samples.back().state, RunState::aborted);
+  EXPECT_EQ(bench.record().samples.back().chamber.value->set_point, Celsius{20});
+  EXPECT_NE(bench.experiment().end_cause().find("the chamber was sent to 20 °C"), std::string::npos)
+      << bench.experiment().end_cause();
+}
+
+TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsToldOnceAMinute) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().silent = true;
+  bench.instruments().article_c = 101;
+  EXPECT_EQ(bench.seconds(605), Outcome::going_on);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::aborting);
+  EXPECT_EQ(bench.record().samples.size(), 1105u) << "the recording goes on";
+  EXPECT_NEAR(bench.count(EventKind::fault, "could NOT be sent to 20 °C"), 10, 2);
+  EXPECT_NEAR(bench.chamber().insisted, 10 + 59, 3) << "at once, but not for ever each second";
+  bench.chamber().silent = false;
+  EXPECT_EQ(bench.seconds(10), Outcome::made_safe) << "within ten seconds of its answering again";
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+}
+
+TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.instruments().article_c = 101;
+  bench.seconds(2);
+  ASSERT_EQ(bench.chamber().set_point_c, 20);
+  bench.chamber().set_point_c = 55;
+  EXPECT_EQ(bench.seconds(1), Outcome::going_on);
+  EXPECT_EQ(bench.seconds(1), Outcome::made_safe);
+}
+
+TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
+  Bench bench(kSoak, [](RigFile& file) { file.safe_off = true; });
+  bench.seconds(500);
+  bench.chamber().must_stop = true;
+  EXPECT_EQ(bench.seconds(2), Outcome::made_safe);
+  EXPECT_FALSE(bench.chamber().on);
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+}
+
+TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
+  Bench bench(kSoak);
+  bench.seconds(130);
+  bench.experiment().tell(OperatorCommand::pause, "Ada");
+  bench.seconds(1);
+  ASSERT_EQ(bench.experiment().run_state(), RunState::held);
+  const auto before = bench.progress();
+  const auto sent = bench.chamber().sent_c.size();
+  bench.seconds(1000);
+  EXPECT_EQ(bench.progress(), before);
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent);
+  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(1);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::execute);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 * 5 + 1e-6);
+}
+
+TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
+  Bench safe(kSoak);
+  safe.seconds(500);
+  safe.experiment().tell(OperatorCommand::stop, "Ada");
+  EXPECT_EQ(safe.seconds(3), Outcome::stopped);
+  EXPECT_EQ(safe.chamber().set_point_c, 20);
+  Bench hold(kSoak, [](RigFile& file) { file.procedure.on_stop = OnStop::hold; });
+  hold.seconds(500);
+  hold.experiment().tell(OperatorCommand::stop, "Ada");
+  EXPECT_EQ(hold.seconds(1), Outcome::stopped);
+  EXPECT_EQ(hold.chamber().set_point_c, 30);
+  EXPECT_EQ(hold.experiment().end_cause(), "stopped by Ada");
+}
+
+TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
+  Bench bench(kSoak);
+  bench.seconds(500);
+  bench.experiment().tell(OperatorCommand::abort, "Ada");
+  EXPECT_EQ(bench.seconds(3), Outcome::made_safe);
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+}
+
+TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
+  Bench bench(kSoak);
+  bench.seconds(130);
+  const auto before = bench.progress();
+  bench.late(60);
+  bench.seconds(1);
+  EXPECT_EQ(bench.progress().in_segment - before.in_segment, std::chrono::seconds(1));
+  EXPECT_EQ(bench.record().gap_seconds, 60);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
+}
+
+TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
+  Bench bench(kSoak);
+  bench.seconds(400);
+  bench.late(121);
+  bench.seconds(1);
+  ASSERT_EQ(bench.experiment().run_state(), RunState::held);
+  bench.seconds(1000);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::held);
+  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(1);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::execute);
+}
+
+TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
+  Bench bench(kSoak);
+  bench.chamber().air_c = bench.chamber().set_point_c = 40;
+  bench.experiment().begin_away(Celsius{40}, "the air is elsewhere", {});
+  bench.seconds(100);
+  EXPECT_EQ(bench.experiment().run_state(), RunState::suspended);
+  EXPECT_EQ(bench.progress().in_segment, Duration{});
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_NEAR(bench.chamber().air_c, 20, 2);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c), 6.0 / 60 + 1e-6);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+}
+
+TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {
+  Bench bench(kSoak);
+  bench.seconds(130);
+  bench.chamber().silent = true;
+  EXPECT_EQ(bench.until(RunState::suspended, 20), 5);
+  EXPECT_EQ(bench.until(RunState::aborting, 2000), 595);
+}
+
+TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
+  EXPECT_DEATH(
+      {
+        Bench bench(kSoak, [](RigFile& file) { file.chamber_limits.highest = {25}; });
+        bench.seconds(400);
+      },
+      "a set point lies within the limits");
+}
+
+}  // namespace
+}  // namespace gyrotherm

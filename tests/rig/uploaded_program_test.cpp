@@ -63,7 +63,7 @@ TEST_P(EachController, OutranksNoInterlock) {
   laboratory.file().limits.thermometers_lowest = {10};
   std::string cause;
   ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause), Outcome::made_safe);
-  EXPECT_NE(cause.find("a thermometer reads"), std::string::npos) << cause;
+  EXPECT_NE(cause.find("thermometer shell reads"), std::string::npos) << cause;
   EXPECT_NE(cause.find("was sent to 20 °C"), std::string::npos) << cause;
 }
 

@@ -160,6 +160,33 @@ TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
   }
 }
 
+/// After a failed sync Linux takes the pages for clean: the next sync succeeds, and the data are not on the disk.
+TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "disk");
+  const std::string path = folder / "disk/run.db";
+  for (std::int64_t sync = 1;; ++sync) {
+    remove_all_in(folder / "disk");
+    std::int64_t acknowledged = -1;
+    {
+      FailingVfs vfs;
+      {
+        Diligent run(path);
+        ASSERT_TRUE(run.began());
+        vfs.fail(sync, false, FailingVfs::Kind::sync_error);
+        for (int row = 0; row < 2 * kRows; ++row) run.second();
+        acknowledged = run.acknowledged();
+        if (vfs.failures() == 0) break;
+        vfs.fail(1, true, FailingVfs::Kind::power_cut);
+      }
+      vfs.lose_what_was_not_synced(static_cast<unsigned>(sync));
+    }
+    EXPECT_EQ(acknowledged, 2 * kRows - 1);
+    expect_sound(path, acknowledged, "sync " + std::to_string(sync));
+    if (HasFailure()) return;
+  }
+}
+
 /// A small ext4 with blocks of 4 KiB, from a file; only root may.
 class SmallDisk {
  public:

@@ -46,7 +46,10 @@ int truncate(sqlite3_file* file, sqlite3_int64 size) {
 }
 
 int sync(sqlite3_file* file, int /*flags*/) {
-  if (const int code = of(file).vfs->count('s')) return code;
+  if (const int code = of(file).vfs->count('s')) {
+    of(file).vfs->failed_to_sync(*of(file).path);
+    return code;
+  }
   of(file).vfs->synced(*of(file).path);
   return SQLITE_OK;
 }
@@ -159,6 +162,7 @@ void FailingVfs::fail(std::int64_t operation, bool sticky, Kind kind) {
 }
 
 int FailingVfs::count(char operation) {
+  if (kind_ == Kind::sync_error && operation != 's') return SQLITE_OK;
   if (kind_ == Kind::full && operation != 'w') return SQLITE_OK;
   ++operations_;
   if (fail_at_ == 0 || (sticky_ ? operations_ < fail_at_ : operations_ != fail_at_)) return SQLITE_OK;

@@ -15,9 +15,10 @@ namespace gyrotherm {
 class FailingVfs {
  public:
   enum class Kind {
-    io_error,   ///< every operation may fail: open, read, write, truncate, sync, lock
-    full,       ///< writes alone, for want of space
-    power_cut,  ///< from then on nothing has any effect
+    io_error,    ///< every operation may fail: open, read, write, truncate, sync, lock
+    sync_error,  ///< syncs alone; what was to be synced is lost, although the next sync succeeds, as in Linux
+    full,        ///< writes alone, for want of space
+    power_cut,   ///< from then on nothing has any effect
   };
 
   FailingVfs();
@@ -40,6 +41,7 @@ class FailingVfs {
   void wrote(const std::string& path, std::int64_t offset, std::string bytes);
   void truncated(const std::string& path, std::int64_t size);
   void synced(const std::string& path);
+  void failed_to_sync(const std::string& path) { disk_[path].pending.clear(); }
   void deleted(const std::string& path) { disk_.erase(path); }
   [[nodiscard]] sqlite3_vfs* below() const { return below_; }
 

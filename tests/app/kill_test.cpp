@@ -13,6 +13,7 @@
 
 #include "acquisition/chain_check.hpp"
 #include "acquisition/record.hpp"
+#include "acquisition/store.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {
@@ -26,7 +27,7 @@ constexpr const char* kRig = "profiles/rigs/virtual.toml";
 #ifdef GYROTHERM_NIGHTLY
 constexpr int kKills = 1000;
 #else
-constexpr int kKills = 8;
+constexpr int kKills = 6;
 #endif
 
 int kills() {
@@ -87,6 +88,19 @@ void expect_every_slot(const Record& record) {
   ASSERT_TRUE(gap == record.gaps.end());
 }
 
+/// A row of a record as it was before it was written.
+Sample sample_of(const Record& record, std::size_t i) {
+  const auto time = from_seconds(record.time_s[i]);
+  const Instant at{time, record.info.started_utc + time};
+  Sample sample{.slot = record.slot[i], .at = at, .chamber = {}, .thermometers = {}, .gyro = {}, .progress = {}};
+  sample.chamber = {ChamberState{Celsius{record.chamber_air_c[i]}, Celsius{record.chamber_set_point_c[i]}}, at};
+  for (const auto& column : record.thermometers_c) sample.thermometers.push_back({Celsius{column[i]}, at});
+  sample.gyro = {PulseCount{static_cast<std::int64_t>(record.gyro[i]), from_seconds(record.gyro_interval_s[i])}, at};
+  sample.progress = record.progress[i];
+  sample.state = record.state[i];
+  return sample;
+}
+
 struct Tally {
   int killed{};
   int before_the_record{};  ///< there was no record yet
@@ -123,7 +137,11 @@ class Kills : public ::testing::Test {
     ASSERT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
     ASSERT_TRUE(verify_record(path)) << text(verify_record(path).error());
     expect_same_up_to(rows, *before, twin_);
+    resume(path, rows);
+  }
 
+  /// What the program makes of a record that has only so many rows of the twin.
+  void resume(const std::string& path, std::size_t rows) {
     const auto resumed = gyrotherm_with("resume " + path);
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
     const auto record = read_record(path).value();
@@ -158,6 +176,28 @@ TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
             << " killed before there was a record, " << tally.finished << " ended first; " << tally.lost
             << " acknowledged seconds lost\n";
   EXPECT_GT(tally.killed, 0);
+}
+
+/// The last second of each segment, and the first of the next, were the last that came to the disk.
+TEST_F(Kills, AtEachEndOfASegmentGoOnInTheSameSegments) {
+  int crashes = 0;
+  for (std::size_t rows = 2; rows < twin_.slot.size() && !HasFailure(); ++rows) {
+    const auto segment = [&](std::size_t row) { return twin_.progress[row].segment; };
+    const bool before_the_end = segment(rows) != segment(rows - 1);
+    const bool after_the_end = segment(rows - 1) != segment(rows - 2);
+    if (!before_the_end && !after_the_end) continue;
+    const auto path = folder_ / ("boundary" + std::to_string(rows) + ".db");
+    {
+      const auto store = Store::create(path, twin_.info).value();
+      for (std::size_t i = 0; i < rows; ++i) ASSERT_TRUE(store->append(sample_of(twin_, i), {}));
+      ASSERT_TRUE(store->sync());
+    }
+    resume(path, rows);
+    EXPECT_FALSE(HasFailure()) << "crashed after second " << rows - 1;
+    ++crashes;
+  }
+  std::cout << crashes << " crashes\n";
+  EXPECT_EQ(crashes, 2 * (static_cast<int>(twin_.info.segments.size()) - 1));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct Record {
   std::vector<double> gyro;                         ///< pulses, or the foreign number
   std::vector<double> gyro_interval_s;
   std::vector<Progress> progress;
-  std::vector<RunState> state;  ///< execute throughout an older record, and one that was imported
+  std::vector<RunState> state;         ///< execute throughout an older record, and one that was imported
   std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none
   std::vector<Gap> gaps;
   std::vector<RecordedEvent> events;

@@ -33,11 +33,12 @@ bool ChamberPort::shows_set_point(const ModbusRequest& request) const {
          request.address + request.count >= set_point_.address + word_count(set_point_);
 }
 
-/// A set point is read back by the next request that arrives, or by the first of the next reading.
+/// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
 void ChamberPort::note(const ModbusRequest& request) {
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
-  if (to_be_read_back_ && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
-  to_be_read_back_ = sent.has_value();
+  const bool tried_again = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) < Kelvins{1e-3};
+  if (to_be_read_back_ && !tried_again && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
+  to_be_read_back_ = sent;
   if (sent) sent_.push_back({*sent, !trouble.ignores_writes && trouble.exception == 0});
 }
 

@@ -47,7 +47,7 @@ class ChamberPort {
   [[nodiscard]] int not_read_back() const { return not_read_back_; }
   [[nodiscard]] std::int64_t exchanges() const { return exchanges_; }
   /// The program died: what it would have read back it cannot.
-  void start_afresh() { to_be_read_back_ = false; }
+  void start_afresh() { to_be_read_back_.reset(); }
   void forget() { sent_.clear(), not_read_back_ = 0, exchanges_ = 0; }
 
  private:
@@ -63,7 +63,7 @@ class ChamberPort {
   std::unique_ptr<Session> session_;
   LineEnd line_;
   std::vector<SetPointSent> sent_;
-  bool to_be_read_back_ = false;
+  std::optional<Celsius> to_be_read_back_;
   int not_read_back_ = 0;
   std::int64_t exchanges_ = 0;
 };

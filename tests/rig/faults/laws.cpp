@@ -13,21 +13,23 @@ using Kind = MishapKind;
 constexpr std::size_t kMostViolations = 20;
 constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind its ramp by, and make up for at once
 constexpr Kelvins kSame{0.02}, kNearAir{2.5};
-constexpr std::int64_t kLinkSettles = 16;  ///< a line that failed rests up to 10 s
+constexpr std::int64_t kRecoversWithin = 3600;  ///< with the way back to the profile, by a ramp
+constexpr int kMostTries = 3;                   ///< of a set point that the chamber did not take
+constexpr std::int64_t kLinkSettles = 16;       ///< a line that failed rests up to 10 s
 
 double largest_step_k(const ChamberLimits& limits, bool up) {
   const auto rate = up ? limits.fastest_heating : limits.fastest_cooling;
   return std::abs(rate.value) / 60 * kSecondsToCatchUp;
 }
 
-/// Which states may follow one, beside itself.
-bool may_follow(RunState before, RunState after) {
+/// Which states may follow one, beside itself: told here once more, and not asked of the program.
+bool follows(RunState before, RunState after) {
   if (before == after) return true;
   switch (before) {
     case RunState::execute: return after != RunState::aborted;
     case RunState::suspended:
     case RunState::held: return after != RunState::aborted && after != RunState::complete;
-    case RunState::aborting: return after == RunState::aborted;
+    case RunState::aborting: return after == RunState::aborted || after == RunState::stopped;
     case RunState::aborted:
     case RunState::stopped:
     case RunState::complete: return false;
@@ -85,19 +87,24 @@ bool Laws::stands(MishapKind first, MishapKind last) const {
                              [&](const auto& mishap) { return mishap.kind >= first && mishap.kind <= last; });
 }
 
-/// I1, I2, I3, I4: what the chamber was sent.
+/// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes.
 void Laws::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
+  const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
-    if (!(value >= lowest_ - kSame && value <= highest_ + kSame))
+    const bool near_air = abs(value - plant_.world().air_as_measured()) <= kNearAir;
+    const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
+    const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
+    if (!in_chamber || !(in_profile || near_air))
       broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
     const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
-    const bool near_air = abs(value - plant_.world().air_as_measured()) <= kNearAir;
     const double step_k = std::abs((value - before).value);
-    if (!safe && !near_air && step_k > largest_step_k(file_.chamber_limits, value > before) + kSame.value)
+    tries_ = sent_ && abs(value - *sent_) <= kSame ? tries_ + 1 : 0;
+    const bool tried_again = tries_ > 0 && tries_ <= kMostTries;
+    if (!safe && !near_air && !tried_again && step_k > largest_step_k(limits, value > before) + kSame.value)
       broken("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
     if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
       broken("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
@@ -149,7 +156,7 @@ void Laws::judge_values(std::int64_t second, const Sample& sample) {
 
 /// I5, I6: along the table, and never back from an abort.
 void Laws::judge_state(std::int64_t second, const Sample& sample) {
-  if (last_state_ && !may_follow(*last_state_, sample.state))
+  if (last_state_ && !follows(*last_state_, sample.state))
     broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
   last_state_ = sample.state;
   ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
@@ -158,7 +165,8 @@ void Laws::judge_state(std::int64_t second, const Sample& sample) {
 /// I18, I19: none without a cause, and not too many.
 void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
   events_ += static_cast<std::int64_t>(witness.events().size());
-  if (disturbance_.any_begun()) return;
+  const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
+  if (disturbance_.any_begun() || std::ranges::any_of(witness.events(), finished)) return;
   for (const auto& event : witness.events())
     if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
       broken("I18", second, "without a cause: " + event.text);
@@ -257,6 +265,9 @@ void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
   want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
   want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
   want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
+  const bool calm = disturbance_.standing().empty() && second - disturbance_.last_change() > kRecoversWithin;
+  if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
+    broken("I20", second, "still suspended, long after the last fault");
   if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
 }
 

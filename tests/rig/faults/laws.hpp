@@ -77,6 +77,7 @@ class Laws {
   Violations violations_;
   Celsius in_force_;                           ///< the chamber's set point before the tick
   std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
+  int tries_ = 0;                              ///< of the same set point again
   std::optional<RunState> last_state_;
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;

@@ -13,6 +13,16 @@ void LineEnd::arrive(Bytes bytes, Duration after) {
   coming_.insert(place, {at, std::move(bytes)});
 }
 
+/// Of the first piece, as many bytes as there is room for.
+std::size_t LineEnd::take(std::span<std::byte> room) {
+  const auto& bytes = coming_.front().bytes;
+  const auto size = std::min(room.size(), bytes.size() - next_);
+  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(next_), size, room.begin());
+  next_ += size;
+  if (next_ == bytes.size()) coming_.pop_front(), next_ = 0;
+  return size;
+}
+
 Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) {
   if (trouble.gone) return failure(FaultKind::disconnected, "line", "gone");
   const auto now = lane_.time();
@@ -21,11 +31,9 @@ Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) 
     return failure(FaultKind::timeout, "line", "silent");
   }
   if (coming_.front().at > now) lane_.pass(coming_.front().at - now);
-  const auto& bytes = coming_.front().bytes;
-  const auto size = std::min(buffer.size(), bytes.size() - next_);
-  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(next_), size, buffer.begin());
-  next_ += size;
-  if (next_ == bytes.size()) coming_.pop_front(), next_ = 0;
+  std::size_t size = 0;
+  while (size < buffer.size() && !coming_.empty() && coming_.front().at <= lane_.time())
+    size += take(buffer.subspan(size));
   return size;
 }
 

@@ -61,6 +61,7 @@ class LineEnd {
     Bytes bytes;
   };
   void arrive(Bytes bytes, Duration after);
+  [[nodiscard]] std::size_t take(std::span<std::byte> room);
 
   Lane lane_;
   std::mt19937_64 random_;

@@ -25,7 +25,7 @@ ScheduleOptions options_for(const Profile& profile) {
 }
 
 std::int64_t sync_every(std::uint64_t seed) {
-  constexpr std::array<std::int64_t, 3> kBatches{1, 7, 60};
+  constexpr std::array<std::int64_t, 6> kBatches{60, 7, 60, 1, 60, 300};
   return kBatches[seed / 2 % kBatches.size()];
 }
 

@@ -11,6 +11,8 @@ namespace gyrotherm {
 namespace {
 
 constexpr int kChannels = 9, kThermometerLines = 2;
+/// Answers without a number of their own can be told from a later question's up to twice the time-out, 1 s.
+constexpr double kLatestAnswer = 0.95;
 
 struct KindRow {
   MishapKind kind{};
@@ -27,7 +29,7 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::chamber_gone, "chamber_gone"},
     {Kind::chamber_half_open, "chamber_half_open"},
     {Kind::chamber_answers_lost, "chamber_answers_lost"},
-    {Kind::chamber_late, "chamber_late", 1, true, 0.1, 1.5},
+    {Kind::chamber_late, "chamber_late", 1, true, 0.1, kLatestAnswer},
     {Kind::chamber_doubled, "chamber_doubled", 1, true, 0.01, 1},
     {Kind::chamber_noise, "chamber_noise", 1, true, 0.01, 0.8},
     {Kind::chamber_cut, "chamber_cut", 1, true, 0.01, 0.8},
@@ -58,7 +60,7 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::thermometer_silent, "thermometer_silent", kThermometerLines},
     {Kind::thermometer_gone, "thermometer_gone", kThermometerLines},
     {Kind::thermometer_noise, "thermometer_noise", kThermometerLines, true, 0.01, 0.8},
-    {Kind::thermometer_late, "thermometer_late", kThermometerLines, true, 0.1, 1.5},
+    {Kind::thermometer_late, "thermometer_late", kThermometerLines, true, 0.1, kLatestAnswer},
     {Kind::thermometer_doubled, "thermometer_doubled", kThermometerLines, true, 0.01, 1},
     {Kind::gyro_silent, "gyro_silent"},
     {Kind::gyro_gone, "gyro_gone"},
@@ -116,12 +118,12 @@ std::vector<MishapKind> enabled_kinds(Draw& draw) {
 
 Mishap draw_mishap(Draw& draw, const std::vector<MishapKind>& kinds, const ScheduleOptions& options) {
   const auto& row = row_of(kinds[static_cast<std::size_t>(draw.whole(static_cast<std::int64_t>(kinds.size())))]);
-  const double finest = row.most - row.least > 20 ? 1 : 0.01;
+  const double in_one = row.most - row.least > 20 ? 1 : 100;
   return {.at = draw.whole(options.seconds),
           .kind = row.kind,
           .target = static_cast<int>(draw.whole(row.targets)),
           .lasts = row.lasting ? draw.seconds(options.longest) : 0,
-          .size = std::round(draw.uniform(row.least, row.most) / finest) * finest};
+          .size = std::round(draw.uniform(row.least, row.most) * in_one) / in_one};
 }
 
 }  // namespace

@@ -1,20 +1,25 @@
 #include "tests/rig/faults/trial.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include "acquisition/record.hpp"
-#include "acquisition/sqlite.hpp"
 #include "acquisition/status.hpp"
 #include "core/text_file.hpp"
+#include "rig/continuation.hpp"
+#include "rig/resume_rule.hpp"
+#include "rig/set_point_path.hpp"
 
 namespace gyrotherm {
 namespace {
 
 constexpr Duration kSecond = std::chrono::seconds(1);
-constexpr std::int64_t kTriesAgainAfter = 30;  ///< a program that could not begin
+constexpr std::int64_t kTriesAgainAfter = 30;     ///< a program that could not begin
+constexpr std::int64_t kOperatorComesAfter = 60;  ///< one that may not go on by itself
 
 template <class T>
 T expected(Result<T> result) {
@@ -24,6 +29,13 @@ T expected(Result<T> result) {
 }
 
 std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_DIR "/") + path; }
+
+/// Then its record cannot be one in memory, which ends with its store.
+bool survives_its_program(const Schedule& schedule) {
+  return std::ranges::any_of(schedule, [](const auto& mishap) {
+    return mishap.kind == MishapKind::program_crashes || mishap.kind == MishapKind::program_stopped;
+  });
+}
 
 class Trial {
  public:
@@ -38,18 +50,23 @@ class Trial {
   void second();
   void pass_second();
   void obey(const Mishap& mishap);
-  void begin_life();
-  [[nodiscard]] bool take_up(std::int64_t& first);
+  [[nodiscard]] Result<Continuation> take_up();
+  void begin_run();
+  void resume_run();
+  void assemble();
+  void live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free);
   void end_life(std::int64_t down);
+  void attend();
   void tick();
   void end(Ending ending);
   [[nodiscard]] std::int64_t clock_second() const { return clock_.now().since_start / kSecond; }
   void judge_record();
-  void ask_record(const std::string& question, std::int64_t expected_answer);
+  [[nodiscard]] Result<Record> read_after_closing();
 
   const TrialGround& ground_;
   const RigFile& file_;
   const TrialSetting& setting_;
+  bool in_memory_;
   std::string path_;
   TrialClock clock_;
   Plant plant_;
@@ -57,12 +74,12 @@ class Trial {
   Laws laws_;
   LogHash hash_;
   std::int64_t second_ = 0, down_ = 0, late_ = 0, lives_ = 0, acknowledged_ = -1;
-  bool recorded_ = false;
+  bool recorded_ = false, accepted_ = false;
+  std::optional<std::int64_t> resumes_at_;  ///< when the operator lets a held run go on
   std::optional<Ending> ending_;
   std::optional<MemoryWires> wires_;
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<WitnessStore> store_;
-  State state_;
   std::optional<Experiment> experiment_;
 };
 
@@ -70,7 +87,8 @@ Trial::Trial(const TrialGround& ground, const TrialSetting& setting)
     : ground_(ground),
       file_(setting.seed % 2 == 0 ? ground.tcp : ground.rtu),
       setting_(setting),
-      path_(fmt::format("{}/trial-{}.db", setting.folder, setting.seed)),
+      in_memory_(!survives_its_program(setting.schedule)),
+      path_(in_memory_ ? kInMemory : fmt::format("{}/trial-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
       plant_(file_, ground.world, clock_, setting.seed),
       disturbance_(setting.schedule, plant_, clock_),
       laws_(ground.profile, file_, plant_, disturbance_) {
@@ -96,52 +114,71 @@ void Trial::pass_second() {
   plant_.pass_second();
 }
 
-/// Where the record ends, and how the profile goes on from there.
-bool Trial::take_up(std::int64_t& first) {
+/// Where the record ends, and how the run goes on from there: as the program finds out itself.
+Result<Continuation> Trial::take_up() {
   const auto record = read_record(path_);
-  if (!record) return laws_.broken("record", second_, text(record.error())), false;
-  const auto last_row = record->slot.empty() ? -1 : record->slot.back();
-  const auto last_gap = record->gaps.empty() ? -1 : record->gaps.back().last;
-  const auto recorded = std::max(last_row, last_gap);
-  if (recorded < acknowledged_)
-    laws_.broken("P1", second_, fmt::format("the record ends at {}, {} was acknowledged", recorded, acknowledged_));
-  state_ = begin(ground_.profile);
-  if (last_row >= 0) {
-    const auto last = state_of(ground_.profile, record->progress.back());
-    if (!last) return laws_.broken("I16", second_, text(last.error())), false;
-    const Celsius air{record->chamber_air_c.back()};
-    state_ = next(ground_.profile, *last,
-                  {.elapsed = kSecond, .air = air.value == air.value ? std::optional(air) : std::nullopt});
-  }
-  laws_.life_begins(recorded);
-  first = recorded + 1;
-  return true;
+  if (!record) return failure(record.error());
+  const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
+  auto on = continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
+  if (!on) return on;
+  if (on->recorded < acknowledged_)
+    laws_.broken("P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
+  laws_.life_begins(on->recorded);
+  return on;
 }
 
-void Trial::begin_life() {
-  std::int64_t first = 0;
-  if (!recorded_) {
-    clock_.restart_at(-kSecond);
-    state_ = begin(ground_.profile);
-  } else if (!take_up(first)) {
-    return end(Ending::never_began);
-  }
+/// The first program of a run, or one that cannot go on and is started again by its operator.
+void Trial::begin_run() {
+  clock_.restart_at(-kSecond);
+  assemble();
+  const auto state = begin(ground_.profile);
+  if (const auto prepared = rig_->prepare(command(ground_.profile, state)); !prepared)
+    return end_life(kTriesAgainAfter);
+  auto store = Store::create(path_, info_of(ground_, file_));
+  if (!store) return laws_.broken("record", second_, text(store.error())), end(Ending::never_began);
+  recorded_ = true;
+  live(std::move(*store), state, 0);
+}
+
+/// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts.
+void Trial::resume_run() {
+  auto on = take_up();
+  if (!on) return laws_.broken("I16", second_, text(on.error())), end(Ending::never_began);
+  clock_.restart_at(on->start.already - kSecond);
+  assemble();
+  const auto goal = command(on->profile, on->state);
+  Entry entry;
+  const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
+    const auto verdict = judge_reentry(on->stood, file_.safe_set_point, now.air);
+    if (verdict.way == Reentry::ask && !std::exchange(accepted_, true))
+      return failure(FaultKind::interrupted, path_, verdict.why);
+    entry = entry_at(goal, now.air, is_in_place(now.air, goal, on->stood.air), file_.chamber_limits);
+    return entry.set_point;
+  };
+  if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared)
+    return end_life(prepared.error().kind == FaultKind::interrupted ? kOperatorComesAfter : kTriesAgainAfter);
+  accepted_ = false;
+  auto store = Store::reopen(path_);
+  if (!store) return laws_.broken("record", second_, text(store.error())), end(Ending::never_began);
+  live(std::move(*store), on->state, on->recorded + 1);
+  if (entry.away) experiment_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
+}
+
+void Trial::assemble() {
   wires_.emplace(plant_, clock_);
   rig_ = Rig::assemble(file_, *wires_);
   plant_.chamber().forget();
-  if (const auto prepared = rig_->prepare(command(ground_.profile, state_)); !prepared)
-    return end_life(kTriesAgainAfter);
+}
+
+void Trial::live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free) {
   ++second_;  // preparing takes one
-  auto store = recorded_ ? Store::reopen(path_) : Store::create(path_, info_of(ground_, file_));
-  if (!store) return laws_.broken("record", second_, text(store.error())), end(Ending::never_began);
-  store_ = std::make_unique<WitnessStore>(std::move(*store), hash_);
-  recorded_ = true;
   ++lives_;
+  store_ = std::make_unique<WitnessStore>(std::move(store), hash_);
   const auto now = clock_second();
-  if (now > first)
-    if (auto gap = store_->append_gap(first, now - 1, "the program was not running"); !gap)
+  if (now > first_free)
+    if (auto gap = store_->append_gap(first_free, now - 1, "the program was not running"); !gap)
       laws_.broken("record", second_, text(gap.error()));
-  experiment_.emplace(ground_.profile, *rig_, *store_, state_, now);
+  experiment_.emplace(ground_.profile, *rig_, *store_, state, now);
 }
 
 /// What was not synced is lost with it.
@@ -169,33 +206,53 @@ void Trial::obey(const Mishap& mishap) {
         laws_.broken("record", second_, "a signal could not be recorded");
       return end_life(mishap.lasts);
     case MishapKind::program_crashes: return end_life(mishap.lasts);
+    case MishapKind::operator_pauses:
+      resumes_at_ = second_ + mishap.lasts;
+      return experiment_->tell(OperatorCommand::pause, "operator");
+    case MishapKind::operator_stops: return experiment_->tell(OperatorCommand::stop, "operator");
+    case MishapKind::operator_aborts: return experiment_->tell(OperatorCommand::abort, "operator");
     default: return;
   }
 }
 
+/// An operator who finds the run held looks at it for a while, and lets it go on.
+void Trial::attend() {
+  if (experiment_->run_state() != RunState::held) {
+    resumes_at_.reset();
+    return;
+  }
+  if (!resumes_at_) resumes_at_ = second_ + kOperatorComesAfter;
+  if (second_ < *resumes_at_) return;
+  experiment_->tell(OperatorCommand::resume, "operator");
+  resumes_at_ = second_ + kOperatorComesAfter;
+}
+
 void Trial::tick() {
+  attend();
   laws_.before_tick();
   const auto slot = clock_second() - 1;
   const auto outcome = experiment_->tick(slot);
   if (!outcome) return laws_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
   laws_.after_tick(second_, *store_);
+  if (severity(experiment_->run_state()) > 0 && experiment_->outlook().cause.empty() && *outcome != Outcome::complete)
+    laws_.broken("I20", second_, fmt::format("{}, and no reason for it", name(experiment_->run_state())));
   store_->forget();
   const bool ended = *outcome != Outcome::going_on;
   if (ended || slot % setting_.sync_every == setting_.sync_every - 1)
     if (auto synced = store_->sync(); !synced) laws_.broken("record", second_, text(synced.error()));
   if (*outcome == Outcome::complete) {
     laws_.completed(second_);
-    if (auto finished = store_->finish(); !finished) laws_.broken("record", second_, text(finished.error()));
     end(Ending::complete);
   }
   if (*outcome == Outcome::made_safe) end(Ending::made_safe);
+  if (*outcome == Outcome::stopped) end(Ending::stopped);
 }
 
 void Trial::second() {
   for (const auto& mishap : disturbance_.pass(second_)) obey(mishap);
   ++second_;
   if (!experiment_) {
-    if (--down_ <= 0) return begin_life();
+    if (--down_ <= 0) return recorded_ ? resume_run() : begin_run();
     return pass_second();
   }
   rig_->let_pass(1);
@@ -206,23 +263,30 @@ void Trial::second() {
   tick();
 }
 
-void Trial::ask_record(const std::string& question, std::int64_t expected_answer) {
-  auto database = Database::open(path_, Access::read_only, 0);
-  const auto found = database ? database->ask_integer(question, -1) : Result<std::int64_t>(-1);
-  if (!found || *found != expected_answer)
-    laws_.broken("I10", second_,
-                 fmt::format("\"{}\" is {}, expected {}", question, found ? *found : -2, expected_answer));
+/// What the record really holds, against what it was given: each slot in one row or one gap, and all rows.
+void Trial::judge_record() {
+  constexpr std::uint64_t kReadBackEvery = 4;  // of the records in memory, for time
+  if (!store_ || (in_memory_ && setting_.seed / 2 % kReadBackEvery != 0)) return;
+  const auto record = in_memory_ ? store_->read_back() : read_after_closing();
+  if (!record) return laws_.broken("record", second_, text(record.error()));
+  if (record->slot.size() != laws_.rows().size())
+    return laws_.broken("I10", second_, fmt::format("{} rows, expected {}", record->slot.size(), laws_.rows().size()));
+  auto gap = record->gaps.begin();
+  std::int64_t next = 0;
+  for (std::size_t i = 0; i < record->slot.size(); ++i) {
+    for (; gap != record->gaps.end() && gap->first == next; ++gap) next = gap->last + 1;
+    if (record->slot[i] != next++ || record->slot[i] != laws_.rows()[i].slot)
+      return laws_.broken("I10", second_,
+                          fmt::format("the record has slot {}, expected {}", record->slot[i], next - 1));
+  }
 }
 
-/// What the record really holds, against what it was given.
-void Trial::judge_record() {
-  if (!recorded_) return;
-  const auto rows = static_cast<std::int64_t>(laws_.rows().size());
-  ask_record("SELECT count(*) FROM sample", rows);
-  ask_record("SELECT coalesce(sum(last - first + 1), 0) FROM gap", laws_.gap_seconds());
-  if (rows > 0)
-    ask_record("SELECT max(max(slot), coalesce((SELECT max(last) FROM gap), -1)) + 1 FROM sample",
-               rows + laws_.gap_seconds());
+Result<Record> Trial::read_after_closing() {
+  experiment_.reset();
+  if (ending_ == Ending::complete)
+    if (auto finished = store_->finish(); !finished) laws_.broken("record", second_, text(finished.error()));
+  store_.reset();
+  return read_record(path_);
 }
 
 TrialReport Trial::run() {
@@ -231,10 +295,7 @@ TrialReport Trial::run() {
   const auto longest = 2 * (planned / kSecond) + 4 * 3600;
   down_ = 1;
   while (!ending_ && second_ < longest) second();
-  if (store_ && !ending_) (void)store_->sync();
-  experiment_.reset();
-  rig_.reset();
-  store_.reset();
+  if (store_ && (!ending_ || *ending_ != Ending::complete)) (void)store_->sync();
   judge_record();
   return {.violations = laws_.violations(),
           .ending = ending_.value_or(Ending::ran_out_of_time),

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/record.hpp"
 #include "acquisition/store.hpp"
 
 namespace gyrotherm {
@@ -38,8 +39,12 @@ class WitnessStore final : public Store {
     if (synced) acknowledged_ = *synced;
     return synced;
   }
+  [[nodiscard]] bool settle(Duration longest) override { return store_->settle(longest); }
   [[nodiscard]] Result<void> finish() override { return store_->finish(); }
+  void publish(const Outlook& outlook) override { store_->publish(outlook); }
+  [[nodiscard]] StoreHealth health() const override { return store_->health(); }
   [[nodiscard]] const RunInfo& info() const override { return store_->info(); }
+  [[nodiscard]] Result<Record> read_back() override { return store_->read_back(); }
 
   struct GapSeen {
     std::int64_t first{}, last{};

@@ -109,6 +109,7 @@ Result<Profile> read_profile(const std::string& path, const ChamberLimits& limit
 
 Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
                        const std::string& path, bool upload) {
+  if (auto checked = check_sensors(profile, file.limits.channels); !checked) return failure(checked.error());
   std::optional<OneCore> one_core;
   if (file.simulated) one_core.emplace();
   if (std::error_code error;

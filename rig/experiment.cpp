@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/ensure.hpp"
@@ -187,10 +188,42 @@ void Experiment::step_procedure(const Sample& sample, const Verdict& verdict, Du
   if (run_state() == RunState::execute) approaching_ = false, air_before_.reset();
 }
 
+/// Of the sensor that the present segment soaks on.
+Observation Experiment::observation(const Sample& sample) const {
+  const auto& sensor = soak_sensor(profile_, state_);
+  Observation seen{.elapsed = kTick, .air = {}, .slope = {}};
+  if (sensor == "air") {
+    if (sample.chamber.value) seen.air = sample.chamber.value->air;
+    seen.slope = memory_.air.rate();
+    return seen;
+  }
+  const auto& channels = rig_.file().limits.channels;
+  const auto column = static_cast<std::size_t>(std::find(channels.begin(), channels.end(), sensor) - channels.begin());
+  if (column >= sample.thermometers.size()) return seen;
+  if (const auto& reading = sample.thermometers[column].value) seen.air = *reading;
+  seen.slope = memory_.thermometers[column].rate();
+  return seen;
+}
+
+/// Which condition ended a soak, or that it has begun to wait.
+void Experiment::note_soak(const Progress& before) {
+  const auto& segment = profile_.segments[static_cast<std::size_t>(before.segment)];
+  if (!segment.guaranteed_soak) return;
+  const auto now = progress_of(profile_, state_);
+  const auto what =
+      fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
+  if (now.phase == Phase::overdue && before.phase != Phase::overdue)
+    return note(EventKind::note, fmt::format("soak of segment {} not ended: {} of {} inside {} when its deadline came",
+                                             before.segment + 1, spoken(now.soaked), spoken(segment.soak_time), what));
+  if (now.segment == before.segment && now.phase != Phase::complete) return;
+  note(EventKind::note, fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1,
+                                    spoken(segment.soak_time), what, spoken(before.in_segment + kTick)));
+}
+
 void Experiment::step_profile(const Sample& sample) {
   if (run_state() != RunState::execute) return;
-  const auto air = sample.chamber.value ? std::optional(sample.chamber.value->air) : std::nullopt;
-  state_ = next(profile_, state_, {.elapsed = kTick, .air = air});
+  state_ = next(profile_, state_, observation(sample));
+  note_soak(sample.progress);
   if (!std::holds_alternative<Complete>(state_)) return;
   change_to(next(rig_.file().procedure, procedure_,
                  Happening{.elapsed = {}, .verdict = {}, .command = {}, .who = {}, .complete = true}));

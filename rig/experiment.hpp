@@ -76,6 +76,8 @@ class Experiment {
   void step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed);
   void change_to(Procedure procedure);
   void step_profile(const Sample& sample);
+  [[nodiscard]] Observation observation(const Sample& sample) const;
+  void note_soak(const Progress& before);
   void command_chamber(const Sample& sample);
   void send_set_point(Celsius goal);
   void take_over(const Sample& sample);

@@ -65,4 +65,14 @@ Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) 
   return mistakes.verdict();
 }
 
+Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels) {
+  Mistakes mistakes;
+  for (const auto& segment : profile.segments)
+    if (segment.kind == SegmentKind::hold && segment.soak_sensor != "air" &&
+        std::find(channels.begin(), channels.end(), segment.soak_sensor) == channels.end())
+      mistakes.note(segment, fmt::format("soak_sensor is \"{}\", expected \"air\" or a channel of the rig: {}",
+                                         segment.soak_sensor, fmt::join(channels, ", ")));
+  return mistakes.verdict();
+}
+
 }  // namespace gyrotherm

@@ -50,6 +50,9 @@ Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::option
                   .duration = time,
                   .guaranteed_soak = soak.guaranteed,
                   .soak_band = soak.band,
+                  .soak_sensor = soak.sensor,
+                  .soak_dwell = soak.dwell,
+                  .soak_slope = soak.slope,
                   .soak_time = soak.time.value_or(time)};
   const auto at_least = shortest(segment);
   segment.deadline = deadline.value_or(soak.guaranteed ? 3 * at_least + soak.margin : at_least);

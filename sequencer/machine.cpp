@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace gyrotherm {
 namespace {
@@ -21,7 +22,7 @@ State enter(const Profile& profile, int index, Duration elapsed) {
     const auto& segment = segment_at(profile, index);
     if (segment.guaranteed_soak || elapsed < segment.duration) {
       if (segment.kind == SegmentKind::ramp) return Ramping{index, elapsed};
-      return Holding{index, elapsed, {}};
+      return Holding{index, elapsed, {}, {}};
     }
     elapsed -= segment.duration;
   }
@@ -30,6 +31,13 @@ State enter(const Profile& profile, int index, Duration elapsed) {
 
 bool inside_band(const Segment& segment, const std::optional<Celsius>& air) {
   return air && abs(*air - segment.target) <= segment.soak_band;
+}
+
+/// The sensor is where it is to be, and has come to rest.
+bool counts(const Segment& segment, Duration inside_before, const Observation& seen) {
+  if (!inside_band(segment, seen.air) || inside_before < segment.soak_dwell) return false;
+  if (segment.soak_slope == CelsiusPerMinute{0}) return true;
+  return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;
 }
 
 /// How long the hold is over by: negative while it has time to go.
@@ -42,14 +50,15 @@ Duration over_by(const Segment& hold, Duration elapsed, Duration soaked) {
 template <class Hold>
 State hold_on(const Profile& profile, Hold hold, const Observation& seen) {
   const auto& segment = segment_at(profile, hold.segment);
-  const bool inside = inside_band(segment, seen.air);
+  const bool soaks = counts(segment, hold.inside, seen);
   hold.elapsed += seen.elapsed;
-  if (inside) hold.soaked += seen.elapsed;
+  hold.inside = inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();
+  if (soaks) hold.soaked += seen.elapsed;
   if (const auto over = over_by(segment, hold.elapsed, hold.soaked); over >= Duration::zero())
     return enter(profile, hold.segment + 1, over);
   if (hold.elapsed > segment.deadline) return Overdue{hold.segment, hold.elapsed, hold.soaked};
-  if (segment.guaranteed_soak && !inside) return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked};
-  return Holding{hold.segment, hold.elapsed, hold.soaked};
+  if (segment.guaranteed_soak && !soaks) return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked, hold.inside};
+  return Holding{hold.segment, hold.elapsed, hold.soaked, hold.inside};
 }
 
 State step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
@@ -135,6 +144,10 @@ Progress progress_of(const Profile& profile, const State& state) {
           .set_point = command(profile, state)};
 }
 
+const std::string& soak_sensor(const Profile& profile, const State& state) {
+  return segment_at(profile, standing(profile, state).segment).soak_sensor;
+}
+
 Result<State> state_of(const Profile& profile, const Progress& progress) {
   const auto count = profile.segments.size();
   if (progress.segment < 0 || static_cast<std::size_t>(progress.segment) >= count)
@@ -148,8 +161,8 @@ Result<State> state_of(const Profile& profile, const Progress& progress) {
     return foreign(fmt::format("segment {} is past its end", progress.segment + 1));
   switch (progress.phase) {
     case Phase::ramping: return Ramping{progress.segment, progress.in_segment};
-    case Phase::holding: return Holding{progress.segment, progress.in_segment, progress.soaked};
-    case Phase::waiting_for_soak: return WaitingForSoak{progress.segment, progress.in_segment, progress.soaked};
+    case Phase::holding: return Holding{progress.segment, progress.in_segment, progress.soaked, {}};
+    case Phase::waiting_for_soak: return WaitingForSoak{progress.segment, progress.in_segment, progress.soaked, {}};
     case Phase::overdue: return Overdue{progress.segment, progress.in_segment, progress.soaked};
     case Phase::complete: return Complete{};
   }

@@ -7,6 +7,9 @@
 ///      only)
 ///                                         └──────────────────────────────────────▶ WaitingForSoak
 ///
+/// A soak counts while its sensor is inside the band, has been there for the dwell without leaving it, and moves no
+/// faster than the slope. Leaving the band stops its clock and begins the dwell anew.
+///
 /// A segment that passes its deadline is Overdue: the rig's interlocks end the run.
 #pragma once
 
@@ -26,11 +29,13 @@ struct Holding {
   int segment{};
   Duration elapsed{};
   Duration soaked{};
+  Duration inside{};  ///< how long the sensor has been in the band without leaving it
 };
 struct WaitingForSoak {
   int segment{};
   Duration elapsed{};
   Duration soaked{};
+  Duration inside{};
 };
 struct Overdue {
   int segment{};
@@ -40,10 +45,12 @@ struct Overdue {
 struct Complete {};
 using State = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
 
-/// What a second brought: how long it was, and the air if it is known.
+/// What a second brought: how long it was, and the sensor on which the segment soaks, if it is known: the air, or
+/// what soak_sensor() names; and by how much it has moved over the last minute.
 struct Observation {
   Duration elapsed{};
   std::optional<Celsius> air;
+  std::optional<CelsiusPerMinute> slope{};
 };
 
 /// The state at the first second of the profile.
@@ -55,7 +62,11 @@ struct Observation {
 /// The set point that the state asks for: a function of the state alone.
 [[nodiscard]] Celsius command(const Profile& profile, const State& state);
 
-/// The state as a record keeps it, and back: `state_of(profile, progress_of(profile, s))` is `s`.
+/// "air", or the channel of the thermometer that the present segment soaks on.
+[[nodiscard]] const std::string& soak_sensor(const Profile& profile, const State& state);
+
+/// The state as a record keeps it, and back: `state_of(profile, progress_of(profile, s))` is `s`, but that a dwell
+/// under way begins anew.
 [[nodiscard]] Progress progress_of(const Profile& profile, const State& state);
 [[nodiscard]] Result<State> state_of(const Profile& profile, const Progress& progress);
 

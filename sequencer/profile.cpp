@@ -24,7 +24,8 @@ void read_accept(const TomlTable& table, const std::string& prefix, std::vector<
 }  // namespace
 
 Duration shortest(const Segment& segment) {
-  return segment.guaranteed_soak ? std::max(segment.duration, segment.soak_time) : segment.duration;
+  return segment.guaranteed_soak ? std::max(segment.duration, segment.soak_time + segment.soak_dwell)
+                                 : segment.duration;
 }
 
 Celsius set_point_before(const Profile& profile, std::size_t segment) {

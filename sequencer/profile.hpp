@@ -21,10 +21,13 @@ struct Segment {
   SegmentKind kind{};
   std::string name;
   Celsius target;
-  CelsiusPerMinute rate{};  ///< magnitude; 0 for a hold
-  Duration duration{};      ///< whole seconds, by set point
-  bool guaranteed_soak{};   ///< the hold's time counts only while the air is inside the band
-  Kelvins soak_band{};      ///< |air − set point| that counts as soaked
+  CelsiusPerMinute rate{};          ///< magnitude; 0 for a hold
+  Duration duration{};              ///< whole seconds, by set point
+  bool guaranteed_soak{};           ///< the hold's time counts only while the air is inside the band
+  Kelvins soak_band{};              ///< |sensor − set point| that counts as soaked
+  std::string soak_sensor = "air";  ///< the chamber's air, or a thermometer's channel
+  Duration soak_dwell{};            ///< how long the sensor must be inside the band before the soak counts
+  CelsiusPerMinute soak_slope{};    ///< … and move no faster than this over a minute; 0: however fast
   Duration
       soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
   Duration deadline{};  ///< longest time the segment may take, waiting included
@@ -33,7 +36,7 @@ struct Segment {
 };
 
 /// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the
-/// hold's duration.
+/// hold's duration, and counts only after its dwell.
 [[nodiscard]] Duration shortest(const Segment& segment);
 
 /// Limits of the profile's `[accept]` table; a result beyond one is exit code 1. Absent keys accept anything.
@@ -70,5 +73,8 @@ struct ChamberLimits {
 /// Refuses what the chamber cannot do (temperatures and rates beyond it, deadlines shorter than the segment); every
 /// mistake with the place of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
+
+/// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
+[[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 
 }  // namespace gyrotherm

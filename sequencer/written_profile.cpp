@@ -18,6 +18,13 @@ struct Surroundings {
   bool pass_has_rate{};
 };
 
+/// On which sensor a soak counts, and what more it needs; what is not written stays as it is.
+void read_soak_conditions(const TomlTable& table, SoakRule& rule) {
+  rule.sensor = table.text("soak_sensor", rule.sensor);
+  if (const auto dwell = read_time_if_any(table, "soak_dwell")) rule.dwell = *dwell;
+  if (const auto slope = read_rate_if_any(table, "soak_slope")) rule.slope = *slope;
+}
+
 /// Reads segments in the order they will run in, and so knows whether the set point is known.
 class SegmentReader {
  public:
@@ -77,6 +84,7 @@ WrittenHold SegmentReader::read_hold(const TomlTable& table) {
   set_point_known_ = true;
   hold.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
   hold.soak.band = read_band(table, "soak_band", defaults_.band);
+  read_soak_conditions(table, hold.soak);
   if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
   return hold;
 }
@@ -131,6 +139,7 @@ WrittenRandom SegmentReader::read_random(const TomlTable& table) {
   random.soak.time.reset();
   random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
   random.soak.band = read_band(table, "soak_band", defaults_.band);
+  read_soak_conditions(table, random.soak);
   return random;
 }
 
@@ -140,6 +149,7 @@ SoakRule read_defaults(const TomlTable& defaults) {
   SoakRule rule;
   rule.guaranteed = defaults.boolean("guaranteed_soak", rule.guaranteed);
   rule.band = read_band(defaults, "soak_band", rule.band);
+  read_soak_conditions(defaults, rule);
   rule.time = read_time_if_any(defaults, "soak_time");
   rule.margin = defaults.duration("deadline_margin", rule.margin);
   return rule;

@@ -16,6 +16,9 @@ namespace gyrotherm {
 struct SoakRule {
   bool guaranteed{};
   Kelvins band{2};
+  std::string sensor = "air";
+  Duration dwell{};
+  CelsiusPerMinute slope{};                 ///< 0: none
   std::optional<Duration> time;             ///< absent: the hold's own time
   Duration margin = std::chrono::hours(2);  ///< a guaranteed soak may take 3 times as long as it must, plus this
 };

@@ -222,6 +222,16 @@ TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
   EXPECT_EQ(hold.experiment().end_cause(), "stopped by Ada");
 }
 
+TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
+  auto profile = kSoak;
+  profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
+  Bench bench(profile, [](RigFile& file) { file.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"}; });
+  EXPECT_EQ(bench.seconds(1500), Outcome::going_on) << "the air has long been there, the article has not";
+  EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak);
+  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_TRUE(bench.told(EventKind::note, "soak of segment 3 ended: 10 min 00 s inside ±1 K of 30 °C on B, in"));
+}
+
 TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
   Bench bench(kSoak);
   bench.seconds(500);

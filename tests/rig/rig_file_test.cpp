@@ -93,6 +93,45 @@ TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
+std::string with_tables(const std::string& tables) {
+  return replaced(virtual_rig(), "[limits]\n", tables + "[limits]\n");
+}
+
+TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
+  const auto rig =
+      parse_rig(with_tables("[policy]\ndoor = \"hold\"\ngyro_silent = \"warn\"\n"), kRigs + "virtual.toml");
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::door)], Reaction::hold);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::gyro_silent)], Reaction::warn);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::restarted)], Reaction::suspend);
+  EXPECT_NE(mistake_in(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
+  EXPECT_NE(mistake_in(with_tables("[policy]\ndoors = \"hold\"\n")), "");
+  EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
+}
+
+TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {
+  const auto rig =
+      parse_rig(with_tables("[safe]\nset_point = 23\noff = true\non_stop = \"hold\"\n"), kRigs + "virtual.toml");
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->safe_set_point, Celsius{23});
+  EXPECT_TRUE(rig->safe_off);
+  EXPECT_EQ(rig->procedure.on_stop, OnStop::hold);
+  EXPECT_NE(mistake_in(with_tables("[safe]\nset_point = 90\n")), "");
+}
+
+TEST(RigFile, AThermometerMayHaveLimitsOfItsOwn) {
+  const auto own = [](const std::string& tables) {
+    return replaced(virtual_rig(), "\n[virtual]\n", "\n" + tables + "\n[virtual]\n");
+  };
+  const auto rig = parse_rig(own("[limits.channel.C]\nhighest = \"61 °C\"\n"), kRigs + "virtual.toml");
+  ASSERT_TRUE(rig) << text(rig.error());
+  ASSERT_EQ(rig->limits.thermometers.size(), 9u);
+  EXPECT_EQ(rig->limits.thermometers[2].highest, Celsius{61});
+  EXPECT_EQ(rig->limits.thermometers[2].lowest, Celsius{-50});
+  EXPECT_EQ(rig->limits.thermometers[3].highest, Celsius{85});
+  EXPECT_NE(mistake_in(own("[limits.channel.Z]\nhighest = 60\n")), "");
+}
+
 TEST(RigFile, TheRecordsCopiesOfTheFilesItNamesAreEnough) {
   const auto map = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/virtual.toml").value();
   const auto gyro = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value();

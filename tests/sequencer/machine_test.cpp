@@ -84,6 +84,64 @@ TEST(Soak, CountsOnlyInsideTheBand) {
   EXPECT_TRUE(std::holds_alternative<Complete>(next(profile, state, {kSecond, Celsius{25}})));
 }
 
+/// As soak_profile(), but the soak of 100 s counts only after 30 s in the band, and below 0.5 °C/min.
+Profile patient_profile() {
+  return parsed(kHold20 + R"([[segment]]
+kind = "ramp"
+to = 25
+rate = 5
+[[segment]]
+kind = "hold"
+time = "100 s"
+guaranteed_soak = true
+soak_sensor = "A"
+soak_dwell = "30 s"
+soak_slope = "0.5 °C/min"
+)");
+}
+
+State after_at(const Profile& profile, State state, int steps, double celsius, double slope) {
+  for (int i = 0; i < steps; ++i) state = next(profile, state, {kSecond, Celsius{celsius}, CelsiusPerMinute{slope}});
+  return state;
+}
+
+TEST(Soak, CountsOnlyAfterItsDwellInTheBandWithoutLeavingIt) {
+  const auto profile = patient_profile();
+  auto state = after_at(profile, at_soak(profile), 30, 25, 0);
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, Duration::zero());
+  state = after_at(profile, state, 10, 25, 0);
+  EXPECT_EQ(std::get<Holding>(state).soaked, seconds(10));
+  state = after_at(profile, state, 1, 28, 0);
+  state = after_at(profile, state, 30, 25, 0);
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10)) << "the dwell begins anew";
+  EXPECT_FALSE(std::holds_alternative<Complete>(after_at(profile, state, 89, 25, 0)));
+  EXPECT_TRUE(std::holds_alternative<Complete>(after_at(profile, state, 90, 25, 0)));
+}
+
+TEST(Soak, CountsOnlyWhileItsSensorStandsStill) {
+  const auto profile = patient_profile();
+  auto state = after_at(profile, at_soak(profile), 40, 25, 0);
+  ASSERT_EQ(std::get<Holding>(state).soaked, seconds(10));
+  state = after_at(profile, state, 20, 25, -0.51);
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(10));
+  state = after_at(profile, state, 20, 25, 0.5);
+  EXPECT_EQ(std::get<Holding>(state).soaked, seconds(30));
+  state = next(profile, state, {kSecond, Celsius{25}, std::nullopt});
+  EXPECT_EQ(std::get<WaitingForSoak>(state).soaked, seconds(30)) << "a slope that is not known is none";
+}
+
+TEST(Soak, NamesItsSensor) {
+  const auto profile = patient_profile();
+  EXPECT_EQ(soak_sensor(profile, begin(profile)), "air");
+  EXPECT_EQ(soak_sensor(profile, at_soak(profile)), "A");
+  EXPECT_TRUE(check_sensors(profile, {"A", "B"}));
+  const auto refused = check_sensors(profile, {"B", "shell"});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(text(refused.error()).find("soak_sensor is \"A\", expected \"air\" or a channel of the rig: B, shell"),
+            std::string::npos)
+      << text(refused.error());
+}
+
 TEST(Soak, DoesNotCountWhileTheAirIsUnknown) {
   const auto profile = soak_profile();
   const auto state = after(profile, at_soak(profile), 5, std::nullopt);

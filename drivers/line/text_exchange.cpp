@@ -1,15 +1,16 @@
 #include "drivers/line/text_exchange.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <utility>
-
-#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {
 
 namespace {
 
 constexpr std::size_t kLongestLine = 256;
+constexpr Duration kRest = std::chrono::seconds(3);
 
 }  // namespace
 
@@ -48,14 +49,33 @@ Result<std::string> TextExchange::receive() {
   }
 }
 
-Result<std::string> TextExchange::ask(std::string_view question) {
-  if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
+Result<std::string> TextExchange::exchange(std::string_view question) {
   const auto line = std::string(question) + options_.question_end;
   if (auto sent = line_->write(std::as_bytes(std::span(line)), options_.within); !sent)
     return failure(std::move(sent.error()));
   answer_may_come_late_ = true;
   auto answer = receive();
   answer_may_come_late_ = !answer;
+  return answer;
+}
+
+Result<void> TextExchange::find(const Beat& beat) {
+  const auto answer = exchange(beat.question);
+  beat_is_lost_ = !answer || !answer->starts_with(beat.answer_begins);
+  if (!beat_is_lost_) return {};
+  rest_.emplace(kRest, options_.clock);
+  return answer ? failure(FaultKind::corrupted, "", fmt::format("\"{}\" is answered by an older answer", beat.question))
+                : failure(answer.error());
+}
+
+Result<std::string> TextExchange::ask(std::string_view question, const Beat& beat) {
+  if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "rests after lost answers");
+  rest_.reset();
+  if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
+  if (beat_is_lost_ && !beat.question.empty())
+    if (auto found = find(beat); !found) return failure(std::move(found.error()));
+  auto answer = exchange(question);
+  beat_is_lost_ = !answer;
   return answer;
 }
 

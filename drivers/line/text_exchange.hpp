@@ -3,10 +3,12 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/clock.hpp"
+#include "drivers/line/deadline.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
@@ -19,23 +21,35 @@ struct TextExchangeOptions {
   const Clock* clock = nullptr;  ///< the line's, which outlives the exchange; none: the steady clock
 };
 
+/// A question whose answer cannot be taken for that of another. An instrument answers in order: once this one is
+/// answered, what was lost before will not come any more.
+struct Beat {
+  std::string question;
+  std::string answer_begins;
+};
+
 class TextExchange {
  public:
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
   /// The one line that answers `question`. What an older question left on the line is taken away before; after a
-  /// question that nothing answered, the line must first be silent for `within`, so that a late answer is not taken
-  /// for the next. Fails with timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after
-  /// the end: two answers to one question).
-  [[nodiscard]] Result<std::string> ask(std::string_view question);
+  /// question that nothing answered, the line must first be silent for `within` and the `beat` be found again, so that
+  /// a late answer is not taken for the next; if the beat is lost too, nothing is asked for 3 s. Fails with timeout,
+  /// disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end: two answers to one
+  /// question). Without a beat an answer that is later than twice `within` passes for that to the next question.
+  [[nodiscard]] Result<std::string> ask(std::string_view question, const Beat& beat = {});
 
  private:
   [[nodiscard]] Result<void> wait_for_silence();
   [[nodiscard]] Result<std::string> receive();
+  [[nodiscard]] Result<std::string> exchange(std::string_view question);
+  [[nodiscard]] Result<void> find(const Beat& beat);
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
   bool answer_may_come_late_ = false;
+  bool beat_is_lost_ = false;
+  std::optional<Deadline> rest_;  ///< until which nothing is asked
 };
 
 }  // namespace gyrotherm

@@ -13,6 +13,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::string_view kWho = "PT12";
+const Beat kBeat{.question = "ID?", .answer_begins = "PT12"};
 
 class Pt12 final : public Thermometer {
  public:
@@ -29,19 +30,20 @@ class Pt12 final : public Thermometer {
 };
 
 Result<std::string> Pt12::identify() {
-  auto who = exchange_.ask("ID?");
+  auto who = exchange_.ask(kBeat.question, kBeat);
   if (!who) return failure(at_instrument(place_, std::move(who.error())));
   if (*who != kWho)
     return failure(
         at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kWho)}));
-  auto serial = exchange_.ask("SN?");
+  auto serial = exchange_.ask("SN?", kBeat);
   if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
   return fmt::format("{} {}", kWho, *serial);
 }
 
 std::vector<Result<Celsius>> Pt12::read() {
-  return readings_at(place_, kPt12Inputs,
-                     exchange_.ask("T?").and_then([](const auto& line) { return decode_pt12_temperatures(line); }));
+  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kBeat).and_then([](const auto& line) {
+    return decode_pt12_temperatures(line);
+  }));
 }
 
 }  // namespace

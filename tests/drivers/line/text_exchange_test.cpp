@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <map>
 #include <random>
 
@@ -94,6 +95,57 @@ TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
   }
   EXPECT_GT(good, 50'000);
   EXPECT_GT(refused, 10'000);
+}
+
+// Answers that are late by any time, to questions that the instrument answers in order.
+TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
+  class InOrder final : public ByteStream {
+   public:
+    Duration delay{};
+    VirtualClock clock{Duration{}};
+    int asked = 0;
+    Result<std::size_t> read(std::span<std::byte> buffer, Duration limit) override {
+      const auto now = clock.now().since_start;
+      if (coming_.empty() || coming_.front().first > now + limit) {
+        clock.advance(limit);
+        return failure(FaultKind::timeout, "in order", "nothing came");
+      }
+      const auto [when, line] = coming_.front();
+      coming_.pop_front();
+      clock.advance(std::max(when - now, Duration{}));
+      std::ranges::copy(bytes_of(line), buffer.begin());
+      return line.size();
+    }
+    Result<void> write(std::span<const std::byte> bytes, Duration) override {
+      const bool who = bytes.size() > 1 && bytes[0] == std::byte{'w'};
+      if (!who) ++asked;
+      free_ = std::max(free_, clock.now().since_start) + delay;
+      coming_.emplace_back(free_, who ? "me\n" : "answer " + std::to_string(asked) + "\n");
+      return {};
+    }
+
+   private:
+    Duration free_{};  ///< when the last answer is out
+    std::deque<std::pair<Duration, std::string>> coming_;
+  };
+  constexpr unsigned kSeed = 4;
+  std::mt19937 random(kSeed);
+  auto made = std::make_unique<InOrder>();
+  auto& line = *made;
+  auto options = kOptions;
+  options.clock = &line.clock;
+  TextExchange exchange(std::move(made), options);
+  int good = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    line.delay = milliseconds(random() % 20 == 0 ? random() % 3000 : random() % 50);
+    const auto answer = exchange.ask("?", {.question = "who", .answer_begins = "me"});
+    if (answer) {
+      ++good;
+      ASSERT_EQ(*answer, "answer " + std::to_string(line.asked)) << "seed " << kSeed << " round " << round;
+    }
+    line.clock.advance(milliseconds(1000));
+  }
+  EXPECT_GT(good, 12'000);
 }
 
 TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {

@@ -49,6 +49,7 @@ void add_resume(Program& program);
 void add_run(Program& program);
 void add_simulate(Program& program);
 void add_status(Program& program);
+void add_tell(Program& program);
 void add_thermal(Program& program);
 void add_train(Program& program);
 void add_verify(Program& program);

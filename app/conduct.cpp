@@ -51,7 +51,8 @@ Result<void> drive(const UnderWay& run) {
   const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
   if (outcome) return conclude(run, *outcome);
   if (outcome.error().kind == FaultKind::interrupted) return interrupted_run(run);
-  run.experiment.make_safe(text(outcome.error()));
+  if (outcome.error().kind != FaultKind::interlock) run.experiment.make_safe(text(outcome.error()));
+  if (run.experiment.is_safe()) run.custody.release();
   return failure(outcome.error().kind, run.path, run.experiment.end_cause());
 }
 

@@ -18,7 +18,7 @@ Armed armed_for(const RigFile& rig, const std::string& record) {
           .link = rig.chamber_map.link.kind,
           .word_order = rig.chamber_word_order,
           .safe_set_point = rig.safe_set_point,
-          .switch_off = false,
+          .switch_off = rig.safe_off,
           .armed_by = own_identity(),
           .map_text = rig.chamber_map.text};
 }

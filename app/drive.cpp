@@ -6,10 +6,13 @@
 #include <QSocketNotifier>
 #include <QTimer>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "app/display.hpp"
 #include "app/interrupt.hpp"
+#include "app/obey.hpp"
+#include "app/tell_socket.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -20,11 +23,33 @@ constexpr auto kLongestBatch = std::chrono::milliseconds(500);
 constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
 constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
 
+/// Where the run stands, with what the disk has to say.
 Outlook outlook_of(const UnderWay& run) {
-  return {.state = RunState::execute, .time_left = time_left(run.profile, run.experiment.state())};
+  auto outlook = run.experiment.outlook();
+  if (auto health = run.store.health(); !health.trouble.empty())
+    outlook.faults.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
+  return outlook;
+}
+
+/// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
+std::optional<TellSocket> ears_of(const UnderWay& run) {
+  auto socket = TellSocket::open(run.path);
+  if (socket) return std::move(*socket);
+  run.console.say("warning: " + text(socket.error()));
+  return {};
+}
+
+void listen(const UnderWay& run, std::optional<TellSocket>& ears) {
+  if (!ears) return;
+  ears->listen([&](const Telling& telling, const std::string& who) {
+    auto answer = obey(run.experiment, telling, who);
+    run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
+    return answer;
+  });
 }
 
 Result<void> sync(const UnderWay& run) {
+  run.store.publish(run.experiment.outlook());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
   if (run.console.json && *last >= 0) run.console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
@@ -40,10 +65,25 @@ Result<Outcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
+/// A signal while the chamber is being made safe: the first is not obeyed, and it is said why.
+bool must_stay(const UnderWay& run) {
+  if (run.experiment.run_state() != RunState::aborting || interrupts() > 1) return false;
+  run.console.say(
+      "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
+  return true;
+}
+
+/// The operator does not wait for the chamber: somebody else goes on trying.
+Result<Outcome> left_to_the_guard(const UnderWay& run) {
+  await_disk(run);
+  return failure(FaultKind::interlock, "", run.experiment.end_cause());
+}
+
 /// One real-time tick and what follows from it.
 class RealTime {
  public:
-  explicit RealTime(const UnderWay& run) : run_(run), display_(run.console, run.profile, run.rig.file()) {
+  explicit RealTime(const UnderWay& run)
+      : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -51,9 +91,10 @@ class RealTime {
 
   Result<Outcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
-    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] {
-      if (!ended_) end(stopped(run_));
-    });
+    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
+    QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
+    told.setEnabled(ears_.has_value());
+    QObject::connect(&told, &QSocketNotifier::activated, [this] { listen(run_, ears_); });
     arm();
     QCoreApplication::exec();
     return result_;
@@ -82,8 +123,15 @@ class RealTime {
     return outcome;
   }
 
+  void interrupt_now() {
+    take_wake_ups();
+    if (ended_ || must_stay(run_)) return;
+    end(run_.experiment.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
+  }
+
   void tick() {
     if (ended_) return;
+    listen(run_, ears_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= run_.experiment.next_slot()) {
       auto outcome = run_.experiment.tick(slot);
@@ -98,6 +146,7 @@ class RealTime {
 
   const UnderWay& run_;
   Display display_;
+  std::optional<TellSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
   Result<Outcome> result_ = Outcome::going_on;  ///< once ended
@@ -113,6 +162,7 @@ void await_disk(const UnderWay& run) {
 
 Result<Outcome> drive_virtual(const UnderWay& run) {
   Display display(run.console, run.profile, run.rig.file());
+  auto ears = ears_of(run);
   auto last_sync = steady_clock::now();
   for (;;) {
     run.rig.let_pass(1);
@@ -121,7 +171,9 @@ Result<Outcome> drive_virtual(const UnderWay& run) {
     display.see(run.experiment.last());
     const bool ended = *outcome != Outcome::going_on;
     if (!ended && run.experiment.next_slot() % kTicksPerLook != 0) continue;
-    if (interrupted() && !ended) return stopped(run);
+    if (interrupted() && !ended && (run.experiment.run_state() != RunState::aborting || interrupts() > 1))
+      return stopped(run);
+    listen(run, ears);
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();

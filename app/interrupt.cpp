@@ -9,11 +9,11 @@
 namespace gyrotherm {
 namespace {
 
-std::atomic<bool> was_interrupted{false};
+std::atomic<int> interrupts_so_far{0};
 int wake_pipe[2] = {-1, -1};
 
 void on_signal(int) {
-  was_interrupted = true;
+  ++interrupts_so_far;
   [[maybe_unused]] const auto written = ::write(wake_pipe[1], "", 1);
 }
 
@@ -29,8 +29,16 @@ void watch_for_interrupts() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-bool interrupted() { return was_interrupted; }
+bool interrupted() { return interrupts_so_far > 0; }
+
+int interrupts() { return interrupts_so_far; }
 
 int interrupt_descriptor() { return wake_pipe[0]; }
+
+void take_wake_ups() {
+  char bytes[64];
+  while (::read(wake_pipe[0], bytes, sizeof bytes) > 0) {
+  }
+}
 
 }  // namespace gyrotherm

@@ -9,7 +9,12 @@ void watch_for_interrupts();
 /// True from the first such signal on.
 [[nodiscard]] bool interrupted();
 
-/// Becomes readable at the first such signal; for an event loop.
+/// How many there have been.
+[[nodiscard]] int interrupts();
+
+/// Becomes readable at each such signal; for an event loop.
 [[nodiscard]] int interrupt_descriptor();
+/// Makes it wait for the next one.
+void take_wake_ups();
 
 }  // namespace gyrotherm

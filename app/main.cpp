@@ -18,6 +18,7 @@ void add_commands(Program& program) {
   add_run(program);
   add_resume(program);
   add_status(program);
+  add_tell(program);
   add_simulate(program);
   add_check(program);
   add_devices(program);

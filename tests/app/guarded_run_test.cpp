@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "core/text_file.hpp"
+#include "acquisition/record.hpp"
 #include "tests/app/real_laboratory.hpp"
 
 namespace gyrotherm {
@@ -59,6 +59,39 @@ TEST(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   EXPECT_EQ(shell("sleep 2").exit_code, 0);
   EXPECT_EQ(laboratory.set_point(), kWarm);
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+}
+
+TEST(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
+  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db";
+  const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
+  EXPECT_EQ(tell("pause").exit_code, 2) << "nobody there";
+  Background run(warm_run(laboratory, record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  EXPECT_EQ(tell("note 'looked at the cable'").exit_code, 0);
+  const auto refused = tell("resume");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("the run is not held"), std::string::npos) << refused.err;
+  EXPECT_EQ(tell("pause").exit_code, 0);
+  std::string status;
+  for (int i = 0; i < 50 && status.find("\"state\":\"held\"") == std::string::npos; ++i)
+    status = shell("sleep 0.1; gyrotherm status --json " + record).out;
+  EXPECT_NE(status.find("\"state\":\"held\""), std::string::npos) << status;
+  EXPECT_EQ(tell("resume").exit_code, 0);
+  EXPECT_EQ(tell("abort").exit_code, 0);
+  EXPECT_EQ(run.wait(), 6) << run.output();
+  EXPECT_EQ(laboratory.set_point(), kSafe);
+  EXPECT_FALSE(std::filesystem::exists(record + ".armed"));
+  EXPECT_EQ(tell("note late").exit_code, 2);
+  const auto kept = read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  std::string events;
+  for (const auto& stored : kept->events) events += stored.event.text + "\n";
+  for (const auto* part : {"): looked at the cable", "): resume, refused", "pause", "abort", "(uid "})
+    EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
 }
 
 /// The socket that systemd would listen at; the environment names it while this lives.

@@ -1,0 +1,50 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/command.hpp"
+#include "app/tell_socket.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kAnswerWithin = std::chrono::seconds(5);
+
+struct Options {
+  std::string run;
+  std::string word;
+  std::string note;
+};
+
+Result<Exit> speak(Console& console, const Options& options) {
+  const auto telling = telling_of(options.word, options.note);
+  if (!telling) return failure(telling.error());
+  const auto answer = tell(options.run, *telling, kAnswerWithin);
+  if (!answer) return failure(answer.error());
+  if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
+  if (console.json)
+    console.data(nlohmann::ordered_json{{"done", answer->text}}.dump() + "\n");
+  else
+    console.say(options.run + ": " + answer->text);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_tell(Program& program) {
+  auto options = std::make_shared<Options>();
+  auto* command = add_command(program, "tell",
+                              "Speaks to the program that carries a run out; each word is in the record, with time and "
+                              "user.\n\n"
+                              "pause: the profile's clock stands and the set point stays, until resume.\n"
+                              "stop: ends the run and leaves the chamber as the rig file says.\n"
+                              "abort: ends the run and makes the chamber safe.\n"
+                              "note: puts a line of text into the record.",
+                              "gyrotherm tell random.db note \"door opened to look at the cable\"");
+  command->add_option("run", options->run, "the record")->required();
+  command->add_option("word", options->word, "pause, resume, stop, abort or note")->required();
+  command->add_option("text", options->note, "of the note");
+  set_action(command, program, [&program, options] { return speak(program.console, *options); });
+}
+
+}  // namespace gyrotherm

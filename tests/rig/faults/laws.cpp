@@ -246,7 +246,8 @@ void Laws::count_ticks(const Sample& sample) {
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
   const bool safe = abs(world.set_point() - file_.safe_set_point) <= kSame || !world.is_on();
-  count(ticks.aborting, good && severity(sample.state) == severity(RunState::aborting) && !safe);
+  const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
+  count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
 
 /// I7, I8, I9, I20.

@@ -100,7 +100,9 @@ class WorkerSampler final : public Sampler {
 
  private:
   /// Has the chamber's worker do it; `what` is its name in a fault.
-  Result<void> order(const std::string& what, std::function<Result<void>()> job);
+  Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within);
+  /// What the last read has left of its tick.
+  Duration rest_of_tick() const;
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
   std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
@@ -113,7 +115,9 @@ class WorkerSampler final : public Sampler {
   Worker chamber_;
   std::deque<Worker> thermometers_;  // a deque, for a worker does not move
   Worker gyro_;
-  FrameCount frames_{};  ///< last known
+  FrameCount frames_{};           ///< last known
+  const Clock* clock_ = nullptr;  ///< of the last read …
+  Duration read_at_{};            ///< … and when that began
 };
 
 template <class T>
@@ -131,6 +135,8 @@ Reading<T> WorkerSampler::late(const char* who, const Clock& clock) const {
 
 Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   const Instant now = clock.now();
+  clock_ = &clock;
+  read_at_ = now.since_start;
   auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
   std::vector<std::future<ThermometerReadings>> thermometers;
   for (std::size_t i = 0; i < thermometers_.size(); ++i)
@@ -156,14 +162,21 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   return sample;
 }
 
-Result<void> WorkerSampler::order(const std::string& what, std::function<Result<void>()> job) {
+Duration WorkerSampler::rest_of_tick() const {
+  constexpr Duration kLeast = std::chrono::milliseconds(20);
+  const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
+  if (spent >= options_.interval) return options_.patience;  // outside a tick
+  return std::clamp(options_.tick - spent, kLeast, options_.patience);
+}
+
+Result<void> WorkerSampler::order(const std::string& what, std::function<Result<void>()> job, Duration within) {
   auto done = chamber_.post(std::move(job));
-  if (done.wait_for(options_.patience) == std::future_status::ready) return done.get();
+  if (done.wait_for(within) == std::future_status::ready) return done.get();
   const bool never_begun = chamber_.withdraw();
   return failure(FaultKind::timeout, "chamber",
                  fmt::format("{} {} {}", what,
                              never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
-                             in_ms(options_.patience)));
+                             in_ms(within)));
 }
 
 Duration WorkerSampler::busy_for() {
@@ -173,17 +186,18 @@ Duration WorkerSampler::busy_for() {
 }
 
 Result<void> WorkerSampler::command(Celsius target) {
-  return order(fmt::format("set point {:g} °C", target.value),
-               [this, target] { return instruments_.chamber.head_for(target); });
+  const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
+  return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
 }
 
 Result<void> WorkerSampler::insist(Celsius target) {
-  return order(fmt::format("set point {:g} °C", target.value),
-               [this, target] { return head_for_at_once(instruments_.chamber, target); });
+  const auto head_for = [this, target] { return head_for_at_once(instruments_.chamber, target); };
+  return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
 }
 
 Result<void> WorkerSampler::switch_on(bool on) {
-  return order(on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); });
+  return order(
+      on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
 }
 
 }  // namespace

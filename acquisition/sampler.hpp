@@ -30,6 +30,7 @@ struct Instruments {
 struct SamplerOptions {
   Duration interval = std::chrono::seconds(1);         ///< what the gyro shall cover at each read
   Duration patience = std::chrono::milliseconds(900);  ///< workers: after this an instrument counts as silent
+  Duration tick = std::chrono::milliseconds(980);  ///< workers: counted from a read, after this a command waits no more
 };
 
 class Sampler {
@@ -49,10 +50,10 @@ class Sampler {
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
   /// Makes `target` the chamber's set point. Fails as Chamber::head_for() does; with workers also with timeout if that
-  /// is not done within `patience`: a command that had not begun by then is not sent later, of one that had the set
-  /// point is unknown.
+  /// is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had not
+  /// begun by then is not sent later, of one that had the set point is unknown.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
-  /// The same at once, also on a line that rests after failures: for what cannot wait.
+  /// The same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot wait.
   [[nodiscard]] virtual Result<void> insist(Celsius target) = 0;
   /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;

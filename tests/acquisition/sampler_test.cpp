@@ -209,5 +209,15 @@ TEST(Sampler, CommandThatWasNotConfirmedIsUnknown) {
   bench.chamber.command_gate.open();
 }
 
+TEST(Sampler, ACommandWaitsNoLongerThanItsTick) {
+  Bench bench;
+  bench.chamber.command_gate.close();
+  const auto sampler = Sampler::workers(bench.instruments);
+  EXPECT_TRUE(sampler->read(0, bench.clock).chamber.value);
+  bench.clock.advance(930ms);  // an instrument was slow
+  EXPECT_EQ(sampler->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  bench.chamber.command_gate.open();
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -52,6 +52,15 @@ StoredRow empty_row(const RunInfo& info) {
   return row;
 }
 
+/// A writer that died while it closed the record leaves a journal, which only one who may write can undo. If that
+/// fails, the reader is told why by its own attempt.
+void undo_broken_off(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path + "-journal", error)) return;
+  if (auto database = Database::open(path, Access::read_write, kPatienceMs)) [[maybe_unused]]
+    const auto undone = database->ask("PRAGMA user_version");
+}
+
 }  // namespace
 
 Phase phase_named(std::string_view text) {
@@ -73,6 +82,7 @@ Result<Database> open_record(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
     return failure(FaultKind::bad_file, path, "no such file, expected a gyrotherm record");
+  undo_broken_off(path);
   auto database = Database::open(path, Access::read_only, kPatienceMs);
   if (!database) return database;
   if (auto checked = check_schema(*database, path); !checked) return failure(checked.error());

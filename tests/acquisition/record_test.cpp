@@ -1,12 +1,16 @@
 #include "acquisition/record.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 
 #include "acquisition/calibration.hpp"
+#include "acquisition/chain_check.hpp"
 #include "acquisition/sqlite.hpp"
 #include "acquisition/status.hpp"
 #include "runs.hpp"
@@ -132,6 +136,29 @@ TEST(Record, OfAnOlderProgramIsReadAndGoneOnWith) {
   ASSERT_TRUE((*store)->append(sample_at(5), {}));
   EXPECT_EQ((*store)->sync().value_or(-2), 5);
   ASSERT_TRUE((*store)->finish());
+}
+
+TEST(Record, WhoseWriterDiedWhileItClosedItIsRead) {
+  constexpr int kRows = 3000;
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, kRows).reset();
+  const auto whole = read_record(path).value();
+  if (const auto child = ::fork(); child != 0) {
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  } else {
+    auto database = Database::open(path, Access::read_write, 0).value();
+    (void)database.ask("PRAGMA journal_mode = DELETE");
+    (void)database.ask("PRAGMA cache_size = 2");
+    (void)database.execute("BEGIN IMMEDIATE");
+    (void)database.execute("UPDATE sample SET set_point_c = 0");
+    ::_exit(0);
+  }
+  ASSERT_TRUE(std::filesystem::exists(path + "-journal"));
+  const auto record = read_record(path);
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->set_point_c, whole.set_point_c);
+  EXPECT_TRUE(verify_record(path));
 }
 
 TEST(Record, GivesBackEachSampleToTheBit) {

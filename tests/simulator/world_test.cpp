@@ -161,7 +161,7 @@ TEST(World, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
   faults = {};
   faults.plant.sensor_c = 20;
   frozen.suffer(faults);
-  EXPECT_EQ(air_after(frozen, {40}, 5), 20) << "it shows what it showed";
+  EXPECT_NEAR(air_after(frozen, {40}, 5), 20, 0.05) << "it shows what it showed, and its noise";
   frozen.suffer({});
   EXPECT_GT(frozen.output_percent(), 50);
   frozen.step();

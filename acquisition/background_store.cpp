@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -13,6 +12,7 @@
 #include "acquisition/backlog.hpp"
 #include "acquisition/ordered_store.hpp"
 #include "acquisition/record.hpp"
+#include "drivers/line/block_signals.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -46,13 +46,6 @@ struct Desk {
   int parts{1};
   RecordWriter writer;
 };
-
-/// Signals belong to the main thread.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
-}
 
 Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, const FrameCount& frames) {
   if (entries.empty()) return {};

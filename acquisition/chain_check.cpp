@@ -153,8 +153,7 @@ Result<Verified> verify_file(const std::string& path) {
 }
 
 Result<std::string> run_id(const std::string& path) {
-  return open_record(path).and_then(
-      [](Database database) { return database.ask("SELECT value FROM meta WHERE key = 'id'"); });
+  return open_record(path).and_then([](Database database) { return meta(database, "id"); });
 }
 
 }  // namespace

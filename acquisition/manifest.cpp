@@ -14,11 +14,6 @@
 namespace gyrotherm {
 namespace {
 
-bool exists(const std::string& path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error);
-}
-
 std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 Result<std::string> hash_of(const std::string& path) {
@@ -41,7 +36,7 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
   for (int part = 1; part <= last_part; ++part)
     for (const char* suffix : {"", "-wal"}) {
       const auto path = part_path(record_path, part) + suffix;
-      if (!exists(path)) continue;
+      if (!is_there(path)) continue;
       const auto hash = hash_of(path);
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
       text += fmt::format("{}  {}\n", *hash, name_of(path));
@@ -50,7 +45,7 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
 }
 
 Result<bool> check_manifest(const std::string& record_path) {
-  if (!exists(manifest_path(record_path))) return false;
+  if (!is_there(manifest_path(record_path))) return false;
   const auto text = read_text_file(manifest_path(record_path));
   if (!text) return failure(text.error());
   const auto folder = std::filesystem::path(record_path).parent_path();

@@ -8,15 +8,6 @@
 #include "acquisition/record_status.hpp"
 
 namespace gyrotherm {
-namespace {
-
-template <class T>
-std::optional<T> value_of(const Reading<T>& reading) {
-  return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
-}
-
-}  // namespace
-
 OrderedStore::OrderedStore(RunInfo info, RunStatus status)
     : info_(std::move(info)),
       status_(std::move(status)),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
@@ -127,6 +128,10 @@ Result<Record> read_all(const std::string& path) {
 }
 
 }  // namespace
+
+std::optional<Celsius> known(double celsius) {
+  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
+}
 
 Result<Record> record_of(Database& database) {
   auto info = read_run_info(database);

@@ -23,6 +23,9 @@ struct RecordedEvent {
   Event event;
 };
 
+/// A temperature as a record has it: NaN is not known.
+[[nodiscard]] std::optional<Celsius> known(double celsius);
+
 /// Columns of equal length, one row per sample in order of time; NaN where a reading was a fault.
 struct Record {
   RunInfo info;

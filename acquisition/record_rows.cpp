@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <initializer_list>
 
+#include "acquisition/run_parts.hpp"
 #include "acquisition/schema.hpp"
 
 namespace gyrotherm {
@@ -55,8 +56,7 @@ StoredRow empty_row(const RunInfo& info) {
 /// A writer that died while it closed the record leaves a journal, which only one who may write can undo. If that
 /// fails, the reader is told why by its own attempt.
 void undo_broken_off(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path + "-journal", error)) return;
+  if (!is_there(path + "-journal")) return;
   if (auto database = Database::open(path, Access::read_write, kPatienceMs)) [[maybe_unused]]
     const auto undone = database->ask("PRAGMA user_version");
 }

@@ -35,7 +35,8 @@ struct StoredRow {
 };
 
 /// Opens a record to read it, and checks that it is one. Nothing in it changes, not even a dead writer's log (beside
-/// which SQLite leaves the log's index, RUN.db-shm, until the run goes on). Fails with bad_file, or with storage if it
+/// which SQLite leaves the log's index, RUN.db-shm, until the run goes on), but that a last step which a writer broke
+/// off while it closed the record is undone. Fails with bad_file, or with storage if it
 /// is being written or damaged.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 

@@ -1,17 +1,12 @@
 #include "acquisition/record_status.hpp"
 
-#include <cmath>
-
+#include "acquisition/record.hpp"
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
 
 namespace gyrotherm {
 namespace {
-
-std::optional<Celsius> known(double reading_c) {
-  return std::isnan(reading_c) ? std::nullopt : std::optional(Celsius{reading_c});
-}
 
 Result<std::optional<FrameCount>> stored_frames(Database& database) {
   const auto known = has_table(database, "frames");

@@ -199,14 +199,16 @@ Result<RunInfo> read_run_info(Database& database) {
   return info;
 }
 
+Result<std::string> meta(Database& database, std::string_view key) {
+  return database.ask(fmt::format("SELECT value FROM meta WHERE key = '{}'", key));
+}
+
 Result<void> mark_finished(Database& database) {
   return database.execute("INSERT INTO meta(key, value) VALUES('outcome', 'finished')");
 }
 
 Result<bool> is_finished(Database& database) {
-  const auto outcome = database.ask("SELECT value FROM meta WHERE key = 'outcome'");
-  if (!outcome) return failure(outcome.error());
-  return *outcome == "finished";
+  return meta(database, "outcome").map([](const std::string& outcome) { return outcome == "finished"; });
 }
 
 }  // namespace gyrotherm

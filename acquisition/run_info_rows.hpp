@@ -1,6 +1,9 @@
 /// RunInfo as rows of a record, there and back.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "acquisition/run_info.hpp"
 #include "acquisition/sqlite.hpp"
 #include "core/result.hpp"
@@ -12,6 +15,9 @@ namespace gyrotherm {
 
 /// What write_run_info() wrote, to the bit. Fails with bad_file if a name in it could not have been written.
 [[nodiscard]] Result<RunInfo> read_run_info(Database& database);
+
+/// The value of a key of the table `meta`, as text; empty if it is not there.
+[[nodiscard]] Result<std::string> meta(Database& database, std::string_view key);
 
 [[nodiscard]] Result<void> mark_finished(Database& database);
 [[nodiscard]] Result<bool> is_finished(Database& database);

@@ -5,29 +5,19 @@
 #include <filesystem>
 
 #include "acquisition/record_rows.hpp"
+#include "acquisition/run_info_rows.hpp"
 
 namespace gyrotherm {
 namespace {
-
-bool exists(const std::string& path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error);
-}
-
-Result<bool> is_of_run(Database& database, const std::string& run_id) {
-  const auto id = database.ask("SELECT value FROM meta WHERE key = 'id'");
-  if (!id) return failure(id.error());
-  return *id == run_id;
-}
 
 /// Nothing if the file is no part of this run.
 Result<std::optional<Part>> part_at(const std::string& path, int number, const std::string& run_id) {
   auto database = open_record(path);
   if (!database && database.error().kind == FaultKind::bad_file) return std::nullopt;
   if (!database) return failure(database.error());
-  const auto ours = is_of_run(*database, run_id);
-  if (!ours) return failure(ours.error());
-  if (!*ours) return std::nullopt;
+  const auto id = meta(*database, "id");
+  if (!id) return failure(id.error());
+  if (*id != run_id) return std::nullopt;
   auto continuation = read_continuation(*database);
   if (!continuation) return failure(continuation.error());
   if (!*continuation || (*continuation)->part != number) return std::nullopt;
@@ -35,6 +25,11 @@ Result<std::optional<Part>> part_at(const std::string& path, int number, const s
 }
 
 }  // namespace
+
+bool is_there(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
 
 std::string part_path(const std::string& record_path, int part) {
   if (part == 1) return record_path;
@@ -69,7 +64,7 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
 
 Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id) {
   std::vector<Part> parts;
-  for (int number = 2; exists(part_path(record_path, number)); ++number) {
+  for (int number = 2; is_there(part_path(record_path, number)); ++number) {
     auto part = part_at(part_path(record_path, number), number, run_id);
     if (!part) return failure(part.error());
     if (*part) parts.push_back(std::move(**part));
@@ -78,10 +73,10 @@ Result<std::vector<Part>> parts_after(const std::string& record_path, const std:
 }
 
 Result<int> last_part(const std::string& record_path) {
-  if (!exists(part_path(record_path, 2))) return 1;
+  if (!is_there(part_path(record_path, 2))) return 1;
   auto database = open_record(record_path);
   if (!database) return failure(database.error());
-  const auto id = database->ask("SELECT value FROM meta WHERE key = 'id'");
+  const auto id = meta(*database, "id");
   if (!id) return failure(id.error());
   const auto parts = parts_after(record_path, *id);
   if (!parts) return failure(parts.error());
@@ -90,7 +85,7 @@ Result<int> last_part(const std::string& record_path) {
 
 int next_part(const std::string& record_path) {
   int number = 2;
-  while (exists(part_path(record_path, number))) ++number;
+  while (is_there(part_path(record_path, number))) ++number;
   return number;
 }
 

@@ -19,6 +19,9 @@ struct Continuation {
   std::string cause;  ///< how that failed
 };
 
+/// Whether a file has that name; one that cannot be looked at counts as not there.
+[[nodiscard]] bool is_there(const std::string& path);
+
 /// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
 [[nodiscard]] std::string part_path(const std::string& record_path, int part);
 

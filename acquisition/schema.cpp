@@ -7,6 +7,7 @@
 #include <cctype>
 #include <set>
 
+#include "acquisition/run_info_rows.hpp"
 #include "acquisition/store.hpp"
 
 namespace gyrotherm {
@@ -106,7 +107,7 @@ Result<int> schema_version(Database& database, const std::string& path) {
   if (*id != kApplicationId) return failure(FaultKind::bad_file, path, "not a gyrotherm record");
   const auto version = database.ask_integer("PRAGMA user_version", 0);
   if (!version) return failure(version.error());
-  const auto schema = database.ask("SELECT value FROM meta WHERE key = 'schema'");
+  const auto schema = meta(database, "schema");
   if (!schema) return failure(schema.error());
   if (*version >= 1 && *version <= kUserVersion && *schema == fmt::format("gyrotherm-run/{}", *version))
     return static_cast<int>(*version);

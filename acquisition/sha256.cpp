@@ -95,4 +95,10 @@ std::string hex(const Digest& digest) {
   return text;
 }
 
+std::string sha256(std::string_view text) {
+  Sha256 hash;
+  hash.add(text);
+  return hex(hash.digest());
+}
+
 }  // namespace gyrotherm

@@ -30,4 +30,7 @@ class Sha256 {
 /// 64 hexadecimal digits.
 [[nodiscard]] std::string hex(const Digest& digest);
 
+/// Of a text, in hexadecimal digits.
+[[nodiscard]] std::string sha256(std::string_view text);
+
 }  // namespace gyrotherm

@@ -1,21 +1,10 @@
 #include "acquisition/worker.hpp"
 
 #include <cassert>
-#include <csignal>
+
+#include "drivers/line/block_signals.hpp"
 
 namespace gyrotherm {
-namespace {
-
-/// A signal would end a poll of the instruments' libraries as an unplugged device does; signals belong to the main
-/// thread.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
-}
-
-}  // namespace
-
 void Worker::enqueue(std::function<void()> job) {
   {
     const std::lock_guard lock(mutex_);

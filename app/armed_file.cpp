@@ -4,35 +4,41 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 
 #include "app/keyed_text.hpp"
 #include "app/small_file.hpp"
+#include "drivers/chamber/register_map_words.hpp"
 
 namespace gyrotherm {
 namespace {
 
-constexpr std::array kLinks{LinkKind::tcp, LinkKind::rtu, LinkKind::rtu_over_tcp};
-constexpr std::array<std::string_view, 5> kOrders{"abcd", "cdab", "badc", "dcba", "of the map"};
+constexpr const char* kOfTheMap = "of the map";
 
-std::string_view order_in_words(const std::optional<WordOrder>& order) {
-  return kOrders.at(order ? static_cast<std::size_t>(*order) : kOrders.size() - 1);
+const char* order_in_words(const std::optional<WordOrder>& order) {
+  const auto found =
+      std::find_if(kWordOrders.begin(), kWordOrders.end(), [&](const auto& w) { return w.second == order; });
+  return found == kWordOrders.end() ? kOfTheMap : found->first;
+}
+
+/// What the word stands for; nothing, and no mistake, if it is none of these.
+template <class T, std::size_t N>
+std::optional<T> meant(const Vocabulary<T, N>& words, std::string_view word) {
+  for (const auto& [known, value] : words)
+    if (word == known) return value;
+  return {};
 }
 
 LinkKind read_link(KeyedText& text) {
-  const auto word = text.text("link");
-  for (const auto kind : kLinks)
-    if (word == name(kind)) return kind;
-  text.mistake("link: expected tcp, rtu or rtu_over_tcp");
-  return {};
+  const auto link = meant(kLinkKinds, text.text("link"));
+  if (!link) text.mistake("link: expected tcp, rtu or rtu_over_tcp");
+  return link.value_or(LinkKind{});
 }
 
 std::optional<WordOrder> read_order(KeyedText& text) {
   const auto word = text.text("word_order");
-  const auto found = std::find(kOrders.begin(), kOrders.end(), word);
-  if (found == kOrders.end()) text.mistake("word_order: expected abcd, cdab, badc, dcba or \"of the map\"");
-  if (found >= kOrders.end() - 1) return {};
-  return static_cast<WordOrder>(found - kOrders.begin());
+  const auto order = meant(kWordOrders, word);
+  if (!order && word != kOfTheMap) text.mistake("word_order: expected abcd, cdab, badc, dcba or \"of the map\"");
+  return order;
 }
 
 }  // namespace

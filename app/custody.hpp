@@ -8,7 +8,7 @@
 
 #include "app/life_line.hpp"
 #include "core/result.hpp"
-#include "rig/chamber_lock.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "rig/rig_file.hpp"
 
 namespace gyrotherm {
@@ -26,7 +26,6 @@ class Custody {
   void beat(Duration busiest);
   /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.
   void release();
-  [[nodiscard]] bool is_armed() const { return life_line_ != nullptr; }
 
  private:
   std::optional<Armed> armed_;  ///< of a real rig

@@ -14,7 +14,7 @@
 #include "app/guard.hpp"
 #include "app/made_safe_file.hpp"
 #include "app/safe_attempt.hpp"
-#include "rig/chamber_lock.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 
 namespace gyrotherm {
 namespace {

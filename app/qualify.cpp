@@ -7,6 +7,7 @@
 
 #include "acquisition/export.hpp"
 #include "acquisition/record.hpp"
+#include "acquisition/sha256.hpp"
 #include "analysis/method.hpp"
 #include "analysis/training.hpp"
 #include "analysis/verification.hpp"
@@ -15,7 +16,6 @@
 #include "app/evidence.hpp"
 #include "app/places.hpp"
 #include "app/qualify_report.hpp"
-#include "app/sha256.hpp"
 #include "app/timings.hpp"
 #include "core/text_file.hpp"
 #include "report/write.hpp"

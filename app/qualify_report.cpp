@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/calibration.hpp"
+#include "acquisition/sha256.hpp"
 #include "analysis/correlation.hpp"
 #include "analysis/hold_noise.hpp"
 #include "analysis/noise_floor.hpp"
-#include "app/sha256.hpp"
 #include "core/nearest.hpp"
 #include "report/report_json.hpp"
 

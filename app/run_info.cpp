@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "app/sha256.hpp"
+#include "acquisition/sha256.hpp"
 
 namespace gyrotherm {
 namespace {

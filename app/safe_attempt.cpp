@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
-#include "rig/chamber_lock.hpp"
 
 namespace gyrotherm {
 namespace {

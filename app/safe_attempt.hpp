@@ -32,7 +32,7 @@ inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 [[nodiscard]] SafeAttempt attempt_safe(Celsius safe_set_point, bool switch_off, const AttemptMeans& means);
 
 struct ArmedChamber {
-  std::string place;  ///< of its lock (rig/chamber_lock.hpp)
+  std::string place;  ///< of its lock (drivers/chamber/chamber_lock.hpp)
   std::function<std::unique_ptr<Chamber>()> connect;
 };
 /// The chamber that the armed file describes. Fails with bad_file.

@@ -9,16 +9,8 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, OperatorCommand>, 4> kCommands{{{"pause", OperatorCommand::pause},
-                                                                                 {"resume", OperatorCommand::resume},
-                                                                                 {"stop", OperatorCommand::stop},
-                                                                                 {"abort", OperatorCommand::abort}}};
-
-std::string_view word_of(const Telling& telling) {
-  for (const auto& [word, command] : kCommands)
-    if (telling.command == command) return word;
-  return "note";
-}
+constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, OperatorCommand::stop,
+                               OperatorCommand::abort};
 
 bool is_one_line(std::string_view text) {
   return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; });
@@ -41,8 +33,8 @@ Result<std::pair<std::string_view, std::string_view>> split(std::string_view mes
 
 Result<Telling> telling_of(const std::string& word, const std::string& note) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
-  for (const auto& [known, command] : kCommands) {
-    if (word != known) continue;
+  for (const auto command : kCommands) {
+    if (word != name(command)) continue;
     if (!note.empty()) return refuse("takes no text; \"note\" does");
     return Telling{.command = command, .note = {}};
   }
@@ -54,7 +46,7 @@ Result<Telling> telling_of(const std::string& word, const std::string& note) {
 }
 
 std::string to_message(const Telling& telling) {
-  return fmt::format("{} {} {}", kTellSchema, word_of(telling), telling.note);
+  return fmt::format("{} {} {}", kTellSchema, telling.command ? name(*telling.command) : "note", telling.note);
 }
 
 std::string to_message(const TellAnswer& answer) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,11 @@ struct Reading {
   Result<T> value;
   Instant at;
 };
+
+template <class T>
+[[nodiscard]] std::optional<T> value_of(const Reading<T>& reading) {
+  return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
+}
 
 /// What the gyro counted, and over exactly how long by its own clock.
 struct PulseCount {

@@ -35,10 +35,6 @@ std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
   return points;
 }
 
-std::optional<Celsius> known(double celsius) {
-  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
-}
-
 /// The state one second after the record's last; the profile's clock runs in Execute alone.
 Result<State> state_after(const Record& record, const Profile& profile, RunState stood) {
   if (record.slot.empty()) return begin(profile);

@@ -45,16 +45,20 @@ Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State sta
       store_(store),
       state_(std::move(state)),
       next_slot_(first_slot),
-      path_(rig.file().chamber_limits, set_point_tolerance(rig.file().chamber_map), rig.file().chamber_map.limits.every,
-            command(profile, state_), kTick * first_slot),
+      path_(path_from(command(profile, state_))),
       safe_(rig.file()) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
 
+SetPointPath Experiment::path_from(Celsius here) const {
+  const auto& file = rig_.file();
+  return {file.chamber_limits, set_point_tolerance(file.chamber_map), file.chamber_map.limits.every, here,
+          kTick * next_slot_};
+}
+
 void Experiment::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
-  path_ = SetPointPath(rig_.file().chamber_limits, path_.tolerance(), rig_.file().chamber_map.limits.every, here,
-                       kTick * next_slot_);
+  path_ = path_from(here);
   approaching_ = true;
   air_before_ = air_before;
   change_to(Returning{cause, {}});
@@ -104,10 +108,8 @@ void Experiment::note_alarms(const Judgement& judgement) {
     note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.cause), alarm.text));
 }
 
-bool Experiment::is_seen(Cause cause) const { return memory_.watches[static_cast<std::size_t>(cause)].samples > 0; }
-bool Experiment::stands(Cause cause) const {
-  return is_seen(cause) && memory_.watches[static_cast<std::size_t>(cause)].raised;
-}
+bool Experiment::is_seen(Cause cause) const { return memory_.of(cause).samples > 0; }
+bool Experiment::stands(Cause cause) const { return is_seen(cause) && memory_.of(cause).raised; }
 
 Circumstances Experiment::circumstances(const Sample& sample, Duration missed) const {
   Circumstances around;
@@ -315,8 +317,6 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   events_.clear();
   last_ = std::move(sample);
   next_slot_ = slot + 1;
-  constexpr std::int64_t kPublishEvery = 64;  // in virtual time
-  if (!rig_.file().simulated || slot % kPublishEvery == 0 || is_over(procedure_)) store_.publish(outlook());
   switch (run_state()) {
     case RunState::aborted: return Outcome::made_safe;
     case RunState::stopped: return Outcome::stopped;

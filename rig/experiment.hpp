@@ -62,11 +62,10 @@ class Experiment {
   /// Of the last tick; an empty one before the first.
   [[nodiscard]] const Sample& last() const { return last_; }
   [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(procedure_); }
-  [[nodiscard]] const Procedure& procedure() const { return procedure_; }
-  [[nodiscard]] const InterlockMemory& interlocks() const { return memory_; }
   [[nodiscard]] Outlook outlook() const;
 
  private:
+  [[nodiscard]] SetPointPath path_from(Celsius here) const;  ///< that the chamber has taken just now
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
   void note_alarms(const Judgement& judgement);

@@ -16,10 +16,6 @@ constexpr Duration kWallStep = std::chrono::milliseconds(50);
 constexpr int kRefusals = 3;
 constexpr Kelvins kNearLimit{2};
 
-std::optional<Celsius> value_of(const Reading<Celsius>& reading) {
-  return reading.value ? std::optional(*reading.value) : std::nullopt;
-}
-
 /// The thermometers that answer, by size.
 class Ranks {
  public:
@@ -74,7 +70,7 @@ class Look {
     findings_[static_cast<std::size_t>(cause)] = Finding{std::move(text), grave};
   }
   [[nodiscard]] bool is_found(Cause cause) const { return findings_[static_cast<std::size_t>(cause)].has_value(); }
-  [[nodiscard]] bool stands(Cause cause) const { return memory_.watches[static_cast<std::size_t>(cause)].samples > 0; }
+  [[nodiscard]] bool stands(Cause cause) const { return memory_.of(cause).samples > 0; }
   [[nodiscard]] std::string channel(std::size_t column) const {
     return column < limits_.channels.size() ? "thermometer " + limits_.channels[column] : "a thermometer";
   }
@@ -144,7 +140,7 @@ class Look {
     if (!memory_.expected || !memory_.set_point) return;
     const auto band = std::max(limits_.follow_band, memory_.lag * 3);
     if (abs(air - *memory_.expected) <= band) return;
-    const auto standing = memory_.watches[static_cast<std::size_t>(Cause::following)].standing;
+    const auto standing = memory_.of(Cause::following).standing;
     const bool near_a_limit = air < limits_.air_lowest + kNearLimit || air > limits_.air_highest - kNearLimit;
     found(Cause::following,
           fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C", air.value,
@@ -222,7 +218,7 @@ bool settled(const InterlockMemory& memory) {
 
 /// How far an article that warms itself stays from the air is its own affair; that it changes is not.
 void compare_with_article(Celsius air, const std::optional<Celsius>& article, InterlockMemory& memory) {
-  if (memory.watches[static_cast<std::size_t>(Cause::chamber_sensor)].samples > 0) return;
+  if (memory.of(Cause::chamber_sensor).samples > 0) return;
   if (!article || !settled(memory))
     memory.above_article.reset();
   else if (!memory.above_article)

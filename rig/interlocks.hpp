@@ -78,6 +78,7 @@ struct InterlockMemory {
     std::string text{};   ///< as last seen
   };
   std::array<Watch, kCauses> watches{};
+  [[nodiscard]] const Watch& of(Cause cause) const { return watches[static_cast<std::size_t>(cause)]; }
   bool chamber_answered = true;  ///< in the sample before
   Trend air;
   std::vector<Trend> thermometers;

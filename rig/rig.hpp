@@ -35,9 +35,8 @@ struct RigStart {
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };
 
-/// Whether the chamber may be moved from where it stands; a fault is the reason why not.
-using Permit = std::function<Result<void>(const ChamberState&)>;
-/// The same, and the set point that it is to be sent to first.
+/// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
+/// moved at all.
 using Entrance = std::function<Result<Celsius>(const ChamberState&)>;
 
 class Rig {
@@ -61,14 +60,8 @@ class Rig {
   /// the last thing before the run's clock starts.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
                                                                  const ChamberProgram* program) = 0;
-  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const Permit& permit = {},
-                                                         const ChamberProgram* program = nullptr) {
-    const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
-      if (permit)
-        if (auto permitted = permit(now); !permitted) return failure(permitted.error());
-      return first;
-    };
-    return prepare(Entrance(entrance), program);
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const ChamberProgram* program = nullptr) {
+    return prepare([first](const ChamberState&) -> Result<Celsius> { return first; }, program);
   }
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;

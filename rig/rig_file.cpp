@@ -15,6 +15,11 @@
 namespace gyrotherm {
 namespace {
 
+void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
+  if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
+    table.mistake(key, "the safe set point is outside what the chamber can do");
+}
+
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
@@ -28,8 +33,8 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.limiter = read_limiter(table, rig.chamber_limits.lowest, rig.chamber_limits.highest);
   if (rig.chamber_limits.lowest >= rig.chamber_limits.highest)
     table.mistake("lowest", "the lowest temperature is not below the highest");
-  else if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
-    table.mistake("safe_set_point", "the safe set point is outside what the chamber can do");
+  else
+    check_safe_set_point(table, "safe_set_point", rig);
 }
 
 /// What the word at `key` stands for; nothing if it is not there or "default".
@@ -68,9 +73,7 @@ void read_analysis(const TomlTable& table, const std::set<std::string>& channels
 void read_safe(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
   rig.safe_off = table.boolean("off", false);
-  if (!table.has("set_point")) return;
-  if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
-    table.mistake("set_point", "the safe set point is outside what the chamber can do");
+  if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
 std::vector<std::string> names_of(const std::vector<Channel>& channels) {

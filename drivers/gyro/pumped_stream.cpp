@@ -4,13 +4,14 @@
 #include <array>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <mutex>
 #include <optional>
 #include <stop_token>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "drivers/line/block_signals.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -96,13 +97,6 @@ void PumpedStream::keep(std::span<const std::byte> bytes) {
     return;
   }
   waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
-}
-
-/// Signals belong to the main thread.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
 void PumpedStream::pump(const std::stop_token& stop) {

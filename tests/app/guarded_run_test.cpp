@@ -18,17 +18,23 @@ constexpr double kSafe = 20;    ///< °C, of the rig
 constexpr double kWarm = 21.5;  ///< of the profile
 constexpr double kLimit = 20;   ///< s, within which the chamber is safe
 
-std::vector<std::string> warm_run(const RealLaboratory& laboratory, const std::string& record) {
-  return {"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(), "--out", record, "--json"};
-}
+class GuardedRun : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
+    ASSERT_TRUE(laboratory.serves());
+  }
+  [[nodiscard]] std::vector<std::string> warm_run(const std::string& out) const {
+    return {"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(), "--out", out, "--json"};
+  }
 
-TEST(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
-  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db";
-  Background run(warm_run(laboratory, record), folder / "log");
+  const RealLaboratory laboratory{folder / ""};
+  const std::string record = folder / "run.db";
+};
+
+TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
+  Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
   EXPECT_TRUE(std::filesystem::exists(record + ".armed"));
@@ -41,15 +47,10 @@ TEST(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
   EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
 }
 
-TEST(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
-  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db";
-  Background run(warm_run(laboratory, record), folder / "log");
+TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
+  Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
-  Background second(warm_run(laboratory, folder / "second.db"), folder / "second.log");
+  Background second(warm_run(folder / "second.db"), folder / "second.log");
   EXPECT_EQ(second.wait(), 3) << "one program drives a chamber";
   EXPECT_NE(second.output().find("another program drives it: process "), std::string::npos) << second.output();
   EXPECT_FALSE(std::filesystem::exists(folder / "second.db"));
@@ -61,15 +62,10 @@ TEST(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
 }
 
-TEST(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
-  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db";
+TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
   const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
   EXPECT_EQ(tell("pause").exit_code, 2) << "nobody there";
-  Background run(warm_run(laboratory, record), folder / "log");
+  Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   EXPECT_EQ(tell("note 'looked at the cable'").exit_code, 0);
   const auto refused = tell("resume");
@@ -125,14 +121,9 @@ class Watchdog {
   std::string heard_;
 };
 
-TEST(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterwards) {
-  if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
-  const Folder folder;
-  const RealLaboratory laboratory(folder / "");
-  ASSERT_TRUE(laboratory.serves());
-  const auto record = folder / "run.db";
+TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterwards) {
   Watchdog watchdog(folder / "notify");
-  Background run(warm_run(laboratory, record), folder / "log");
+  Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   const auto heard = watchdog.heard();
   EXPECT_TRUE(heard.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << heard;

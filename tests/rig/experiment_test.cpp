@@ -69,11 +69,11 @@ TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
   auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
-  const auto refuse = [&](const ChamberState& now) -> Result<void> {
+  const auto refuse = [&](const ChamberState& now) -> Result<Celsius> {
     before = now;
     return failure(FaultKind::interrupted, "chamber", "not now");
   };
-  EXPECT_EQ((*rig)->prepare(Celsius{60}, refuse).error().what, "not now");
+  EXPECT_EQ((*rig)->prepare(refuse, nullptr).error().what, "not now");
   ASSERT_TRUE(before);
   EXPECT_NE(before->set_point, Celsius{60});
   const auto asked = (*rig)->ask();

@@ -28,7 +28,7 @@ Outcome upload_and_run(Laboratory& laboratory, const std::string& map, std::stri
   const auto program = program_of(profile);
   EXPECT_TRUE(program) << text(program.error());
   const auto state = begin(profile);
-  const auto prepared = (*rig)->prepare(command(profile, state), {}, &*program);
+  const auto prepared = (*rig)->prepare(command(profile, state), &*program);
   EXPECT_TRUE(prepared) << text(prepared.error());
   auto store = Store::create(laboratory.path(), laboratory.info());
   EXPECT_TRUE(store) << text(store.error());

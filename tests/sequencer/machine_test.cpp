@@ -11,8 +11,8 @@ namespace {
 
 constexpr Duration kSecond = seconds(1);
 
-/// 100 s at 20 °C, 60 s to 25 °C, 100 s there, guaranteed within 2 K, at most 200 s.
-Profile soak_profile() {
+/// 100 s at 20 °C, 60 s to 25 °C, 100 s there, guaranteed within 2 K, and as `soak` says.
+Profile profile_with(const std::string& soak) {
   return parsed(kHold20 + R"([[segment]]
 kind = "ramp"
 to = 25
@@ -21,9 +21,11 @@ rate = 5
 kind = "hold"
 time = "100 s"
 guaranteed_soak = true
-deadline = "200 s"
-)");
+)" + soak);
 }
+
+/// … at most 200 s.
+Profile soak_profile() { return profile_with("deadline = \"200 s\"\n"); }
 
 State after(const Profile& profile, State state, int steps, std::optional<Celsius> air, Duration each = kSecond) {
   for (int i = 0; i < steps; ++i) state = next(profile, state, {each, air});
@@ -84,17 +86,9 @@ TEST(Soak, CountsOnlyInsideTheBand) {
   EXPECT_TRUE(std::holds_alternative<Complete>(next(profile, state, {kSecond, Celsius{25}})));
 }
 
-/// As soak_profile(), but the soak of 100 s counts only after 30 s in the band, and below 0.5 °C/min.
+/// … which counts only after 30 s in the band, and below 0.5 °C/min.
 Profile patient_profile() {
-  return parsed(kHold20 + R"([[segment]]
-kind = "ramp"
-to = 25
-rate = 5
-[[segment]]
-kind = "hold"
-time = "100 s"
-guaranteed_soak = true
-soak_sensor = "A"
+  return profile_with(R"(soak_sensor = "A"
 soak_dwell = "30 s"
 soak_slope = "0.5 °C/min"
 )");

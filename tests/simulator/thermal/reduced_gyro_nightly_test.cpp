@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "app/sha256.hpp"
+#include "acquisition/sha256.hpp"
 #include "core/text_file.hpp"
 #include "simulator/thermal/assembly.hpp"
 #include "simulator/thermal/full_transient.hpp"

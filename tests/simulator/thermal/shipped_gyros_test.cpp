@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "app/sha256.hpp"
+#include "acquisition/sha256.hpp"
 #include "core/text_file.hpp"
 #include "simulator/thermal/gyro_file.hpp"
 #include "simulator/thermal/thermal_twin.hpp"

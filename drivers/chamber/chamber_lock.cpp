@@ -1,4 +1,4 @@
-#include "rig/chamber_lock.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 /// One program drives a chamber.
-#include "rig/chamber_lock.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

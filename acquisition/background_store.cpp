@@ -35,10 +35,11 @@ struct Desk {
   std::condition_variable work;
   std::condition_variable progress;
   Backlog backlog;
-  RunStatus status;   ///< as of the last sync
-  FrameCount frames;  ///< likewise
-  bool wanted{};      ///< a sync was asked for
-  bool busy{};        ///< … and is being carried out
+  std::size_t dropped_before{};  ///< rows, when the disk last took something
+  RunStatus status;              ///< as of the last sync
+  FrameCount frames;             ///< likewise
+  bool wanted{};                 ///< a sync was asked for
+  bool busy{};                   ///< … and is being carried out
   bool stop{};
   bool ended{};
   std::int64_t acknowledged;
@@ -75,6 +76,7 @@ void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   lock.lock();
   if (written) {
     desk.backlog.acknowledge();
+    desk.dropped_before = desk.backlog.dropped();
   } else {
     desk.backlog.put_back();
   }
@@ -192,7 +194,7 @@ Result<void> BackgroundStore::finish() {
 StoreHealth BackgroundStore::health() const {
   const std::lock_guard lock(desk_->mutex);
   return {.backlog_s = last() - desk_->acknowledged,
-          .rows_dropped = desk_->backlog.dropped() > 0,
+          .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
           .trouble = desk_->trouble,
           .parts = desk_->parts};
 }

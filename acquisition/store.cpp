@@ -25,8 +25,9 @@ class InlineStore final : public OrderedStore {
   Result<std::int64_t> sync() override;
   bool settle(Duration /*longest*/) override { return sync().has_value(); }
   Result<void> finish() override;
+  /// What nobody has asked to make durable does not wait for the disk.
   StoreHealth health() const override {
-    return {.backlog_s = last() - acknowledged_, .trouble = broken_ ? text(*broken_) : ""};
+    return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
   }
   Result<Record> read_back() override {
     return file_ ? record_of(file_->database()) : Result<Record>(failure(*broken_));

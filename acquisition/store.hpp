@@ -34,7 +34,7 @@ struct StoreOptions {
 /// How far the disk follows.
 struct StoreHealth {
   std::int64_t backlog_s{};  ///< seconds appended and not acknowledged
-  bool rows_dropped{};       ///< the backlog passed its bound; the rows dropped are gaps with a cause
+  bool rows_dropped{};       ///< since the disk last took any; they are gaps with a cause
   std::string trouble{};     ///< why the disk takes no rows now; empty: it does
   int parts{1};              ///< files that the record consists of so far; each but the first followed a failure
   auto operator<=>(const StoreHealth&) const = default;

@@ -120,7 +120,6 @@ Circumstances Experiment::circumstances(const Sample& sample, Duration missed) c
   around.led_by_controller = watch_.has_value() || !may_command(run_state()) || run_state() == RunState::aborting;
   around.missed = missed;
   around.longest_missed = kLongestUnattended;
-  if (rig_.file().simulated) return around;  // virtual time is written in batches
   const auto health = store_.health();
   around.backlog = std::chrono::seconds(health.backlog_s);
   around.rows_dropped = health.rows_dropped;

@@ -1,6 +1,7 @@
 /// A file system for SQLite that fails on command, and whose power can be cut.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -59,7 +60,7 @@ class FailingVfs {
   sqlite3_vfs* below_{};
   std::int64_t operations_{};
   std::int64_t failures_{};
-  std::int64_t fail_at_{};
+  std::atomic<std::int64_t> fail_at_{};  ///< healed while a worker writes
   bool sticky_{};
   Kind kind_{};
   std::map<std::string, File> disk_;

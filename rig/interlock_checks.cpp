@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSettled = std::chrono::minutes(10);  ///< of a set point that stands
-constexpr CelsiusPerMinute kStandsStill{0.02};
+constexpr CelsiusPerMinute kNoAir{120};  ///< moves so fast; where a rig has faster air: nor three times as fast as that
 constexpr int kStuckSamples = 120;
 constexpr Kelvins kOthersMoved{0.5};
 constexpr Duration kWallStep = std::chrono::milliseconds(50);
@@ -140,20 +140,23 @@ class Look {
     if (!memory_.expected || !memory_.set_point) return;
     const auto band = std::max(limits_.follow_band, memory_.lag * 3);
     if (abs(air - *memory_.expected) <= band) return;
-    const auto standing = memory_.of(Cause::following).standing;
     const bool near_a_limit = air < limits_.air_lowest + kNearLimit || air > limits_.air_highest - kNearLimit;
     found(Cause::following,
           fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C", air.value,
                       memory_.expected->value),
-          near_a_limit && standing >= limits_.follow_time);
+          near_a_limit);
   }
 
   void at_its_sensor(Celsius air) {
     at_following(air);
-    const bool hang_in_air = !limits_.air_thermometers.empty();
-    const auto others = hang_in_air ? median(sample_, limits_.air_thermometers) : ranks_.median();
-    const auto usual = hang_in_air ? Kelvins{0} : memory_.above_article.value_or(Kelvins{NAN});
-    if (!others || !(abs(air - *others - usual) > limits_.chamber_disagreement)) return;
+    if (limits_.air_thermometers.empty()) {
+      if (abs(memory_.air_jumped) > limits_.chamber_disagreement)
+        found(Cause::chamber_sensor, fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
+                                                 memory_.air_jumped.value, air.value));
+      return;
+    }
+    const auto others = median(sample_, limits_.air_thermometers);
+    if (!others || abs(air - *others) <= limits_.chamber_disagreement) return;
     found(Cause::chamber_sensor,
           fmt::format("the chamber's sensor shows {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
   }
@@ -206,30 +209,26 @@ class Look {
   Findings findings_;
 };
 
-/// The article has followed the air to where it stays.
-bool settled(const InterlockMemory& memory) {
-  constexpr std::size_t kEnough = 3;
-  if (memory.set_point_stands < kSettled || memory.thermometers.size() < kEnough) return false;
-  return std::all_of(memory.thermometers.begin(), memory.thermometers.end(), [](const auto& trend) {
-    const auto rate = trend.rate();
-    return !rate || std::abs(rate->value) <= kStandsStill.value;
-  });
-}
-
-/// How far an article that warms itself stays from the air is its own affair; that it changes is not.
-void compare_with_article(Celsius air, const std::optional<Celsius>& article, InterlockMemory& memory) {
-  if (memory.of(Cause::chamber_sensor).samples > 0) return;
-  if (!article || !settled(memory))
-    memory.above_article.reset();
-  else if (!memory.above_article)
-    memory.above_article = air - *article;
+/// Air moves through the degrees, a sensor that breaks skips them: what it skips adds up, and is forgotten where it is
+/// little. What its controller then does about the air does not hide it.
+void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
+              InterlockMemory& memory) {
+  constexpr double kTimesTheFastest = 3;
+  memory.air_unseen += elapsed;
+  if (!air) return;
+  const auto before = std::exchange(memory.air_seen, air);
+  const auto unseen = std::exchange(memory.air_unseen, Duration{});
+  if (!before) return;
+  const CelsiusPerMinute fastest{std::max(kNoAir.value, kTimesTheFastest * limits.air_fastest.value)};
+  if (abs(*air - *before) > fastest * unseen)
+    memory.air_jumped = memory.air_jumped + (*air - *before);
+  else if (abs(memory.air_jumped) <= limits.chamber_disagreement)
+    memory.air_jumped = {};
 }
 
 /// The air as it would follow the set point that the controller holds.
 void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed, InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;
-  const bool same = memory.set_point == chamber.set_point;
-  memory.set_point_stands = same ? memory.set_point_stands + elapsed : Duration{};
   memory.set_point = chamber.set_point;
   if (!memory.expected) memory.expected = chamber.air;
   const double share = 1 - std::exp(-to_seconds(elapsed) / to_seconds(limits.chamber_lag));
@@ -248,7 +247,9 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
     for (auto& trend : memory.thermometers) trend.forget();
   }
   const auto& chamber = sample.chamber.value;
-  memory.air.add(chamber ? std::optional(chamber->air) : std::nullopt);
+  const auto air = chamber ? std::optional(chamber->air) : std::nullopt;
+  memory.air.add(air);
+  add_jump(limits, air, elapsed, memory);
   const Ranks ranks(sample);
   if (chamber) expect_air(limits, *chamber, elapsed, memory);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
@@ -256,7 +257,6 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
     memory.thermometers[i].add(value);
     memory.thermometers[i].compare(ranks.median_without(value));
   }
-  if (chamber) compare_with_article(chamber->air, ranks.median(), memory);
 }
 
 Findings look_for_causes(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample,

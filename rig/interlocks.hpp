@@ -33,10 +33,9 @@ struct InterlockLimits {
   CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
   CelsiusPerMinute thermometers_fastest{15};
   Kelvins disagreement{60};                   ///< of a thermometer and the median of all
-  Kelvins chamber_disagreement{10};           ///< of the chamber's sensor and the median of the thermometers; on an
-                                              ///< article, of its change since the article had settled
-  std::vector<std::size_t> air_thermometers;  ///< columns of those that hang in the air; none: all, once they have
-                                              ///< settled
+  Kelvins chamber_disagreement{10};           ///< of the chamber's sensor and the median of the thermometers in the
+                                              ///< air; without these, of the sensor and itself before it jumped
+  std::vector<std::size_t> air_thermometers;  ///< columns of those that hang in the air
 
   Duration suspend_after = std::chrono::seconds(5);  ///< of silence
   Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
@@ -85,8 +84,9 @@ struct InterlockMemory {
   std::optional<Celsius> expected{};  ///< the air, as it would follow the set point
   Kelvins lag{};                      ///< how far that is behind the set point; fades three times as slowly
   std::optional<Celsius> set_point{};
-  Duration set_point_stands{};
-  std::optional<Kelvins> above_article{};  ///< the air, when the article had settled; nothing: it has not
+  std::optional<Celsius> air_seen{};  ///< the last that was known
+  Duration air_unseen{};              ///< since then
+  Kelvins air_jumped{};               ///< in all, over degrees that it did not pass through
   std::optional<Duration> utc_minus_run{};
 };
 

@@ -295,5 +295,17 @@ TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
       "a set point lies within the limits");
 }
 
+TEST(BrokenRigDeathTest, ASetPointFasterThanTheRampLimitEndsTheProcess) {
+  EXPECT_DEATH(
+      {  // limits as no rig file can have them: heating at −6 °C/min cools, and faster than it may
+        Bench bench(kSoak, [](RigFile& file) {
+          file.chamber_limits.fastest_heating = {-6};
+          file.chamber_limits.fastest_cooling = {1};
+        });
+        bench.seconds(400);
+      },
+      "a set point moves no faster than the ramp limit");
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -3,9 +3,10 @@
 
     tests/rig/mutants.py BUILD [PART-OF-A-NAME]
 
-BUILD is a build folder with sequencer_test and rig_test in it. Each mutant is one edit of one line of one source: it is
-compiled from a copy, linked in front of the libraries of the build, and the test that holds the rule must fail; before,
-the same test must pass unchanged. Exit code 1 if a mutant survives or its line is not there any more.
+BUILD is a folder built with Ninja, with sequencer_test, rig_test and faults_test in it. Each mutant is one edit of one
+line of one source: it is compiled from a copy, linked in front of the libraries of the build, and the test that holds
+the rule must fail; before, the same test must pass unchanged. Exit code 1 if a mutant survives or its line is not there
+any more.
 """
 import pathlib
 import re
@@ -15,6 +16,11 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def shown_by(name):
+    return "Interlocks/EachInterlock.BrokenAloneActsAloneAsItsTablePromises/" + name
+
 
 # name, source, what it says, what the mutant says, test program, test that must fail
 MUTANTS = [
@@ -175,7 +181,105 @@ MUTANTS = [
     ("resume without stabilising", "rig/resume_rule.cpp",
      "if (abs(air_now - *stood.air) > kResumeBand)", "if (false)",
      "rig_test", "ResumeRule.StabilisesAgainAfterADriftToTheMildSide"),
+    ("a set point outruns the ramp limit unpunished", "rig/set_point_path.cpp",
+     "ensure(begins_ || abs(target - base_) <=", "ensure(true || abs(target - base_) <=",
+     "rig_test", "BrokenRigDeathTest.ASetPointFasterThanTheRampLimitEndsTheProcess"),
+    ("a soak counts without its dwell", "sequencer/machine.cpp",
+     "|| inside_before < segment.soak_dwell", "",
+     "sequencer_test", "Soak.CountsOnlyAfterItsDwellInTheBandWithoutLeavingIt"),
+    ("the dwell does not begin anew", "sequencer/machine.cpp",
+     "hold.inside = inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();",
+     "hold.inside += inside_band(segment, seen.air) ? seen.elapsed : Duration::zero();",
+     "sequencer_test", "Soak.CountsOnlyAfterItsDwellInTheBandWithoutLeavingIt"),
+    ("a soak counts at any slope", "sequencer/machine.cpp",
+     "return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;", "return seen.slope.has_value();",
+     "sequencer_test", "Soak.CountsOnlyWhileItsSensorStandsStill"),
+    ("a soak counts at a slope that is not known", "sequencer/machine.cpp",
+     "return seen.slope && std::abs", "return !seen.slope || std::abs",
+     "sequencer_test", "Soak.CountsOnlyWhileItsSensorStandsStill"),
+    ("a record that loses rows is not noticed", "rig/interlock_checks.cpp",
+     "if (around_.rows_dropped)", "if (false)",
+     "rig_test", "Cause.ARecordThatIsBehindWarnsUnlessThePolicySaysMore"),
+    ("an emergency stop is nothing", "rig/interlock_checks.cpp",
+     "case ChamberActivity::emergency_stop:", "case ChamberActivity::emergency_stop: return;",
+     "faults_test", shown_by("AnEmergencyStop")),
+    ("a lost supply is nothing", "rig/interlock_checks.cpp",
+     "case ChamberActivity::power_failure: return found(", "case ChamberActivity::power_failure: return; found(",
+     "faults_test", shown_by("TheSupplyLost")),
+    ("a silent gyro is nothing", "rig/interlock_checks.cpp",
+     "if (!sample_.gyro.value) found(", "if (false) found(",
+     "faults_test", shown_by("TheGyrosLineCut")),
+    ("a passed deadline is nothing", "rig/interlock_checks.cpp",
+     "if (sample_.progress.phase == Phase::overdue)", "if (false)",
+     "faults_test", shown_by("ASoakThatNeverCounts")),
+    ("a program that ended is nothing", "rig/interlock_checks.cpp",
+     "if (!around_.program.empty())", "if (false)",
+     "faults_test", shown_by("AProgramEndedAtThePanel")),
+    ("air that changes too fast is nothing", "rig/interlock_checks.cpp",
+     "std::abs(rate->value) > limits_.air_fastest.value)", "std::abs(rate->value) > 1e9)",
+     "faults_test", shown_by("ADoorThatNoSwitchTells")),
+    ("an article that changes too fast is nothing", "rig/interlock_checks.cpp",
+     "rate && std::abs(rate->value) > limits_.thermometers_fastest.value)", "false)",
+     "faults_test", shown_by("HeatersStuckWarmTheArticle")),
+    ("a thermometer apart from the others is nothing", "rig/interlock_checks.cpp",
+     "if (abs(*value - *others) > limits_.disagreement)", "if (false)",
+     "faults_test", shown_by("AThermometerApartFromTheOthers")),
+    ("a thermometer in the air is not asked", "rig/interlock_checks.cpp",
+     "if (!others || abs(air - *others) <= limits_.chamber_disagreement) return;", "return;",
+     "faults_test", shown_by("TheChambersSensorApartFromAThermometerInTheAir")),
+    ("air that moves is taken for a jump", "rig/interlock_checks.cpp",
+     "if (abs(*air - *before) > fastest * unseen)", "if (true)",
+     "rig_test", "Cause.AirThatLeavesThroughTheDoorIsNoContradiction"),
+    ("air near a limit is only waited for", "rig/interlock_checks.cpp",
+     "          near_a_limit);", "          near_a_limit && false);",
+     "faults_test", shown_by("HeatersWithoutPowerNearALimit")),
+    ("lost rows are an alarm for ever", "acquisition/background_store.cpp",
+     "desk.dropped_before = desk.backlog.dropped();", "",
+     "faults_test", shown_by("AFullDiskForLongerThanTheMemoryHolds")),
 ]
+
+# What the rig file says of these is what holds.
+for key in ("longest_suspended", "longest_held", "longest_return", "resume_delay", "clear_after", "suspend_after",
+            "chamber_lost", "thermometers_lost", "gyro_lost", "chamber_lag", "follow_time", "backlog"):
+    MUTANTS.append((f"the rig file's {key} is not heeded", "rig/limits_table.cpp",
+                    f"limits.{key} = read_time(", "(void)read_time(",
+                    "rig_test", "RigFile.EachLimitIsTheOneThatTheFileSays"))
+
+# The reaction of each cause: milder, or for a warning severer, is noticed.
+POLICY = {
+    "air_limit": ("abort", "hold", "HeatersStuckBeyondTheAirsLimit"),
+    "thermometer_limit": ("abort", "hold", "AThermometerBeyondItsLimit"),
+    "chamber_alarm": ("abort", "hold", "ATrippedLimiter"),
+    "emergency_stop": ("abort", "hold", "AnEmergencyStop"),
+    "deadline": ("abort", "hold", "ASoakThatNeverCounts"),
+    "program": ("abort", "hold", "AProgramEndedAtThePanel"),
+    "chamber_sensor": ("abort", "hold", "TheChambersSensorDetached"),
+    "chamber_silent": ("suspend", "warn", "TheChambersLineCut"),
+    "thermometers_lost": ("suspend", "warn", "AThermometersLineCut"),
+    "gyro_silent": ("suspend", "warn", "TheGyrosLineCut"),
+    "door": ("suspend", "warn", "AnOpenDoor"),
+    "supply": ("suspend", "warn", "TheSupplyLost"),
+    "air_rate": ("suspend", "warn", "ADoorThatNoSwitchTells"),
+    "thermometer_rate": ("suspend", "warn", "HeatersStuckWarmTheArticle"),
+    "following": ("suspend", "warn", "HeatersWithoutPower"),
+    "foreign_set_point": ("suspend", "warn", "ASetPointFromThePanel"),
+    "restarted": ("suspend", "warn", "APowerCutOfTheChamber"),
+    "not_taken": ("suspend", "warn", "SetPointsAcknowledgedAndNotApplied"),
+    "slept": ("hold", "suspend", "AMachineThatSlept"),
+    "storage": ("warn", "suspend", "AFullDisk"),
+    "disagreement": ("warn", "suspend", "AThermometerApartFromTheOthers"),
+    "stuck": ("warn", "suspend", "AFrozenThermometer"),
+    "wall_clock": ("warn", "suspend", "AStepOfTheTimeOfDay"),
+}
+ALWAYS = ("air_limit", "thermometer_limit", "chamber_alarm", "emergency_stop", "deadline", "program")
+for cause, (reaction, other, shown) in POLICY.items():
+    row = f'{{Cause::{cause}, "{cause}", Reaction::%s, {"false" if cause in ALWAYS else "true"}}}'
+    MUTANTS.append((f"{cause} is answered by {other}", "rig/cause.cpp", row % reaction, row % other,
+                    "faults_test", shown_by(shown)))
+    if cause in ALWAYS and cause != "thermometer_limit":
+        MUTANTS.append((f"{cause} may be chosen", "rig/cause.cpp",
+                        row % reaction, (row % reaction).replace("false", "true"),
+                        "rig_test", "Cause.WhatWouldDamageTheArticleCannotBeChosen"))
 
 
 def commands(build, target):
@@ -192,7 +296,7 @@ class Bench:
 
     def __init__(self, build):
         self.build = pathlib.Path(build).resolve()
-        self.links = {name: commands(build, name)[-1] for name in ("sequencer_test", "rig_test")}
+        self.links = {name: commands(build, name)[-1] for name in ("sequencer_test", "rig_test", "faults_test")}
         self.compiles = {}
         for line in commands(build, "rig_test"):
             source = re.search(r" -c (\S+)$", line)

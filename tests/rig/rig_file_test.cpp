@@ -93,6 +93,105 @@ TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
+TEST(RigFile, AChamberThatHeatsOrCoolsBackwardsIsAMistake) {
+  for (const auto* key : {"fastest_heating", "fastest_cooling"})
+    for (const auto* rate : {"-6 °C/min", "0 °C/min"}) {
+      const auto said = std::string(key) + " = \"6 °C/min\"";
+      const auto mistake = mistake_in(replaced(virtual_rig(), said, std::string(key) + " = \"" + rate + "\""));
+      EXPECT_NE(mistake.find("more than 0 °C/min"), std::string::npos) << key << " " << rate << ": " << mistake;
+    }
+}
+
+/// The shipped rig with these limits alone.
+Result<RigFile> with_limits(const std::string& lines) {
+  auto text = virtual_rig();
+  const auto from = text.find("[limits]\n"), to = text.find("\n[", from);
+  return parse_rig(text.replace(from, to - from, "[limits]\n" + lines), kRigs + "virtual.toml");
+}
+
+TEST(RigFile, EachLimitIsTheOneThatTheFileSays) {
+  using namespace std::chrono_literals;
+  const auto rig = with_limits(R"(air_lowest = -51
+air_highest = 91
+thermometers_lowest = -52
+thermometers_highest = 92
+confirming_samples = 3
+thermometers_needed = 4
+air_fastest = 21
+thermometers_fastest = 16
+disagreement = 61
+chamber_disagreement = 11
+air_thermometers = ["shell"]
+suspend_after = "6 s"
+chamber_lost = "11 min"
+thermometers_lost = "12 min"
+gyro_lost = "61 min"
+chamber_lag = "3 min"
+follow_band = 3
+follow_time = "6 min"
+backlog = "61 s"
+clear_after = "11 s"
+resume_delay = "12 s"
+longest_suspended = "3 h"
+longest_held = "13 h"
+longest_return = "5 h"
+)");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto& limits = rig->limits;
+  EXPECT_EQ(limits.air_lowest, Celsius{-51});
+  EXPECT_EQ(limits.air_highest, Celsius{91});
+  EXPECT_EQ(limits.thermometers_lowest, Celsius{-52});
+  EXPECT_EQ(limits.thermometers_highest, Celsius{92});
+  EXPECT_EQ(limits.confirming_samples, 3);
+  EXPECT_EQ(limits.thermometers_needed, 4);
+  EXPECT_EQ(limits.air_fastest, CelsiusPerMinute{21});
+  EXPECT_EQ(limits.thermometers_fastest, CelsiusPerMinute{16});
+  EXPECT_EQ(limits.disagreement, Kelvins{61});
+  EXPECT_EQ(limits.chamber_disagreement, Kelvins{11});
+  EXPECT_EQ(limits.air_thermometers, (std::vector<std::size_t>{8}));
+  EXPECT_EQ(limits.suspend_after, 6s);
+  EXPECT_EQ(limits.chamber_lost, 11min);
+  EXPECT_EQ(limits.thermometers_lost, 12min);
+  EXPECT_EQ(limits.gyro_lost, 61min);
+  EXPECT_EQ(limits.chamber_lag, 3min);
+  EXPECT_EQ(limits.follow_band, Kelvins{3});
+  EXPECT_EQ(limits.follow_time, 6min);
+  EXPECT_EQ(limits.backlog, 61s);
+  EXPECT_EQ(limits.clear_after, 11s);
+  EXPECT_EQ(rig->procedure.resume_delay, 12s);
+  EXPECT_EQ(rig->procedure.longest_suspended, 3h);
+  EXPECT_EQ(rig->procedure.longest_held, 13h);
+  EXPECT_EQ(rig->procedure.longest_return, 5h);
+}
+
+/// docs/interlocks.md has the table.
+TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
+  using namespace std::chrono_literals;
+  const auto rig = with_limits("");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto& limits = rig->limits;
+  for (const auto lowest : {limits.air_lowest, limits.thermometers_lowest}) EXPECT_EQ(lowest, Celsius{-60});
+  for (const auto highest : {limits.air_highest, limits.thermometers_highest}) EXPECT_EQ(highest, Celsius{100});
+  EXPECT_EQ(limits.confirming_samples, 2);
+  EXPECT_EQ(limits.thermometers_needed, 1);
+  EXPECT_EQ(limits.air_fastest, CelsiusPerMinute{20});
+  EXPECT_EQ(limits.thermometers_fastest, CelsiusPerMinute{15});
+  EXPECT_EQ(limits.disagreement, Kelvins{60});
+  EXPECT_EQ(limits.chamber_disagreement, Kelvins{10});
+  EXPECT_TRUE(limits.air_thermometers.empty());
+  EXPECT_EQ(limits.suspend_after, 5s);
+  for (const auto lost : {limits.chamber_lost, limits.thermometers_lost}) EXPECT_EQ(lost, 10min);
+  EXPECT_EQ(limits.gyro_lost, 60min);
+  EXPECT_EQ(limits.chamber_lag, 2min);
+  EXPECT_EQ(limits.follow_band, Kelvins{2});
+  EXPECT_EQ(limits.follow_time, 5min);
+  EXPECT_EQ(limits.backlog, 60s);
+  for (const auto delay : {limits.clear_after, rig->procedure.resume_delay}) EXPECT_EQ(delay, 10s);
+  EXPECT_EQ(rig->procedure.longest_suspended, 2h);
+  EXPECT_EQ(rig->procedure.longest_held, 12h);
+  EXPECT_EQ(rig->procedure.longest_return, 4h);
+}
+
 std::string with_tables(const std::string& tables) {
   return replaced(virtual_rig(), "[limits]\n", tables + "[limits]\n");
 }

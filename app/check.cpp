@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "acquisition/calibration.hpp"
 #include "app/command.hpp"
@@ -136,16 +138,16 @@ struct Findings {
   nlohmann::ordered_json json;
 };
 
-/// Checks the rig and, if asked to, its instruments; the limits of its chamber.
-Result<ChamberLimits> check_rig(Console& console, const Options& options, Findings& found) {
-  const auto rig = read_rig(options.rig);
+/// Checks the rig and, if asked to, its instruments.
+Result<RigFile> check_rig(Console& console, const Options& options, Findings& found) {
+  auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
     if (const auto world = parse_world(rig->text, rig->file, rig->gyro_model.text); !world)
       return failure(world.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
-  if (!options.connect) return rig->chamber_limits;
+  if (!options.connect) return rig;
   if (!rig->simulated)
     if (const auto holder = ChamberLock::holder(chamber_place(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + *holder);
@@ -153,7 +155,7 @@ Result<ChamberLimits> check_rig(Console& console, const Options& options, Findin
   if (!answers) return failure(answers.error());
   for (const auto& answer : *answers) found.words += "  " + answer + "\n";
   found.json["instruments"] = *answers;
-  return rig->chamber_limits;
+  return rig;
 }
 
 Result<Exit> check(Console& console, const Options& options) {
@@ -162,14 +164,14 @@ Result<Exit> check(Console& console, const Options& options) {
   if (options.connect && options.rig.empty())
     return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
   Findings found;
-  ChamberLimits limits;
+  std::optional<RigFile> rig;
   if (!options.rig.empty()) {
-    const auto checked = check_rig(console, options, found);
+    auto checked = check_rig(console, options, found);
     if (!checked) return failure(checked.error());
-    limits = *checked;
+    rig = std::move(*checked);
   }
   if (!options.profile.empty()) {
-    const auto profile = read_profile(options.profile, limits);
+    const auto profile = read_profile(options.profile, rig ? &*rig : nullptr);
     if (!profile) return failure(profile.error());
     const auto timeline = plan(*profile);
     found.words += describe(*profile, timeline);

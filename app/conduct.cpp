@@ -99,18 +99,21 @@ Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last)
 
 }  // namespace
 
-Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits) {
-  const auto text = read_text_file(path);
-  if (!text) return failure(text.error());
-  auto profile = parse_profile(*text, path);
+Result<Profile> read_profile(const std::string& path, const RigFile* rig) {
+  const auto written = read_text_file(path);
+  if (!written) return failure(written.error());
+  auto profile = parse_profile(*written, path);
   if (!profile) return profile;
-  if (auto checked = check_profile(*profile, limits); !checked) return failure(checked.error());
-  return profile;
+  auto checked = check_profile(*profile, rig ? rig->chamber_limits : ChamberLimits{});
+  const auto sensors = rig ? check_sensors(*profile, rig->limits.channels) : Result<void>{};
+  if (checked && sensors) return profile;
+  if (checked) return failure(sensors.error());
+  if (!sensors) checked.error().what += "\n" + text(sensors.error());
+  return failure(std::move(checked.error()));
 }
 
 Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
                        const std::string& path, bool upload) {
-  if (auto checked = check_sensors(profile, file.limits.channels); !checked) return failure(checked.error());
   std::optional<OneCore> one_core;
   if (file.simulated) one_core.emplace();
   if (std::error_code error;

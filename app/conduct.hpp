@@ -11,12 +11,13 @@
 
 namespace gyrotherm {
 
-/// Reads a profile and checks it against what the rig's chamber can do.
-[[nodiscard]] Result<Profile> read_profile(const std::string& path, const ChamberLimits& limits);
+/// Reads a profile and checks it against what the rig's chamber can do, and for soaks on sensors that it does not have.
+/// Without a rig it is checked by itself. Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<Profile> read_profile(const std::string& path, const RigFile* rig);
 
-/// Records a new run into `path`. `upload`: the chamber's controller is given the whole profile and carries it out;
-/// otherwise it is sent set points. Fails with interrupted (the record is kept; resume goes on), interlock, an
-/// instrument's fault at the start, or storage.
+/// Records a new run of a profile that was read for this rig into `path`. `upload`: the chamber's controller is given
+/// the whole profile and carries it out; otherwise it is sent set points. Fails with interrupted (the record is kept;
+/// resume goes on), interlock, an instrument's fault at the start, or storage.
 [[nodiscard]] Result<void> start_run(Console& console, const Profile& profile, const RigFile& rig, std::uint64_t seed,
                                      const std::string& path, bool upload = false);
 

@@ -144,7 +144,7 @@ Result<std::vector<TrainedModel>> train_compared(Console& console, const Options
 }
 
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
-  auto read = read_profile(profile, rig.chamber_limits);
+  auto read = read_profile(profile, &rig);
   if (!read) return failure(read.error());
   if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
   return Run{.stage = stage,

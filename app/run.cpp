@@ -15,7 +15,7 @@ struct Options {
 Result<Exit> run(Console& console, const Options& options) {
   const auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
-  const auto profile = read_profile(options.profile, rig->chamber_limits);
+  const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
   const auto path = options.out.empty() ? profile->name + ".db" : options.out;
   if (auto ran = start_run(console, *profile, *rig, options.seed, path, options.upload); !ran)

@@ -48,6 +48,24 @@ TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
   EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
 }
 
+TEST(Check, ASoakOnASensorThatTheRigDoesNotHaveIsRefusedBeforeAnythingMoves) {
+  const Folder folder;
+  std::ofstream(folder / "soak.toml")
+      << "schema = \"gyrotherm-profile/1\"\nname = \"soak\"\n\n[[segment]]\nkind = "
+         "\"hold\"\nat = \"20 °C\"\ntime = \"1 min\"\n\n[[segment]]\nkind = \"hold\"\n"
+         "at = \"150 °C\"\ntime = \"1 min\"\nguaranteed_soak = true\nsoak_sensor = \"Z\"\n";
+  const auto profile = folder / "soak.toml", record = folder / "soak.db";
+  EXPECT_EQ(gyrotherm_with("check " + profile).exit_code, 0) << "by itself it is well";
+  for (const auto& command : {"check " + profile, "run " + profile + " --out " + record}) {
+    const auto ran = gyrotherm_with(command + " --rig profiles/rigs/virtual.toml");
+    EXPECT_EQ(ran.exit_code, 4) << command;
+    EXPECT_NE(ran.err.find("soak.toml:9:1: soak_sensor is \"Z\", expected \"air\" or a channel"), std::string::npos)
+        << ran.err;
+    EXPECT_NE(ran.err.find("150 °C is beyond the chamber"), std::string::npos) << "and the other mistake: " << ran.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(record));
+}
+
 TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
   const Folder folder;
   std::ofstream(folder / "bad.toml") << "schema = \"gyrotherm-profile/1\"\nnaem = \"x\"\n\n[[segment]]\nkind = "

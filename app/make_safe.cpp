@@ -80,7 +80,7 @@ MakeSafeExit act(const Armed& armed, const std::string& because) {
   ::alarm(static_cast<unsigned>(kSafeWithin / std::chrono::seconds(1)));
   const SteadyClock clock;
   const auto attempt = attempt_safe(
-      armed.safe_set_point, armed.switch_off,
+      chamber->goal,
       {.connect = chamber->connect, .wait = [](Duration time) { std::this_thread::sleep_for(time); }, .clock = clock});
   ::alarm(0);
   trace.confirmed = attempt.confirmed;

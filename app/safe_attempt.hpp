@@ -28,14 +28,22 @@ struct AttemptMeans {
 inline constexpr int kSafeTries = 3;
 inline constexpr Duration kSafeWithin = std::chrono::seconds(10);
 
+/// How the chamber is to be left.
+struct SafeGoal {
+  Celsius set_point;
+  Kelvins tolerance;  ///< of the set point that it shows then (drivers/chamber/set_point_tolerance.hpp)
+  bool switch_off{};
+};
+
 /// At most three tries, and none that begins later than seven seconds after the first.
-[[nodiscard]] SafeAttempt attempt_safe(Celsius safe_set_point, bool switch_off, const AttemptMeans& means);
+[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means);
 
 struct ArmedChamber {
   std::string place;  ///< of its lock (drivers/chamber/chamber_lock.hpp)
+  SafeGoal goal;
   std::function<std::unique_ptr<Chamber>()> connect;
 };
-/// The chamber that the armed file describes. Fails with bad_file.
+/// The chamber that the armed file describes, by its map. Fails with bad_file.
 [[nodiscard]] Result<ArmedChamber> chamber_of(const Armed& armed);
 
 }  // namespace gyrotherm

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/chamber/set_point_tolerance.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -28,8 +30,8 @@ std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
   auto points = set_points_of(record, on.last_slot);
   points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
   // The last second sent the next set point only if the chamber had the one before.
-  constexpr Kelvins kSame{0.1};
-  const bool followed = abs(points.back() - Celsius{record.set_point_c.back()}) <= kSame;
+  const bool followed =
+      abs(points.back() - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
   const auto held = followed ? command(on.profile, on.state) : points.back();
   points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
   return points;

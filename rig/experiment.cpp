@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/ensure.hpp"
+#include "drivers/chamber/set_point_tolerance.hpp"
 #include "rig/resume_rule.hpp"
 #include "sequencer/timeline.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "rig/set_point_path.hpp"
+#include "drivers/chamber/set_point_tolerance.hpp"
 
 namespace gyrotherm {
 namespace {

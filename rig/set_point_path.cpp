@@ -28,12 +28,6 @@ Celsius within(Celsius target, const ChamberLimits& limits) {
   return std::clamp(target, limits.lowest, limits.highest);
 }
 
-Kelvins set_point_tolerance(const RegisterMap& map) {
-  constexpr double kTenth = 0.1;
-  const auto* item = map.find("set_point");
-  return {std::max(item ? item->resolution : 0.0, kTenth)};
-}
-
 SetPointPath::SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at)
     : limits_(limits),
       tolerance_(tolerance),

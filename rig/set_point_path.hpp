@@ -9,7 +9,6 @@
 #include "acquisition/sampler.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "drivers/chamber/register_map.hpp"
 #include "sequencer/profile.hpp"
 
 namespace gyrotherm {
@@ -17,9 +16,6 @@ namespace gyrotherm {
 /// One step from `from` towards `goal` that takes `time`.
 [[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const ChamberLimits& limits, Duration time);
 [[nodiscard]] Celsius within(Celsius target, const ChamberLimits& limits);
-
-/// What a controller may make of a set point: its register's resolution, a tenth of a kelvin at least.
-[[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
 
 class SetPointPath {
  public:

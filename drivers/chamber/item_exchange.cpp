@@ -18,18 +18,17 @@ constexpr double kSameStep = 0.75;
 /// Between two looks at a register that is waited for.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
 
-/// The finest step in this program's units.
-double finest(const RegisterItem& item) {
-  constexpr double kFahrenheitPerKelvin = 1.8;
-  return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
-}
-
 Fault at(const RegisterItem& item, Fault fault) {
   if (fault.where == item.name) fault.where = place(item);
   return fault;
 }
 
 }  // namespace
+
+double finest_step(const RegisterItem& item) {
+  constexpr double kFahrenheitPerKelvin = 1.8;
+  return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
+}
 
 const RegisterItem& ItemExchange::item(std::string_view name) const {
   const auto* found = map_.find(name);
@@ -106,7 +105,7 @@ Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
 Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& item, double value) {
   auto words = encode(item, value);
   const double written = decode_as_written(item, words);
-  if (std::abs(written - value) > finest(item))
+  if (std::abs(written - value) > finest_step(item))
     return failure(FaultKind::out_of_range, place(item), fmt::format("cannot hold {}", value));
   if (item.type != RegisterType::bits || !item.readable) return words;
   const auto present = read_words(item);
@@ -142,7 +141,7 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value) {
 
 Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double value) {
   const auto& shown = written.seen_in.empty() ? item(written.name) : item(written.seen_in);
-  const double tolerance = written.tolerance.value_or(kSameStep * finest(written));
+  const double tolerance = written.tolerance.value_or(kSameStep * finest_step(written));
   const auto end = pauses_.now() + written.seen_within;
   while (true) {
     const auto found = read(shown);

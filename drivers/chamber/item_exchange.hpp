@@ -13,6 +13,9 @@
 
 namespace gyrotherm {
 
+/// The finest step that the controller keeps, in this program's units.
+[[nodiscard]] double finest_step(const RegisterItem& item);
+
 class ItemExchange {
  public:
   /// All of them outlive it.

@@ -9,6 +9,7 @@
 
 #include "drivers/chamber/chamber_status.hpp"
 #include "drivers/chamber/item_exchange.hpp"
+#include "drivers/chamber/set_point_tolerance.hpp"
 #include "drivers/chamber/upload.hpp"
 
 namespace gyrotherm {
@@ -152,7 +153,8 @@ Result<ChamberState> ModbusChamber::look() {
   if (!air) return failure(air.error());
   const auto set_point = set_point_.readable ? items_.value_in(*core, set_point_) : Result<double>(sent_c_);
   if (!set_point) return failure(set_point.error());
-  if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > std::max(set_point_.resolution, 1e-3))
+  const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
+  if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
     return failure(FaultKind::mismatch, place(set_point_),
                    fmt::format("reads {} after {} was written", *set_point, sent_c_));
   const bool asks = map_.status_every > 0 && !(map_.states.empty() && map_.alarms.empty());
@@ -243,7 +245,7 @@ Result<void> ModbusChamber::start() {
   if (!set_point_.readable || std::isnan(sent_c_)) return {};
   const auto now = items_.read(set_point_);
   if (!now) return failure(now.error());
-  const bool kept = std::abs(*now - sent_c_) <= std::max(set_point_.resolution, 0.1);
+  const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
   return kept ? Result<void>{} : head_for({sent_c_});
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "app/made_safe_file.hpp"
 #include "core/text_file.hpp"
 #include "tests/app/folder.hpp"
@@ -20,6 +22,7 @@ class FakeChamber final : public Chamber {
     bool off = false;
     int silent_tries = 0;  ///< that go by before it answers
     bool ignores = false;  ///< acknowledges and does nothing
+    bool coarse = false;   ///< keeps whole kelvins
     bool refuses_to_stop = false;
     int connections = 0;
   };
@@ -29,7 +32,7 @@ class FakeChamber final : public Chamber {
   Result<void> head_for(Celsius target) override {
     state_.clock.advance(state_.slowness);
     if (state_.silent_tries-- > 0) return failure(FaultKind::timeout, "chamber", "no reply");
-    if (!state_.ignores) state_.set_point = target;
+    if (!state_.ignores) state_.set_point = {state_.coarse ? std::round(target.value) : target.value};
     return {};
   }
   Result<void> start() override { return {}; }
@@ -43,11 +46,13 @@ class FakeChamber final : public Chamber {
   State& state_;
 };
 
+SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal) {
+  return attempt_safe(goal, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
+                             .wait = [&](Duration time) { state.clock.advance(time); },
+                             .clock = state.clock});
+}
 SafeAttempt attempt(FakeChamber::State& state, bool switch_off = false) {
-  return attempt_safe({23}, switch_off,
-                      {.connect = [&] { return std::make_unique<FakeChamber>(state); },
-                       .wait = [&](Duration time) { state.clock.advance(time); },
-                       .clock = state.clock});
+  return attempt(state, {.set_point = {23}, .tolerance = {0.1}, .switch_off = switch_off});
 }
 
 TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
@@ -60,6 +65,18 @@ TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
   EXPECT_FALSE(ignored.confirmed);
   EXPECT_EQ(ignored.tries, 3);
   EXPECT_NE(ignored.details.find("reads 80 after 23 was written"), std::string::npos) << ignored.details;
+}
+
+TEST(MakeSafe, ARoundedSetPointIsConfirmedWhereTheMapSaysThatItIsRounded) {
+  FakeChamber::State state;
+  state.coarse = true;
+  EXPECT_FALSE(attempt(state, {.set_point = {23.4}, .tolerance = {0.1}}).confirmed);
+  const auto rounded = attempt(state, {.set_point = {23.4}, .tolerance = {1}});
+  EXPECT_TRUE(rounded.confirmed);
+  EXPECT_EQ(rounded.tries, 1);
+  state.ignores = true;
+  state.set_point = {25};
+  EXPECT_FALSE(attempt(state, {.set_point = {23.4}, .tolerance = {1}}).confirmed);
 }
 
 TEST(MakeSafe, TriesThreeTimesOnAConnectionOfItsOwnEach) {
@@ -110,6 +127,29 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
     const auto chamber = parse_armed(to_text(armed), "text").and_then(chamber_of);
     EXPECT_TRUE(chamber) << entry.path() << ": " << text(chamber.error());
   }
+}
+
+TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
+  auto map_text = read_text_file(GYROTHERM_SOURCE_DIR "/tests/rig/faults/chamber.toml").value();
+  const auto tolerance = [&] {
+    const auto chamber = chamber_of({.record = "r.db",
+                                     .line = "tcp://10.0.0.7",
+                                     .link = LinkKind::tcp,
+                                     .word_order = {},
+                                     .safe_set_point = {23},
+                                     .switch_off = false,
+                                     .armed_by = own_identity(),
+                                     .map_text = map_text});
+    EXPECT_TRUE(chamber) << text(chamber.error());
+    return chamber ? chamber->goal.tolerance : Kelvins{};
+  };
+  EXPECT_EQ(tolerance(), Kelvins{0.1});
+  const std::string set_point = "name = \"set_point\"\n";
+  const auto after = map_text.find(set_point) + set_point.size();
+  map_text.insert(after, "resolution = 1\n");
+  EXPECT_EQ(tolerance(), Kelvins{1});
+  map_text.insert(after, "tolerance = 2\n");
+  EXPECT_EQ(tolerance(), Kelvins{2});
 }
 
 TEST(MakeSafe, ALineWithoutAChamberIsRefused) {

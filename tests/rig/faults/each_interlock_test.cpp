@@ -142,6 +142,22 @@ TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
   }
 }
 
+TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
+  Demonstration d({.rig = [](RigFile& file) {
+    auto& items = file.chamber_map.items;
+    auto& set_point = *std::ranges::find(items, "set_point", &RegisterItem::name);
+    set_point.type = RegisterType::s16;
+    set_point.resolution = 1;
+    file.safe_set_point = {20.4};
+  }});
+  d.seconds(500);
+  EXPECT_EQ(d.experiment().run_state(), RunState::execute);
+  that_shows(Cause::chamber_alarm).breaks(d);
+  EXPECT_EQ(d.seconds(10), Outcome::made_safe);
+  EXPECT_EQ(d.chambers_set_point(), Celsius{20});
+  EXPECT_EQ(Demonstration::alarms_in(d.record()).size(), 1u);
+}
+
 TEST(Interlocks, AWaitThatDoesNotEndEndsTheRun) {
   for (const auto cause : {Cause::door, Cause::slept}) {
     const auto& broken = that_shows(cause);

@@ -69,7 +69,7 @@ MUTANTS = [
      "if (from == to) return true;", "return true;",
      "sequencer_test", "Procedure.StatesChangeAlongTheTableAlone"),
     ("a soak counts outside its band", "sequencer/machine.cpp",
-     "if (inside) hold.soaked += seen.elapsed;", "hold.soaked += seen.elapsed;",
+     "if (soaks) hold.soaked += seen.elapsed;", "hold.soaked += seen.elapsed;",
      "sequencer_test", "Soak.CountsOnlyInsideTheBand"),
     ("a segment has no deadline", "sequencer/machine.cpp",
      "if (hold.elapsed > segment.deadline)", "if (false)",

@@ -185,14 +185,14 @@ Result<Exit> check(Console& console, const Options& options) {
 
 void add_check(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command =
+  auto command =
       add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
                   "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
-  command->add_option("profile", options->profile, "the profile");
-  command->add_option("--rig", options->rig, "the rig");
-  command->add_flag("--connect", options->connect, "ask each instrument who it is, and read it a few times");
-  command->add_option("--seed", options->seed, "of a virtual rig")->check(CLI::NonNegativeNumber);
-  set_action(command, program, [&program, options] { return check(program.console, *options); });
+  command.option("profile", options->profile, "the profile");
+  command.option("--rig", options->rig, "the rig");
+  command.flag("--connect", options->connect, "ask each instrument who it is, and read it a few times");
+  command.option("--seed", options->seed, "of a virtual rig").not_negative();
+  command.action([&program, options] { return check(program.console, *options); });
 }
 
 }  // namespace gyrotherm

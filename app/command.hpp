@@ -1,12 +1,18 @@
 /// What every subcommand is made of: options, and an action that ends in an exit code or a fault.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "core/result.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace gyrotherm {
 
@@ -24,16 +30,48 @@ enum class Exit : int {
 [[nodiscard]] Exit exit_for(const Fault& fault);
 
 struct Program {
-  CLI::App cli;
+  Program();
+  ~Program();
+
+  std::unique_ptr<CLI::App> cli;
   Console console;
   Result<Exit> outcome = Exit::done;
 };
 
+/// One option or argument of a subcommand, while it is described.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+  Option& required();
+  Option& one_of(const std::vector<std::string>& words);
+  Option& within(double least, double most);
+  Option& not_negative();
+  Option& not_with(const Option& other);
+
+ private:
+  CLI::Option* option_;
+};
+
+/// One subcommand, while it is described.
+class Command {
+ public:
+  Command(Program& program, CLI::App* app) : program_(program), app_(app) {}
+  /// An option "--name", or an argument "name". What it is read into lives as long as the command; it is a text, texts,
+  /// a number, or an optional number.
+  template <typename Value>
+  Option option(const std::string& name, Value& into, const std::string& what);
+  void flag(const std::string& name, bool& into, const std::string& what);
+  /// What it does once its options have been read.
+  void action(std::function<Result<Exit>()> action);
+
+ private:
+  Program& program_;
+  CLI::App* app_;
+};
+
 /// Adds a subcommand whose help opens with an example.
-CLI::App* add_command(Program& program, const std::string& name, const std::string& description,
-                      const std::string& example);
-/// What it does once its options have been read.
-void set_action(CLI::App* command, Program& program, std::function<Result<Exit>()> action);
+Command add_command(Program& program, const std::string& name, const std::string& description,
+                    const std::string& example);
 
 void add_check(Program& program);
 void add_compensate(Program& program);

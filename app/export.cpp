@@ -13,11 +13,11 @@ struct Options {
 
 void add_export(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command =
+  auto command =
       add_command(program, "export", "Writes a record as a text table.", "gyrotherm export random.db --out random.csv");
-  command->add_option("run", options->run, "the record")->required();
-  command->add_option("--out", options->out, "the table")->required();
-  set_action(command, program, [options]() -> Result<Exit> {
+  command.option("run", options->run, "the record").required();
+  command.option("--out", options->out, "the table").required();
+  command.action([options]() -> Result<Exit> {
     if (auto done = export_record(options->run, options->out); !done) return failure(done.error());
     return Exit::done;
   });

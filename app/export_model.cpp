@@ -67,15 +67,15 @@ Result<Exit> export_model(Console& console, const Options& options) {
 
 void add_export_model(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "export-model",
-                              "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
-                              "header for a navigation computer.",
-                              "gyrotherm export-model model.json --as c --out compensation.c");
-  command->add_option("model", options->model, "the model")->required();
-  command->add_option("--as", options->as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
-  command->add_option("--out", options->out, "the file (default for libsvm: standard output)");
-  command->add_option("--data", options->run, "instead of the model, write this record's clusters as its inputs");
-  set_action(command, program, [&program, options] { return export_model(program.console, *options); });
+  auto command = add_command(program, "export-model",
+                             "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
+                             "header for a navigation computer.",
+                             "gyrotherm export-model model.json --as c --out compensation.c");
+  command.option("model", options->model, "the model").required();
+  command.option("--as", options->as, "libsvm or c").required().one_of({"libsvm", "c"});
+  command.option("--out", options->out, "the file (default for libsvm: standard output)");
+  command.option("--data", options->run, "instead of the model, write this record's clusters as its inputs");
+  command.action([&program, options] { return export_model(program.console, *options); });
 }
 
 }  // namespace gyrotherm

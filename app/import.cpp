@@ -28,12 +28,12 @@ Result<Exit> import(Console& console, const Options& options) {
 
 void add_import(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
-                              "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db");
-  command->add_option("csv", options->table, "the table")->required();
-  command->add_option("--map", options->map, "which column is what")->required();
-  command->add_option("--out", options->out, "the record")->required();
-  set_action(command, program, [&program, options] { return import(program.console, *options); });
+  auto command = add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
+                             "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db");
+  command.option("csv", options->table, "the table").required();
+  command.option("--map", options->map, "which column is what").required();
+  command.option("--out", options->out, "the record").required();
+  command.action([&program, options] { return import(program.console, *options); });
 }
 
 }  // namespace gyrotherm

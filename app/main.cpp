@@ -1,6 +1,7 @@
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -46,16 +47,16 @@ std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
 
 int run(int argc, char** argv) {
   Program program;
-  program.cli.description("gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
-  program.cli.name("gyrotherm");
-  program.cli.require_subcommand(1);
-  program.cli.set_version_flag("--version", std::string("gyrotherm ") + GYROTHERM_VERSION);
+  program.cli->description("gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
+  program.cli->name("gyrotherm");
+  program.cli->require_subcommand(1);
+  program.cli->set_version_flag("--version", std::string("gyrotherm ") + GYROTHERM_VERSION);
   add_commands(program);
   try {
-    program.cli.parse(argc, argv);
+    program.cli->parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.cli.exit(error);
-    const auto unknown = unknown_command(program.cli, argc, argv);
+    if (error.get_exit_code() == 0) return program.cli->exit(error);
+    const auto unknown = unknown_command(*program.cli, argc, argv);
     fmt::print(stderr, "gyrotherm: {}\n", unknown.empty() ? error.what() : unknown);
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);

@@ -208,23 +208,21 @@ Result<Exit> qualify(Console& console, const Options& options) {
 
 void add_qualify(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "qualify",
-                              "The whole experiment: the rate program, the random program, three models, the report. "
-                              "Run again, it goes on where it was.",
-                              "gyrotherm qualify --out out");
-  command->add_option("--out", options->out, "the folder for everything that is made")->required();
-  command->add_option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
-  command
-      ->add_option("--seed", options->seed,
-                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--threads", options->threads, "of the training; 0: all; the result is the same");
-  command->add_flag("--quick", options->quick, "a small swarm, for a try; the report says so");
-  command->add_flag("--nested", options->nested,
-                    "also choose everything anew without each held-out cycle: training takes about twice as long");
-  command->add_option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
-  command->add_option("--random-profile", options->random_profile, "instead of profiles/random.toml");
-  set_action(command, program, [&program, options] { return qualify(program.console, *options); });
+  auto command = add_command(program, "qualify",
+                             "The whole experiment: the rate program, the random program, three models, the report. "
+                             "Run again, it goes on where it was.",
+                             "gyrotherm qualify --out out");
+  command.option("--out", options->out, "the folder for everything that is made").required();
+  command.option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
+  command.option("--seed", options->seed, "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+      .not_negative();
+  command.option("--threads", options->threads, "of the training; 0: all; the result is the same");
+  command.flag("--quick", options->quick, "a small swarm, for a try; the report says so");
+  command.flag("--nested", options->nested,
+               "also choose everything anew without each held-out cycle: training takes about twice as long");
+  command.option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
+  command.option("--random-profile", options->random_profile, "instead of profiles/random.toml");
+  command.action([&program, options] { return qualify(program.console, *options); });
 }
 
 }  // namespace gyrotherm

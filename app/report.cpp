@@ -5,10 +5,10 @@ namespace gyrotherm {
 
 void add_report(Program& program) {
   auto folder = std::make_shared<std::string>();
-  auto* command =
+  auto command =
       add_command(program, "report", "Rebuilds the report from what qualify left in a folder.", "gyrotherm report out");
-  command->add_option("dir", *folder, "the folder that qualify wrote")->required();
-  set_action(command, program, [&program, folder]() -> Result<Exit> {
+  command.option("dir", *folder, "the folder that qualify wrote").required();
+  command.action([&program, folder]() -> Result<Exit> {
     const auto report = *folder + "/report";
     if (auto rebuilt = rebuild_report(report); !rebuilt) return failure(rebuilt.error());
     program.console.say(report + "/report.html");

@@ -25,12 +25,12 @@ Result<Exit> resume(Console& console, const Options& options) {
 
 void add_resume(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
-                              "gyrotherm resume random.db");
-  command->add_option("run", options->run, "the record")->required();
-  command->add_flag("--accept", options->accept, "the operator has looked at the chamber and allows the run to go on");
-  command->add_option("--gap", options->gap, "on a virtual rig: how long it was down (default: 30 s)");
-  set_action(command, program, [&program, options] { return resume(program.console, *options); });
+  auto command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+                             "gyrotherm resume random.db");
+  command.option("run", options->run, "the record").required();
+  command.flag("--accept", options->accept, "the operator has looked at the chamber and allows the run to go on");
+  command.option("--gap", options->gap, "on a virtual rig: how long it was down (default: 30 s)");
+  command.action([&program, options] { return resume(program.console, *options); });
 }
 
 }  // namespace gyrotherm

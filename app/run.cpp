@@ -27,16 +27,16 @@ Result<Exit> run(Console& console, const Options& options) {
 
 void add_run(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
-                              "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db");
-  command->add_option("profile", options->profile, "the profile")->required();
-  command->add_option("--rig", options->rig, "the rig")->required();
-  command->add_option("--out", options->out, "the record (default: the profile's name with .db)");
-  command->add_option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
-      ->check(CLI::NonNegativeNumber);
-  command->add_flag("--upload", options->upload,
-                    "the chamber's controller carries the profile out by itself, where its map describes how");
-  set_action(command, program, [&program, options] { return run(program.console, *options); });
+  auto command = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
+                             "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db");
+  command.option("profile", options->profile, "the profile").required();
+  command.option("--rig", options->rig, "the rig").required();
+  command.option("--out", options->out, "the record (default: the profile's name with .db)");
+  command.option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      .not_negative();
+  command.flag("--upload", options->upload,
+               "the chamber's controller carries the profile out by itself, where its map describes how");
+  command.action([&program, options] { return run(program.console, *options); });
 }
 
 }  // namespace gyrotherm

@@ -95,14 +95,12 @@ Result<Exit> verify(Console& console, const std::string& path) {
 void add_status(Program& program) {
   auto path = std::make_shared<std::string>();
   auto chain = std::make_shared<bool>(false);
-  auto* command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
-                              "gyrotherm status random.db");
-  command->add_option("run", *path, "the record")->required();
-  command->add_flag("--verify", *chain,
-                    "checks the record against its chain, and against the manifest it was closed with");
-  set_action(command, program, [&program, path, chain] {
-    return *chain ? verify(program.console, *path) : show(program.console, *path);
-  });
+  auto command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
+                             "gyrotherm status random.db");
+  command.option("run", *path, "the record").required();
+  command.flag("--verify", *chain, "checks the record against its chain, and against the manifest it was closed with");
+  command.action(
+      [&program, path, chain] { return *chain ? verify(program.console, *path) : show(program.console, *path); });
 }
 
 }  // namespace gyrotherm

@@ -112,15 +112,15 @@ Result<Exit> verify_all(Console& console, const Options& options) {
 
 void add_verify(Program& program) {
   auto options = std::make_shared<Options>();
-  auto* command = add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
-                              "gyrotherm verify model.json random.db");
-  command->add_option("model", options->model, "the model")->required();
-  command->add_option("runs", options->runs, "the records")->required();
-  command->add_option("--clusters", options->clusters, "only these clusters of each record, like 14:21");
-  command->add_option("--outside", options->outside,
-                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                      "left out of the figures) or extrapolate");
-  set_action(command, program, [&program, options] { return verify_all(program.console, *options); });
+  auto command = add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
+                             "gyrotherm verify model.json random.db");
+  command.option("model", options->model, "the model").required();
+  command.option("runs", options->runs, "the records").required();
+  command.option("--clusters", options->clusters, "only these clusters of each record, like 14:21");
+  command.option("--outside", options->outside,
+                 "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                 "left out of the figures) or extrapolate");
+  command.action([&program, options] { return verify_all(program.console, *options); });
 }
 
 }  // namespace gyrotherm

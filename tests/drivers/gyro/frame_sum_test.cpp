@@ -110,7 +110,7 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
     if (field.role == FieldRole::pulse_count) continue;
     auto made = std::make_unique<FakeStream>();
     auto* line = made.get();
-    const auto gyro = make_framed_gyro(format, std::move(made), milliseconds(100));
+    const auto gyro = make_framed_gyro(format, std::move(made), seconds(5));
     const auto* sequence = format.find(FieldRole::sequence);
     const auto* time = format.find(FieldRole::timestamp);
     const auto frames = static_cast<std::uint64_t>(format.rate_hz);

@@ -9,7 +9,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::size_t kFramesKept = 4096;
+constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
 
 Lakeshore218Session::Inputs inputs_of(const ThermometerEntry& entry, const World& world) {
   Lakeshore218Session::Inputs inputs;

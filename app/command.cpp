@@ -43,7 +43,8 @@ Option& Option::within(double least, double most) {
 }
 
 Option& Option::not_negative() {
-  option_->check(CLI::NonNegativeNumber);
+  const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
+  option_->check(judge, "NONNEGATIVE");
   return *this;
 }
 

@@ -39,7 +39,7 @@ struct WrittenRamp {
 };
 
 template <class T>
-struct Range {
+struct WrittenRange {
   T low{};
   T high{};
 };
@@ -48,9 +48,9 @@ struct Range {
 struct WrittenRandom {
   std::uint64_t seed{};
   Duration duration{};
-  std::vector<Range<Celsius>> targets;  ///< used in turn
-  Range<CelsiusPerMinute> rates;
-  Range<Duration> hold;
+  std::vector<WrittenRange<Celsius>> targets;  ///< used in turn
+  WrittenRange<CelsiusPerMinute> rates;
+  WrittenRange<Duration> hold;
   Kelvins least_step;
   SoakRule soak;
 };

@@ -36,7 +36,8 @@ void check(const TomlTable& table, std::string_view key, Duration d) {
 
 /// The range that two values make; anything else is a mistake, and the neutral range stands in.
 template <class T>
-Range<T> range_of(const TomlTable& table, std::string_view key, const std::vector<T>& values, Range<T> neutral) {
+WrittenRange<T> range_of(const TomlTable& table, std::string_view key, const std::vector<T>& values,
+                         WrittenRange<T> neutral) {
   if (values.size() != 2 || values[0] > values[1]) {
     table.mistake(key, fmt::format("\"{}\" is not a range, expected [low, high]", key));
     return neutral;
@@ -88,17 +89,17 @@ Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback
   return band;
 }
 
-Range<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key) {
+WrittenRange<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key) {
   return range_of(table, key, table.rates(key), {kFastest, kFastest});
 }
 
-Range<Duration> read_time_range(const TomlTable& table, std::string_view key) {
+WrittenRange<Duration> read_time_range(const TomlTable& table, std::string_view key) {
   const auto range = range_of(table, key, table.durations(key), {kSecond, kSecond});
   return {whole_seconds(range.low), whole_seconds(range.high)};
 }
 
-std::vector<Range<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key) {
-  std::vector<Range<Celsius>> ranges;
+std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key) {
+  std::vector<WrittenRange<Celsius>> ranges;
   for (const auto& row : table.number_rows(key)) {
     std::vector<Celsius> ends;
     std::transform(row.begin(), row.end(), std::back_inserter(ends), [](double celsius) { return Celsius{celsius}; });

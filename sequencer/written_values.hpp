@@ -27,10 +27,10 @@ namespace gyrotherm {
 [[nodiscard]] Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback);
 
 /// Two rates or times, the first not above the second.
-[[nodiscard]] Range<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key);
-[[nodiscard]] Range<Duration> read_time_range(const TomlTable& table, std::string_view key);
+[[nodiscard]] WrittenRange<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key);
+[[nodiscard]] WrittenRange<Duration> read_time_range(const TomlTable& table, std::string_view key);
 
 /// Rows of two temperatures, the first not above the second; at least one row.
-[[nodiscard]] std::vector<Range<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key);
+[[nodiscard]] std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key);
 
 }  // namespace gyrotherm

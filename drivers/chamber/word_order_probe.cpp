@@ -39,7 +39,7 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
   std::vector<OrderFinding> findings;
   if (word_count(air.type) < 2 || word_count(set_point.type) < 2) return findings;
   auto orders = kOrders;
-  std::ranges::stable_partition(orders, [&](auto order) { return order == air.order; });
+  std::stable_partition(orders.begin(), orders.end(), [&](auto order) { return order == air.order; });
   for (const auto order : orders) {
     OrderFinding one{.order = order,
                      .air_c = value_in(air, order, air_words),

@@ -180,7 +180,7 @@ Result<std::string> MccUsbTemp::identify() {
   if (!date) return failure(at_instrument(place_, seen(date.error())));
   const auto calibrated = decode_mcc_date(*date);
   if (!calibrated) return "MCC " + *who;
-  return fmt::format("MCC {}, calibrated {:%F}", *who, std::chrono::sys_time(calibrated->time_since_epoch()));
+  return fmt::format("MCC {}, calibrated {:%F}", *who, std::chrono::sys_seconds(calibrated->time_since_epoch()));
 }
 
 std::vector<Result<Celsius>> MccUsbTemp::read() {

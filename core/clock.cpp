@@ -2,13 +2,25 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <time.h>
 
 namespace gyrotherm {
+namespace {
 
-SteadyClock::SteadyClock(Duration already) : origin_(std::chrono::steady_clock::now() - already) {}
+/// The time that the machine slept is part of it, which std::chrono::steady_clock leaves out on Linux.
+std::chrono::steady_clock::time_point since_boot() {
+  timespec time{};
+  ::clock_gettime(CLOCK_BOOTTIME, &time);
+  return std::chrono::steady_clock::time_point(std::chrono::seconds(time.tv_sec) +
+                                               std::chrono::nanoseconds(time.tv_nsec));
+}
+
+}  // namespace
+
+SteadyClock::SteadyClock(Duration already) : origin_(since_boot() - already) {}
 
 Instant SteadyClock::now() const {
-  return {std::chrono::steady_clock::now() - origin_, std::chrono::system_clock::now().time_since_epoch()};
+  return {since_boot() - origin_, std::chrono::system_clock::now().time_since_epoch()};
 }
 
 Instant VirtualClock::now() const { return {elapsed_, kVirtualEpoch + elapsed_}; }

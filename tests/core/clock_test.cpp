@@ -1,6 +1,12 @@
 #include "core/clock.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
 
 namespace gyrotherm {
 namespace {
@@ -29,6 +35,32 @@ TEST(SteadyClock, NeverGoesBackAndCountsWhatWasBefore) {
   EXPECT_LT(first.since_start, hours(2));
   EXPECT_GE(second.since_start, first.since_start);
   EXPECT_GT(first.utc, kVirtualEpoch - hours(24 * 365));
+}
+
+/// A time namespace whose boot time is ahead by `slept`: to whoever enters it, the machine has slept. False without the
+/// right to make one.
+bool enter_time_after(seconds slept) {
+  if (::unshare(CLONE_NEWTIME) != 0) return false;
+  std::ofstream("/proc/self/timens_offsets") << "boottime " << slept.count() << " 0";
+  const int entrance = ::open("/proc/self/ns/time_for_children", O_RDONLY | O_CLOEXEC);
+  return entrance >= 0 && ::setns(entrance, CLONE_NEWTIME) == 0;
+}
+
+TEST(SteadyClock, CountsTheTimeThatTheMachineSleeps) {
+  constexpr int kCannot = 77;
+  const auto child = ::fork();
+  if (child == 0) {
+    const SteadyClock clock;
+    const auto before = clock.now();
+    if (!enter_time_after(seconds(600))) ::_exit(kCannot);
+    const auto after = clock.now();
+    const auto passed = after.since_start - before.since_start;
+    ::_exit(passed >= seconds(600) && passed < seconds(660) && after.utc - before.utc < seconds(60) ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  if (WEXITSTATUS(status) == kCannot) GTEST_SKIP() << "no right to make a time namespace";
+  EXPECT_EQ(status, 0);
 }
 
 TEST(CivilTime, IsUtcInWholeSeconds) {

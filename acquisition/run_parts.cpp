@@ -21,6 +21,9 @@ Result<std::optional<Part>> part_at(const std::string& path, int number, const s
   auto continuation = read_continuation(*database);
   if (!continuation) return failure(continuation.error());
   if (!*continuation || (*continuation)->part != number) return std::nullopt;
+  const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
+  if (!events) return failure(events.error());
+  if (*events == 0) return std::nullopt;  // its writer died before it could put in what it was begun for
   return Part{path, std::move(**continuation)};
 }
 

@@ -35,8 +35,8 @@ struct Part {
   Continuation continuation;
 };
 
-/// The parts that follow the record's own file, in order. A file of such a name that is not of this run is none. Fails
-/// with storage if one is being written, or is of this run's name and damaged.
+/// The parts that follow the record's own file, in order. A file of such a name that is not of this run is none, nor is
+/// one that was begun and not filled. Fails with storage if one is being written, or is of this run's name and damaged.
 [[nodiscard]] Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id);
 
 /// The number of the file that the run goes on in: 1 if no other follows. Fails like parts_after(), or with bad_file.

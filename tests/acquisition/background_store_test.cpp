@@ -2,6 +2,8 @@
 
 #include <fstream>
 
+#include "acquisition/chain_check.hpp"
+#include "acquisition/run_file.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/status.hpp"
 #include "acquisition/store.hpp"
@@ -129,6 +131,28 @@ TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
   EXPECT_EQ(record.slot.back(), 41);
   EXPECT_EQ(record.slot.size(), 12u);
   EXPECT_TRUE(record.finished);
+}
+
+/// The writer died between the two: what the part was begun for is still where it was.
+TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  background_store(path, 10).reset();
+  const Continuation continuation{.part = 2, .before = "run.db", .from = 0, .cause = "an I/O error"};
+  ASSERT_TRUE(RunFile::create(part_path(path, 2), two_thermometers(), continuation));
+  EXPECT_EQ(read_record(path).value().slot.size(), 10u);
+  EXPECT_TRUE(verify_record(path));
+  auto store = Store::reopen(path, in_background()).value();
+  ASSERT_TRUE(store->append(sample_at(10), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  std::filesystem::remove(path + "-wal");
+  ASSERT_TRUE(store->append(sample_at(11), {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto record = read_record(path).value();
+  EXPECT_EQ(record.slot.size(), 12u);
+  EXPECT_TRUE(record.finished);
+  EXPECT_EQ(last_part(path).value(), 3);
 }
 
 TEST(BackgroundStore, TakesAFileOfAnotherRunForNoPartOfItsOwn) {

@@ -12,6 +12,7 @@
 #include "acquisition/backlog.hpp"
 #include "acquisition/ordered_store.hpp"
 #include "acquisition/record.hpp"
+#include "core/clock.hpp"
 #include "drivers/line/block_signals.hpp"
 
 namespace gyrotherm {
@@ -20,8 +21,13 @@ namespace {
 constexpr std::size_t kMostAtOnce = 1000;  ///< rows of one transaction
 constexpr auto kLongestFinish = std::chrono::seconds(30);
 constexpr auto kLongestFarewell = std::chrono::seconds(10);
+constexpr auto kLongestTelling = std::chrono::seconds(1);  ///< of the status file, which is a courtesy
+constexpr auto kLongWrite = std::chrono::seconds(3);       ///< one that takes longer is trouble
 
-/// What the store and its worker share. Only the worker touches the writer and the disk, until it has ended.
+using std::chrono::steady_clock;
+
+/// What the store and its two workers share: the one writes the record, the other one the status file, so that it goes
+/// on telling when a write to the record does not come back. Only the first touches the writer, until it has ended.
 struct Desk {
   Desk(RecordWriter record_writer, RunStatus run_status, const StoreOptions& options)
       : retry(options.retry),
@@ -33,15 +39,18 @@ struct Desk {
   const Duration retry;
   std::mutex mutex;  ///< of everything down to the writer
   std::condition_variable work;
+  std::condition_variable news;
   std::condition_variable progress;
   Backlog backlog;
-  std::size_t dropped_before{};  ///< rows, when the disk last took something
-  RunStatus status;              ///< as of the last sync
-  FrameCount frames;             ///< likewise
-  bool wanted{};                 ///< a sync was asked for
-  bool busy{};                   ///< … and is being carried out
+  std::size_t dropped_before{};                        ///< rows, when the disk last took something
+  RunStatus status;                                    ///< as of the last sync
+  FrameCount frames;                                   ///< likewise
+  bool wanted{};                                       ///< a sync was asked for
+  std::optional<steady_clock::time_point> busy_since;  ///< … and is being carried out
+  bool untold{};                                       ///< there is more than the status file says
+  bool telling{};                                      ///< it is being written
   bool stop{};
-  bool ended{};
+  bool writing_ended{}, telling_ended{};
   std::int64_t acknowledged;
   std::string trouble;
   int parts{1};
@@ -55,20 +64,27 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
   return writer.write(entries, frames);  // into a new part
 }
 
+/// Why the disk takes no rows: it said so, or says nothing.
+std::string trouble_of(const Desk& desk) {
+  if (!desk.trouble.empty() || !desk.busy_since) return desk.trouble;
+  const auto busy_for = steady_clock::now() - *desk.busy_since;
+  return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
+}
+
 /// The status as the disk has it.
-RunStatus told_of(const Desk& desk, std::int64_t last_appended) {
+RunStatus told_of(const Desk& desk) {
   RunStatus status = desk.status;
   status.acknowledged = desk.acknowledged;
-  status.backlog_s = last_appended - desk.acknowledged;
-  status.storage_trouble = desk.trouble;
+  status.backlog_s = std::max(desk.status.slot, desk.acknowledged) - desk.acknowledged;
+  status.storage_trouble = trouble_of(desk);
   for (int part = 2; part <= desk.parts; ++part) status.parts.push_back(part_path(status.path, part));
   return status;
 }
 
-/// One transaction, and the status file; called and returns with the lock.
+/// One transaction; called and returns with the lock.
 void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   desk.wanted = false;
-  desk.busy = true;
+  desk.busy_since = steady_clock::now();
   const auto batch = desk.backlog.take(kMostAtOnce);
   const auto frames = desk.frames;
   lock.unlock();
@@ -84,14 +100,13 @@ void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   desk.acknowledged = desk.writer.acknowledged();
   desk.parts = desk.writer.part();
   desk.wanted = desk.wanted || (written && batch.size() == kMostAtOnce);
-  const auto status = told_of(desk, std::max(desk.status.slot, desk.acknowledged));
-  lock.unlock();
-  [[maybe_unused]] const auto told = write_status(status);  // a courtesy
-  lock.lock();
-  desk.busy = false;
+  desk.busy_since.reset();
+  desk.untold = true;
+  desk.news.notify_one();
   desk.progress.notify_all();
 }
 
+/// The work of the worker that writes the record.
 void serve(Desk& desk) {
   block_signals();
   std::unique_lock lock(desk.mutex);
@@ -105,16 +120,34 @@ void serve(Desk& desk) {
     }
     write_once(desk, lock);
   }
-  desk.ended = true;
+  desk.writing_ended = true;
+  desk.progress.notify_all();
+}
+
+/// The work of the one that writes the status file.
+void tell(Desk& desk) {
+  block_signals();
+  std::unique_lock lock(desk.mutex);
+  for (;;) {
+    desk.news.wait(lock, [&] { return desk.stop || desk.untold; });
+    if (!desk.untold) break;
+    desk.untold = false;
+    desk.telling = true;
+    const auto status = told_of(desk);
+    lock.unlock();
+    [[maybe_unused]] const auto told = write_status(status);  // a courtesy
+    lock.lock();
+    desk.telling = false;
+    desk.progress.notify_all();
+  }
+  desk.telling_ended = true;
   desk.progress.notify_all();
 }
 
 class BackgroundStore final : public OrderedStore {
  public:
   BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, const StoreOptions& options)
-      : OrderedStore(std::move(info), status),
-        desk_(std::make_shared<Desk>(std::move(writer), status, options)),
-        worker_([desk = desk_] { serve(*desk); }) {}
+      : OrderedStore(std::move(info), status), desk_(std::make_shared<Desk>(std::move(writer), status, options)) {}
   ~BackgroundStore() override { stop(); }
   BackgroundStore(const BackgroundStore&) = delete;
   BackgroundStore& operator=(const BackgroundStore&) = delete;
@@ -125,12 +158,20 @@ class BackgroundStore final : public OrderedStore {
   StoreHealth health() const override;
   Result<Record> read_back() override;
 
+  void employ() {
+    worker_ = std::thread([desk = desk_] { serve(*desk); });
+    teller_ = std::thread([desk = desk_] { tell(*desk); });
+  }
+  /// Instead of the workers.
+  void attend();
+
  private:
   Result<void> take(Entry entry) override;
   bool stop();
+  [[nodiscard]] bool await(Duration longest, bool Desk::*end, std::thread& thread);
 
   std::shared_ptr<Desk> desk_;
-  std::thread worker_;
+  std::thread worker_, teller_;
   bool finished_{};
 };
 
@@ -148,30 +189,54 @@ Result<std::int64_t> BackgroundStore::sync() {
   desk_->frames = frames();
   desk_->wanted = true;
   desk_->work.notify_one();
+  desk_->untold = desk_->untold || desk_->busy_since;  // otherwise that is told when it is done
+  desk_->news.notify_one();
   return desk_->acknowledged;
+}
+
+void BackgroundStore::attend() {
+  std::unique_lock lock(desk_->mutex);
+  if (desk_->wanted || !desk_->trouble.empty()) write_once(*desk_, lock);
 }
 
 bool BackgroundStore::settle(Duration longest) {
   if (!sync()) return true;
+  if (!worker_.joinable()) {
+    while (desk_->wanted) attend();
+    return desk_->backlog.empty();
+  }
   std::unique_lock lock(desk_->mutex);
-  return desk_->progress.wait_for(lock, longest,
-                                  [this] { return desk_->backlog.empty() && !desk_->wanted && !desk_->busy; });
+  const auto written = [this] { return desk_->backlog.empty() && !desk_->wanted && !desk_->busy_since; };
+  if (!desk_->progress.wait_for(lock, longest, written)) return false;
+  desk_->progress.wait_for(lock, kLongestTelling, [this] { return !desk_->untold && !desk_->telling; });
+  return true;
 }
 
-/// Ends the worker; false if it hangs in the disk, and is left behind there.
-bool BackgroundStore::stop() {
-  if (!worker_.joinable()) return true;
+/// A thread that hangs in the disk is left behind there; false then.
+bool BackgroundStore::await(Duration longest, bool Desk::*end, std::thread& thread) {
   {
     std::unique_lock lock(desk_->mutex);
-    desk_->stop = true;
-    desk_->work.notify_one();
-    if (!desk_->progress.wait_for(lock, kLongestFarewell, [this] { return desk_->ended; })) {
-      worker_.detach();
+    if (!desk_->progress.wait_for(lock, longest, [&] { return *desk_.*end; })) {
+      thread.detach();
       return false;
     }
   }
-  worker_.join();
+  thread.join();
   return true;
+}
+
+/// Ends both workers; false if one hangs.
+bool BackgroundStore::stop() {
+  if (!worker_.joinable()) return true;
+  {
+    const std::lock_guard lock(desk_->mutex);
+    desk_->stop = true;
+  }
+  desk_->work.notify_one();
+  desk_->news.notify_one();
+  const bool written = await(kLongestFarewell, &Desk::writing_ended, worker_);
+  const bool told = await(kLongestTelling, &Desk::telling_ended, teller_);
+  return written && told;
 }
 
 Result<void> BackgroundStore::finish() {
@@ -181,13 +246,14 @@ Result<void> BackgroundStore::finish() {
                    fmt::format("{} s are not on the disk: {}", now.backlog_s, now.trouble));
   }
   if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
+  const bool employed = worker_.joinable();
   if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
   finished_ = true;
   if (auto done = desk_->writer.finish(); !done) return done;
-  auto told = told_of(*desk_, last());
+  auto told = told_of(*desk_);
   told.finished = true;
   told.being_written = false;
-  [[maybe_unused]] const auto written = write_status(told);
+  if (employed) (void)write_status(told);
   return {};
 }
 
@@ -195,7 +261,7 @@ StoreHealth BackgroundStore::health() const {
   const std::lock_guard lock(desk_->mutex);
   return {.backlog_s = last() - desk_->acknowledged,
           .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
-          .trouble = desk_->trouble,
+          .trouble = trouble_of(*desk_),
           .parts = desk_->parts};
 }
 
@@ -207,7 +273,15 @@ Result<Record> BackgroundStore::read_back() {
 
 std::unique_ptr<Store> make_background_store(RecordWriter writer, RunInfo info, RunStatus status,
                                              const StoreOptions& options) {
-  return std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
+  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
+  store->employ();
+  return store;
+}
+
+AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, const StoreOptions& options) {
+  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
+  const auto attend = [desk = store.get()] { desk->attend(); };
+  return {std::move(store), attend};
 }
 
 }  // namespace gyrotherm

@@ -62,7 +62,7 @@ Duration time_since_last(const Record& record) {
 }
 
 /// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
-Result<Entry> reentry(const Continuation& on, const ChamberState& now, const std::string& path, bool accepted) {
+Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, const std::string& path, bool accepted) {
   const auto goal = command(on.profile, on.state);
   const auto verdict = on.last_slot < 0 ? ReentryVerdict{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == Reentry::ask && !accepted)
@@ -130,7 +130,7 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto first = begin(profile);
   const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
   if (!program) return failure(program.error());
-  Entry entry;
+  EntryPoint entry;
   const auto entrance = [&](const ChamberState& now) {
     const auto goal = command(profile, first);
     entry = entry_at(goal, now.air, upload || is_in_place(now.air, goal, {}), file.chamber_limits);
@@ -165,7 +165,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!custody) return failure(custody.error());
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
-  Entry entry;
+  EntryPoint entry;
   const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
     const auto at = reentry(*on, now, path, options.accept);
     if (!at) return failure(at.error());

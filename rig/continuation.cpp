@@ -25,7 +25,7 @@ std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
 
 /// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
 /// the gap.
-std::vector<Celsius> replay_of(const Record& record, const Continuation& on) {
+std::vector<Celsius> replay_of(const Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto points = set_points_of(record, on.last_slot);
   points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
@@ -75,7 +75,8 @@ Ending ending_of(const Record& record) {
 
 }  // namespace
 
-Result<Continuation> continuation_of(const Record& record, const std::string& path, Duration down, std::uint64_t run) {
+Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
+                                        std::uint64_t run) {
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   const auto& info = record.info;
@@ -89,7 +90,7 @@ Result<Continuation> continuation_of(const Record& record, const std::string& pa
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());
 
-  Continuation on;
+  RunContinuation on;
   on.rig = std::move(*rig);
   on.profile = std::move(*profile);
   on.state = *state;

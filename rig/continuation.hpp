@@ -14,7 +14,7 @@
 
 namespace gyrotherm {
 
-struct Continuation {
+struct RunContinuation {
   RigFile rig;
   Profile profile;
   State state;               ///< of the first second after the gap: the profile's clock stands still in it
@@ -28,7 +28,7 @@ struct Continuation {
 /// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. `run`: the number
 /// that draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
 /// texts cannot be read any more).
-[[nodiscard]] Result<Continuation> continuation_of(const Record& record, const std::string& path, Duration down,
-                                                   std::uint64_t run);
+[[nodiscard]] Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
+                                                      std::uint64_t run);
 
 }  // namespace gyrotherm

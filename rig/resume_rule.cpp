@@ -27,7 +27,7 @@ bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_be
   return abs(air - goal) <= kResumeBand || (air_before && abs(air - *air_before) <= kResumeBand);
 }
 
-Entry entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits) {
+EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits) {
   if (air_in_place) return {goal, false};
   return {std::clamp(air_now, limits.lowest, limits.highest), true};
 }

@@ -42,11 +42,11 @@ struct ReentryVerdict {
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
 
 /// What the chamber is sent first, so that nothing jumps.
-struct Entry {
+struct EntryPoint {
   Celsius set_point;
   bool away{};  ///< where the air is, and not the profile's: it goes back from there by a ramp
 };
-[[nodiscard]] Entry entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits);
+[[nodiscard]] EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits);
 
 /// The extremes of the set points of the segment that a state stands in.
 struct SegmentExtremes {

@@ -77,11 +77,40 @@ int sector_size(sqlite3_file* file) { return of(file).below()->pMethods->xSector
 
 int characteristics(sqlite3_file* file) { return of(file).below()->pMethods->xDeviceCharacteristics(of(file).below()); }
 
-/// Version 1: no shared memory, which the exclusive mode does without.
-const sqlite3_io_methods kMethods{
-    1,       close,          read,    write,       truncate,        sync,    file_size, lock,
-    unlock,  check_reserved, control, sector_size, characteristics, nullptr, nullptr,   nullptr,
-    nullptr, nullptr,        nullptr};
+/// Shared memory is for those who read a log that a writer left.
+int map_shared(sqlite3_file* file, int region, int size, int extend, void volatile** memory) {
+  return of(file).below()->pMethods->xShmMap(of(file).below(), region, size, extend, memory);
+}
+
+int lock_shared(sqlite3_file* file, int offset, int count, int flags) {
+  return of(file).below()->pMethods->xShmLock(of(file).below(), offset, count, flags);
+}
+
+void order_shared(sqlite3_file* file) { of(file).below()->pMethods->xShmBarrier(of(file).below()); }
+
+int unmap_shared(sqlite3_file* file, int remove_it) {
+  return of(file).below()->pMethods->xShmUnmap(of(file).below(), remove_it);
+}
+
+const sqlite3_io_methods kMethods{2,
+                                  close,
+                                  read,
+                                  write,
+                                  truncate,
+                                  sync,
+                                  file_size,
+                                  lock,
+                                  unlock,
+                                  check_reserved,
+                                  control,
+                                  sector_size,
+                                  characteristics,
+                                  map_shared,
+                                  lock_shared,
+                                  order_shared,
+                                  unmap_shared,
+                                  nullptr,
+                                  nullptr};
 
 FailingVfs& vfs_of(sqlite3_vfs* vfs) { return *static_cast<FailingVfs*>(vfs->pAppData); }
 

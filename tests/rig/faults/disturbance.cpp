@@ -16,7 +16,9 @@ bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::g
 
 }  // namespace
 
-bool is_of_program(MishapKind kind) { return kind >= Kind::program_late; }
+bool is_of_program(MishapKind kind) {
+  return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once;
+}
 
 std::vector<Mishap> Disturbance::pass(std::int64_t second) {
   std::vector<Mishap> of_program;
@@ -32,7 +34,7 @@ std::vector<Mishap> Disturbance::pass(std::int64_t second) {
     last_change_ = second;
     if (is_of_program(mishap.kind)) {
       of_program.push_back(mishap);
-      continue;
+      if (mishap.kind != Kind::machine_sleeps) continue;
     }
     changed = true;
     if (mishap.lasts == 0) {
@@ -88,6 +90,7 @@ void Disturbance::settle() {
 }
 
 void Disturbance::stand(const Mishap& mishap) {
+  if (mishap.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
   if (mishap.kind <= Kind::chamber_wrong_number) return stand_on_line(mishap);
   if (mishap.kind <= Kind::air_sensor_broken) return stand_in_chamber(mishap);
   if (is_of_thermometer_line(mishap.kind) || is_of_gyro(mishap.kind)) return stand_on_line(mishap);

@@ -41,7 +41,7 @@ class Disturbance {
   std::int64_t last_change_ = -1;
 };
 
-/// Of the program or the operator, not of the plant.
+/// Of the program, its machine or the operator, not of the plant.
 [[nodiscard]] bool is_of_program(MishapKind kind);
 
 }  // namespace gyrotherm

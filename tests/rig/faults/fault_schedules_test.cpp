@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -118,6 +119,39 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
     EXPECT_GT(seconds[static_cast<std::size_t>(state)], 0) << name(state);
 }
 
+/// Carried out with whatever a disk can do, one schedule each.
+TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
+  const auto with = [](std::uint64_t seed, MishapKind kind, double size) {
+    const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
+                            {.at = 1500, .kind = MishapKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
+    const auto report = carry_out(ground_of(kHour), setting_of(seed, schedule));
+    for (const auto& violation : report.violations) ADD_FAILURE() << name(kind) << ": " << violation;
+    EXPECT_EQ(report.ending, Ending::complete) << name(kind);
+    EXPECT_EQ(report.lives, 2) << name(kind);
+    return report;
+  };
+  for (const auto kind : {MishapKind::disk_full, MishapKind::disk_hangs}) {
+    const auto report = with(4, kind, 0);
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
+    EXPECT_EQ(report.parts, 1) << name(kind) << ": the file is good";
+  }
+  for (const auto kind : {MishapKind::disk_fails, MishapKind::disk_loses_syncs}) {
+    const auto report = with(5, kind, 0);
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
+    EXPECT_EQ(report.parts, 2) << name(kind) << ": a file that failed is left";
+  }
+  const auto slow = with(4, MishapKind::disk_slow, 30);
+  EXPECT_GE(slow.longest_backlog, 25);
+  EXPECT_LE(slow.longest_backlog, 70) << "what comes during one transaction waits for the next";
+}
+
+TEST(FaultSchedules, AMachineThatSleptIsHeld) {
+  const Schedule schedule{{.at = 600, .kind = MishapKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
+  const auto report = carry_out(ground_of(kHour), setting_of(4, schedule));
+  EXPECT_TRUE(report.violations.empty()) << report.violations.front();
+  EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
+}
+
 TEST(FaultSchedules, AreReadAsTheyAreWritten) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed)
     for (const auto& mishap : draw_schedule(seed, {})) EXPECT_EQ(parse_mishap(text(mishap)), mishap) << text(mishap);
@@ -131,33 +165,69 @@ std::map<int, std::int64_t> rows_by_segment(const TrialReport& report) {
   return rows;
 }
 
-/// A crash just before a segment begins, and just after.
-void expect_resume_equals_twin(const std::string& profile, std::int64_t down) {
-  const auto& ground = ground_of(profile);
+/// What a run is that crashed when `rows` of its seconds were on the disk, and two more were not, and was resumed.
+void expect_twin_up_to(std::size_t rows, std::int64_t down, const TrialGround& ground, const TrialReport& twin) {
   auto setting = setting_of(2, {});
-  setting.sync_every = 1;
-  const auto twin = carry_out(ground, setting);
-  ASSERT_EQ(twin.ending, Ending::complete);
-  const auto rows_of_twin = rows_by_segment(twin);
-  for (std::size_t i = 1; i < twin.rows.size(); ++i) {
-    if (twin.rows[i].segment == twin.rows[i - 1].segment) continue;
-    for (const std::int64_t offset : {0, 1}) {
-      const auto at = twin.rows[i].slot + offset;
-      setting.schedule = {{.at = at, .kind = MishapKind::program_crashes, .target = 0, .lasts = down, .size = 0}};
-      const auto report = carry_out(ground, setting);
-      const auto where = ::testing::Message() << "crash at second " << at;
-      EXPECT_TRUE(report.violations.empty()) << where << ": " << report.violations.front();
-      ASSERT_EQ(report.ending, Ending::complete) << where;
-      EXPECT_EQ(report.lives, 2) << where;
-      const auto rows = rows_by_segment(report);
-      ASSERT_EQ(rows.size(), rows_of_twin.size()) << where;
-      for (const auto& [segment, count] : rows_of_twin)
-        EXPECT_GE(rows.at(segment), count) << where << ": segment " << segment + 1 << " was cut short";
-    }
+  setting.sync_every = static_cast<std::int64_t>(rows);
+  constexpr std::int64_t kBeginsAt = 2, kNotYetOnTheDisk = 2;
+  setting.schedule = {{.at = static_cast<std::int64_t>(rows) + kBeginsAt + kNotYetOnTheDisk,
+                       .kind = MishapKind::program_crashes,
+                       .target = 0,
+                       .lasts = down,
+                       .size = 0}};
+  const auto report = carry_out(ground, setting);
+  const auto where = ::testing::Message() << ground.profile.name << ", crash when " << rows << " rows were on the disk";
+  EXPECT_TRUE(report.violations.empty()) << where << ": " << report.violations.front();
+  ASSERT_EQ(report.ending, Ending::complete) << where;
+  EXPECT_EQ(report.lives, 2) << where;
+  EXPECT_TRUE(std::equal(twin.rows.begin(), twin.rows.begin() + static_cast<std::ptrdiff_t>(rows), report.rows.begin()))
+      << where << ": it is not the same run up to the crash";
+  EXPECT_GT(report.rows[rows].slot, twin.rows[rows].slot) << where << ": there is no gap";
+  const auto found = rows_by_segment(report);
+  for (const auto& [segment, count] : rows_by_segment(twin)) {
+    const auto resumed = found.find(segment);
+    ASSERT_TRUE(resumed != found.end()) << where << ": segment " << segment + 1 << " was skipped";
+    EXPECT_GE(resumed->second, count) << where << ": segment " << segment + 1 << " was cut short";
   }
+  EXPECT_EQ(found.size(), ground.profile.segments.size()) << where;
 }
 
-TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) { expect_resume_equals_twin(kHour, 30); }
+/// The rows that are there when a segment's last second has come to the disk.
+std::vector<std::size_t> ends_of_segments(const TrialReport& twin) {
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 1; i < twin.rows.size(); ++i)
+    if (twin.rows[i].segment != twin.rows[i - 1].segment) ends.push_back(i);
+  return ends;
+}
+
+constexpr std::int64_t kDown = 30;
+
+/// The last second of a segment was the last one that came to the disk, or the first of the next: every `each`th
+/// boundary, from `first` on.
+void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
+  const auto& ground = ground_of(profile);
+  const auto twin = carry_out(ground, setting_of(2, {}));
+  ASSERT_EQ(twin.ending, Ending::complete);
+  const auto ends = ends_of_segments(twin);
+  ASSERT_EQ(ends.size() + 1, ground.profile.segments.size());
+  for (auto i = first; i < ends.size() && !::testing::Test::HasFailure(); i += each)
+    for (const auto rows : {ends[i], ends[i] + 1}) expect_twin_up_to(rows, kDown, ground, twin);
+}
+
+TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
+  expect_resume_equals_twin(kHour, 0, 1);
+}
+
+#ifdef GYROTHERM_NIGHTLY
+/// Each a share of the boundaries, so that they run side by side.
+class WholeCrash : public ::testing::TestWithParam<std::size_t> {};
+constexpr std::size_t kShares = 11;
+
+TEST_P(WholeCrash, AtEachSegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
+  expect_resume_equals_twin(kWhole, GetParam(), kShares);
+}
+INSTANTIATE_TEST_SUITE_P(Qualification, WholeCrash, ::testing::Range<std::size_t>(0, kShares));
+#endif
 
 }  // namespace
 }  // namespace gyrotherm

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/backlog.hpp"
+#include "core/clock.hpp"
+#include "rig/resume_rule.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -15,6 +19,7 @@ constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind it
 constexpr Kelvins kSame{0.02}, kNearAir{2.5};
 constexpr std::int64_t kRecoversWithin = 3600;  ///< with the way back to the profile, by a ramp
 constexpr int kMostTries = 3;                   ///< of a set point that the chamber did not take
+constexpr std::int64_t kUntilTold = 15;         ///< with the last batch that is not asked for yet
 constexpr std::int64_t kLinkSettles = 16;       ///< a line that failed rests up to 10 s
 
 double largest_step_k(const ChamberLimits& limits, bool up) {
@@ -80,6 +85,7 @@ void Laws::life_begins(std::int64_t last_recorded) {
   last_slot_ = last_recorded;
   last_state_.reset();
   quiet_ticks_ = {};
+  storage_told_ = false;
 }
 
 bool Laws::stands(MishapKind first, MishapKind last) const {
@@ -162,9 +168,25 @@ void Laws::judge_state(std::int64_t second, const Sample& sample) {
   ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
 }
 
-/// I18, I19: none without a cause, and not too many.
+/// I7: of a machine that slept, and of a disk that takes nothing for longer than the rig file lets pass.
+void Laws::judge_machine(std::int64_t second, const WitnessStore& witness, RunState state) {
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  for (const auto& gap : witness.gaps())
+    if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(kLongestUnattended) &&
+        severity(state) < severity(RunState::held))
+      broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
+  for (const auto& event : witness.events()) {
+    if (event.text.starts_with("storage (")) storage_told_ = true;
+    if (event.text.starts_with("storage is over")) storage_told_ = false;
+  }
+  const bool dead = stands(Kind::disk_full, Kind::disk_fails) || stands(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
+  quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
+  if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilTold && !storage_told_)
+    broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
+}
+
+/// I18: none without a cause.
 void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
-  events_ += static_cast<std::int64_t>(witness.events().size());
   const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
   if (disturbance_.any_begun() || std::ranges::any_of(witness.events(), finished)) return;
   for (const auto& event : witness.events())
@@ -206,7 +228,9 @@ void Laws::judge_segments(std::int64_t second, const Sample& sample) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
   const auto& chamber = sample.chamber.value;
   const bool in_band = chamber && segment.guaranteed_soak && abs(chamber->air - segment.target) <= segment.soak_band;
-  rows_.push_back({sample.slot, index, sample.state, in_band});
+  LogHash values;
+  values.add(sample);
+  rows_.push_back({sample.slot, index, sample.state, in_band, values.value()});
 }
 
 void Laws::completed(std::int64_t second) {
@@ -272,6 +296,55 @@ void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
   if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
 }
 
+/// I16: the same segment or the one that follows its end, and no second of soak that no row has.
+void Laws::judge_resumption(std::int64_t second, const Progress& at) {
+  if (rows_.empty()) {
+    if (at.segment != 0) broken("I16", second, "it does not begin with the first segment");
+    return;
+  }
+  const auto segment = rows_.back().segment;
+  if (at.segment != segment && at.segment != segment + 1)
+    broken("I16", second, fmt::format("segment {} after {}", at.segment + 1, segment + 1));
+  Duration clock{}, soaked{};
+  for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment == at.segment; ++row) {
+    if (row->state != RunState::execute) continue;
+    clock += std::chrono::seconds(1);
+    soaked += std::chrono::seconds(row->in_band ? 1 : 0);
+  }
+  const bool guaranteed = profile_.segments[static_cast<std::size_t>(at.segment)].guaranteed_soak;
+  if (at.in_segment > clock || (guaranteed && at.soaked > soaked))
+    broken("I16", second,
+           fmt::format("{} in the segment and {} of soak, the rows have {} and {}", spoken(at.in_segment),
+                       spoken(at.soaked), spoken(clock), spoken(soaked)));
+}
+
+/// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, where it says so.
+void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten) {
+  auto given = rows_.begin();
+  auto gap = record.gaps.begin();
+  std::int64_t next = 0;
+  const auto pass_gaps = [&] {
+    for (; gap != record.gaps.end() && gap->first == next; ++gap) {
+      next = gap->last + 1;
+      if (gap->cause == kDropped)
+        while (given != rows_.end() && given->slot < next) ++given;
+    }
+  };
+  for (std::size_t i = 0; i < record.slot.size(); ++i, ++given, ++next) {
+    pass_gaps();
+    const auto& at = record.progress[i];
+    if (record.slot[i] != next || given == rows_.end() || given->slot != next)
+      return broken("I10", second, fmt::format("the record has slot {}, expected {}", record.slot[i], next));
+    if (at.segment != given->segment || record.state[i] != given->state)
+      return broken("I13", second, fmt::format("slot {} is not what was given", next));
+  }
+  pass_gaps();
+  if (next - 1 < acknowledged)
+    broken("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
+  if (given != rows_.end() && !left_unwritten)
+    broken("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
+}
+
 void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
   judge_rows(second, witness);
   judge_alarms(second, witness);
@@ -280,6 +353,7 @@ void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
   judge_set_points(second, sample.state);
   judge_values(second, sample);
   judge_state(second, sample);
+  judge_machine(second, witness, sample.state);
   judge_segments(second, sample);
   count_ticks(sample);
   judge_reactions(second, sample);

@@ -26,7 +26,9 @@ struct RowBrief {
   std::int64_t slot{};
   int segment{};
   RunState state{};
-  bool in_band{};  ///< of the segment's soak
+  bool in_band{};          ///< of the segment's soak
+  std::uint64_t values{};  ///< hash of all that it says
+  bool operator==(const RowBrief&) const = default;
 };
 
 class Laws {
@@ -42,6 +44,10 @@ class Laws {
   void after_tick(std::int64_t second, const WitnessStore& witness);
   /// Seconds that passed without a program, or without a tick.
   void no_tick() { quiet_ticks_ = {}; }
+  /// A record was taken up, and the profile goes on there.
+  void judge_resumption(std::int64_t second, const Progress& at);
+  /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
+  void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
   void broken(const char* law, std::int64_t second, const std::string& what);
@@ -55,13 +61,14 @@ class Laws {
   /// How many ticks in a row something has been so.
   struct Ticks {
     std::int64_t link_bad{}, link_good{}, thermometers_bad{}, door{}, limiter{}, off{}, other_set_point{}, beyond{},
-        aborting{};
+        aborting{}, disk_dead{};
   };
 
   void judge_set_points(std::int64_t second, RunState state);
   void judge_rows(std::int64_t second, const WitnessStore& witness);
   void judge_values(std::int64_t second, const Sample& sample);
   void judge_state(std::int64_t second, const Sample& sample);
+  void judge_machine(std::int64_t second, const WitnessStore& witness, RunState state);
   void judge_alarms(std::int64_t second, const WitnessStore& witness);
   void judge_segments(std::int64_t second, const Sample& sample);
   void judge_segment_end(std::int64_t second, int segment);
@@ -84,7 +91,7 @@ class Laws {
   std::vector<WitnessStore::GapSeen> gaps_;
   std::int64_t last_slot_ = -1;  ///< that has a row or a gap
   Ticks quiet_ticks_;
-  std::int64_t events_ = 0;
+  bool storage_told_ = false;
   std::array<std::int64_t, 7> seconds_in_state_{};
 };
 

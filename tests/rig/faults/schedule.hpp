@@ -59,11 +59,20 @@ enum class MishapKind {
   gyro_loses_frames,
   gyro_bursts,
   gyro_restarts,
+  // the disk
+  disk_full,
+  disk_fails,       ///< at every operation
+  disk_fails_once,  ///< size: at which operation from now
+  disk_loses_syncs,
+  disk_slow,   ///< size: s for a transaction
+  disk_hangs,  ///< a write does not come back
   // time and program
+  machine_sleeps,    ///< no tick, and nobody takes what instruments send
   wall_clock_steps,  ///< size: s
   program_late,      ///< no tick for so long
   program_crashes,   ///< and is resumed after so long
   program_stopped,   ///< by a signal, likewise
+  power_cut,         ///< likewise, and what was not synced is lost
   operator_pauses,   ///< and resumes after so long
   operator_stops,
   operator_aborts,

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "acquisition/chain_check.hpp"
 #include "acquisition/record.hpp"
-#include "acquisition/status.hpp"
 #include "core/text_file.hpp"
 #include "rig/continuation.hpp"
 #include "rig/resume_rule.hpp"
@@ -32,15 +32,18 @@ std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_
 
 /// Then its record cannot be one in memory, which ends with its store.
 bool survives_its_program(const Schedule& schedule) {
-  return std::ranges::any_of(schedule, [](const auto& mishap) {
-    return mishap.kind == MishapKind::program_crashes || mishap.kind == MishapKind::program_stopped;
-  });
+  return has_mishaps_of_disk(schedule) || std::ranges::any_of(schedule, [](const auto& mishap) {
+           return mishap.kind == MishapKind::program_crashes || mishap.kind == MishapKind::program_stopped;
+         });
 }
+
+constexpr std::int64_t kShortBatch = 7;  ///< seconds, where the disk breaks
+constexpr std::int64_t kFewRows = 900;   ///< in memory, where the bound on them is to be seen
 
 class Trial {
  public:
   Trial(const TrialGround& ground, const TrialSetting& setting);
-  ~Trial() { std::filesystem::remove(path_), std::filesystem::remove(status_path(path_)); }
+  ~Trial() = default;
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;
 
@@ -50,33 +53,39 @@ class Trial {
   void second();
   void pass_second();
   void obey(const Mishap& mishap);
-  [[nodiscard]] Result<Continuation> take_up();
+  [[nodiscard]] Result<RunContinuation> take_up();
   void begin_run();
   void resume_run();
   void assemble();
   void live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free);
-  void end_life(std::int64_t down);
+  void end_life(std::int64_t down, bool power_cut = false);
   void attend();
   void tick();
   void end(Ending ending);
   [[nodiscard]] std::int64_t clock_second() const { return clock_.now().since_start / kSecond; }
   void judge_record();
+  void close();
   [[nodiscard]] Result<Record> read_after_closing();
+  void end_at_storage(const char* law, const Fault& fault, bool excused);
 
   const TrialGround& ground_;
   const RigFile& file_;
   const TrialSetting& setting_;
+  const std::int64_t sync_every_;
   bool in_memory_;
   std::string path_;
+  Disk disk_;
   TrialClock clock_;
   Plant plant_;
   Disturbance disturbance_;
   Laws laws_;
   LogHash hash_;
-  std::int64_t second_ = 0, down_ = 0, late_ = 0, lives_ = 0, acknowledged_ = -1;
-  bool recorded_ = false, accepted_ = false;
+  std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
+  bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
   std::optional<std::int64_t> resumes_at_;  ///< when the operator lets a held run go on
   std::optional<Ending> ending_;
+  std::int64_t longest_backlog_ = 0;
+  int parts_ = 1;
   std::optional<MemoryWires> wires_;
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<WitnessStore> store_;
@@ -87,13 +96,14 @@ Trial::Trial(const TrialGround& ground, const TrialSetting& setting)
     : ground_(ground),
       file_(setting.seed % 2 == 0 ? ground.tcp : ground.rtu),
       setting_(setting),
+      sync_every_(has_mishaps_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
+                                                        : setting.sync_every),
       in_memory_(!survives_its_program(setting.schedule)),
       path_(in_memory_ ? kInMemory : fmt::format("{}/trial-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
+      disk_(has_mishaps_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
       plant_(file_, ground.world, clock_, setting.seed),
       disturbance_(setting.schedule, plant_, clock_),
-      laws_(ground.profile, file_, plant_, disturbance_) {
-  std::filesystem::remove(path_);
-}
+      laws_(ground.profile, file_, plant_, disturbance_) {}
 
 RunInfo info_of(const TrialGround& ground, const RigFile& file) {
   RunInfo info;
@@ -115,7 +125,7 @@ void Trial::pass_second() {
 }
 
 /// Where the record ends, and how the run goes on from there: as the program finds out itself.
-Result<Continuation> Trial::take_up() {
+Result<RunContinuation> Trial::take_up() {
   const auto record = read_record(path_);
   if (!record) return failure(record.error());
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
@@ -123,31 +133,37 @@ Result<Continuation> Trial::take_up() {
   if (!on) return on;
   if (on->recorded < acknowledged_)
     laws_.broken("P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
+  if (on->profile.text != ground_.profile.text) laws_.broken("I16", second_, "another profile than before");
   laws_.life_begins(on->recorded);
+  laws_.judge_resumption(second_, progress_of(on->profile, on->state));
   return on;
 }
 
 /// The first program of a run, or one that cannot go on and is started again by its operator.
 void Trial::begin_run() {
+  if (disk_.hangs()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
   assemble();
   const auto state = begin(ground_.profile);
   if (const auto prepared = rig_->prepare(command(ground_.profile, state)); !prepared)
     return end_life(kTriesAgainAfter);
-  auto store = Store::create(path_, info_of(ground_, file_));
-  if (!store) return laws_.broken("record", second_, text(store.error())), end(Ending::never_began);
+  const bool excused = disk_.is_sick();
+  auto store = disk_.create(info_of(ground_, file_));
+  if (!store) return end_at_storage("record", store.error(), excused);
   recorded_ = true;
   live(std::move(*store), state, 0);
 }
 
 /// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts.
 void Trial::resume_run() {
+  if (disk_.hangs()) return end_life(kTriesAgainAfter);
+  const bool excused = disk_.is_sick();
   auto on = take_up();
-  if (!on) return laws_.broken("I16", second_, text(on.error())), end(Ending::never_began);
+  if (!on) return end_at_storage("I16", on.error(), excused);
   clock_.restart_at(on->start.already - kSecond);
   assemble();
   const auto goal = command(on->profile, on->state);
-  Entry entry;
+  EntryPoint entry;
   const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
     const auto verdict = judge_reentry(on->stood, file_.safe_set_point, now.air);
     if (verdict.way == Reentry::ask && !std::exchange(accepted_, true))
@@ -158,8 +174,8 @@ void Trial::resume_run() {
   if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared)
     return end_life(prepared.error().kind == FaultKind::interrupted ? kOperatorComesAfter : kTriesAgainAfter);
   accepted_ = false;
-  auto store = Store::reopen(path_);
-  if (!store) return laws_.broken("record", second_, text(store.error())), end(Ending::never_began);
+  auto store = disk_.reopen();
+  if (!store) return end_at_storage("record", store.error(), excused);
   live(std::move(*store), on->state, on->recorded + 1);
   if (entry.away) experiment_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
 }
@@ -181,15 +197,24 @@ void Trial::live(std::unique_ptr<Store> store, const State& state, std::int64_t 
   experiment_.emplace(ground_.profile, *rig_, *store_, state, now);
 }
 
+/// Of a sick disk it is no surprise: it is tried again.
+void Trial::end_at_storage(const char* law, const Fault& fault, bool excused) {
+  if (excused) return end_life(kTriesAgainAfter);
+  laws_.broken(law, second_, text(fault));
+  end(Ending::never_began);
+}
+
 /// What was not synced is lost with it.
-void Trial::end_life(std::int64_t down) {
+void Trial::end_life(std::int64_t down, bool power_cut) {
   if (store_) acknowledged_ = store_->acknowledged();
-  experiment_.reset();
-  store_.reset();
+  disk_.leave(power_cut, static_cast<unsigned>(setting_.seed + 1000 * static_cast<std::uint64_t>(lives_)), [&] {
+    experiment_.reset();
+    store_.reset();
+  });
   rig_.reset();
   wires_.reset();
   down_ = std::max<std::int64_t>(down, 1);
-  late_ = 0;
+  late_ = asleep_ = 0;
   laws_.no_tick();
 }
 
@@ -198,14 +223,17 @@ void Trial::end(Ending ending) {
 }
 
 void Trial::obey(const Mishap& mishap) {
+  if (mishap.kind == MishapKind::disk_fails_once) return disk_.fail_once(static_cast<std::int64_t>(mishap.size));
   if (!experiment_) return;
   switch (mishap.kind) {
     case MishapKind::program_late: late_ = std::max(late_, mishap.lasts); return;
+    case MishapKind::machine_sleeps: asleep_ = std::max(asleep_, mishap.lasts); return;
     case MishapKind::program_stopped:
       if (!store_->append_event({clock_.now(), EventKind::interrupted, "stopped by a signal"}) || !store_->sync())
         laws_.broken("record", second_, "a signal could not be recorded");
       return end_life(mishap.lasts);
     case MishapKind::program_crashes: return end_life(mishap.lasts);
+    case MishapKind::power_cut: return end_life(mishap.lasts, true);
     case MishapKind::operator_pauses:
       resumes_at_ = second_ + mishap.lasts;
       return experiment_->tell(OperatorCommand::pause, "operator");
@@ -234,11 +262,14 @@ void Trial::tick() {
   const auto outcome = experiment_->tick(slot);
   if (!outcome) return laws_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
   laws_.after_tick(second_, *store_);
+  const auto health = store_->health();
+  longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
+  parts_ = std::max(parts_, health.parts);
   if (severity(experiment_->run_state()) > 0 && experiment_->outlook().cause.empty() && *outcome != Outcome::complete)
     laws_.broken("I20", second_, fmt::format("{}, and no reason for it", name(experiment_->run_state())));
   store_->forget();
   const bool ended = *outcome != Outcome::going_on;
-  if (ended || slot % setting_.sync_every == setting_.sync_every - 1)
+  if (ended || slot % sync_every_ == sync_every_ - 1)
     if (auto synced = store_->sync(); !synced) laws_.broken("record", second_, text(synced.error()));
   if (*outcome == Outcome::complete) {
     laws_.completed(second_);
@@ -250,17 +281,21 @@ void Trial::tick() {
 
 void Trial::second() {
   for (const auto& mishap : disturbance_.pass(second_)) obey(mishap);
+  disk_.suffer(disturbance_.standing());
   ++second_;
   if (!experiment_) {
     if (--down_ <= 0) return recorded_ ? resume_run() : begin_run();
     return pass_second();
   }
   rig_->let_pass(1);
+  if (asleep_ > 0) return --asleep_, laws_.no_tick();
   if (late_ > 0) {
     --late_;
-    return laws_.no_tick();
+    laws_.no_tick();
+  } else {
+    tick();
   }
-  tick();
+  disk_.attend(second_);
 }
 
 /// What the record really holds, against what it was given: each slot in one row or one gap, and all rows.
@@ -269,23 +304,30 @@ void Trial::judge_record() {
   if (!store_ || (in_memory_ && setting_.seed / 2 % kReadBackEvery != 0)) return;
   const auto record = in_memory_ ? store_->read_back() : read_after_closing();
   if (!record) return laws_.broken("record", second_, text(record.error()));
-  if (record->slot.size() != laws_.rows().size())
-    return laws_.broken("I10", second_, fmt::format("{} rows, expected {}", record->slot.size(), laws_.rows().size()));
-  auto gap = record->gaps.begin();
-  std::int64_t next = 0;
-  for (std::size_t i = 0; i < record->slot.size(); ++i) {
-    for (; gap != record->gaps.end() && gap->first == next; ++gap) next = gap->last + 1;
-    if (record->slot[i] != next++ || record->slot[i] != laws_.rows()[i].slot)
-      return laws_.broken("I10", second_,
-                          fmt::format("the record has slot {}, expected {}", record->slot[i], next - 1));
-  }
+  laws_.judge_record(second_, *record, acknowledged_, left_unwritten_);
+  if (in_memory_) return;
+  if (const auto verified = verify_record(path_); !verified) laws_.broken("I17", second_, text(verified.error()));
+}
+
+/// As the program does at its end: it waits for the disk.
+void Trial::close() {
+  constexpr std::int64_t kLongestFinish = 30;
+  const bool excused = disk_.is_sick();
+  for (auto second = second_; second < second_ + kLongestFinish; ++second) disk_.attend(second);
+  const auto synced = store_->sync();
+  if (!synced && !excused) laws_.broken("record", second_, text(synced.error()));
+  acknowledged_ = store_->acknowledged();
+  left_unwritten_ = store_->health().backlog_s > 0;
+  if (left_unwritten_ && !excused) laws_.broken("P13", second_, "rows wait for a disk that is well");
+  if (ending_ != Ending::complete || left_unwritten_ || disk_.hangs()) return;
+  if (const auto finished = store_->finish(); !finished && !excused)
+    laws_.broken("record", second_, text(finished.error()));
 }
 
 Result<Record> Trial::read_after_closing() {
   experiment_.reset();
-  if (ending_ == Ending::complete)
-    if (auto finished = store_->finish(); !finished) laws_.broken("record", second_, text(finished.error()));
-  store_.reset();
+  close();
+  disk_.leave(false, 0, [&] { store_.reset(); });
   return read_record(path_);
 }
 
@@ -302,6 +344,8 @@ TrialReport Trial::run() {
           .seconds = second_,
           .lives = lives_,
           .log_hash = hash_.value(),
+          .longest_backlog = longest_backlog_,
+          .parts = parts_,
           .seconds_in_state = laws_.seconds_in_state(),
           .rows = laws_.rows()};
 }
@@ -332,6 +376,17 @@ const char* name(Ending ending) {
   return "?";
 }
 
-TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting) { return Trial(ground, setting).run(); }
+/// I19: what a trial opens it closes.
+TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting) {
+  const auto open_files = [] {
+    const std::filesystem::directory_iterator files("/proc/self/fd");
+    return std::distance(begin(files), end(files));
+  };
+  const auto before = open_files();
+  auto report = Trial(ground, setting).run();
+  if (const auto after = open_files(); after != before)
+    report.violations.push_back(fmt::format("I19 at the end: {} open files, {} before", after, before));
+  return report;
+}
 
 }  // namespace gyrotherm

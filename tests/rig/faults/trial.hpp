@@ -10,6 +10,7 @@
 
 #include "rig/experiment.hpp"
 #include "rig/rig.hpp"
+#include "tests/rig/faults/disk.hpp"
 #include "tests/rig/faults/disturbance.hpp"
 #include "tests/rig/faults/laws.hpp"
 #include "tests/rig/faults/memory_wires.hpp"
@@ -45,6 +46,8 @@ struct TrialReport {
   std::int64_t seconds = 0;  ///< of the trial
   std::int64_t lives = 0;    ///< of the program
   std::uint64_t log_hash = 0;
+  std::int64_t longest_backlog = 0;  ///< seconds that waited for the disk
+  int parts = 1;                     ///< files of the record
   std::array<std::int64_t, 7> seconds_in_state{};
   std::vector<RowBrief> rows;
 };

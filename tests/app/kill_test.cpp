@@ -1,6 +1,6 @@
 /// kill -9 at any moment, many times: nothing that was printed as acknowledged is lost, the run that resume ends has
 /// the same segments with no soak shortened, and up to the gap it is the run that was never killed.
-/// GYROTHERM_KILLS in the environment: how many.
+/// GYROTHERM_KILLS in the environment: how many that met a living run.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -19,7 +20,7 @@
 namespace gyrotherm {
 namespace {
 
-using std::chrono::steady_clock;
+using Nanoseconds = std::chrono::nanoseconds;
 
 constexpr const char* kProfile = "tests/profiles/soaks.toml";
 constexpr const char* kRig = "profiles/rigs/virtual.toml";
@@ -101,44 +102,125 @@ Sample sample_of(const Record& record, std::size_t i) {
   return sample;
 }
 
+/// The last slot that the record accounts for.
+std::int64_t accounted(const Record& record) {
+  const auto row = record.slot.empty() ? -1 : record.slot.back();
+  return record.gaps.empty() ? row : std::max(row, record.gaps.back().last);
+}
+
+/// When the signal comes, in what does not depend on how busy the machine is.
+struct Moment {
+  std::int64_t acknowledged = -1;  ///< after this second was printed as acknowledged; −1: from the start
+  Nanoseconds processor{};         ///< time that the program has used since
+};
+
+std::ostream& operator<<(std::ostream& out, const Moment& moment) {
+  return out << "killed " << std::chrono::duration_cast<std::chrono::microseconds>(moment.processor).count()
+             << " us of processor time after " << moment.acknowledged << " was acknowledged";
+}
+
+/// Waits until the program is there; false if it ended first.
+bool await(const Background& run, const Moment& moment) {
+  constexpr Nanoseconds kLook = std::chrono::microseconds(500), kSharp = std::chrono::microseconds(50);
+  while (moment.acknowledged >= 0 && last_acknowledged(run.output()) < moment.acknowledged) {
+    if (!run.is_running()) return false;
+    std::this_thread::sleep_for(kLook);
+  }
+  const auto from = moment.acknowledged >= 0 ? run.processor_time() : Nanoseconds{};
+  for (auto left = moment.processor; left > Nanoseconds{}; left = from + moment.processor - run.processor_time()) {
+    if (!run.is_running()) return false;
+    std::this_thread::sleep_for(std::max(left, kSharp));
+  }
+  return true;
+}
+
 struct Tally {
-  int killed{};
+  int killed{};             ///< living runs that had a record
+  int resumed_too{};        ///< … whose continuation was killed as well
   int before_the_record{};  ///< there was no record yet
-  int finished{};           ///< the run was quicker than the signal
+  int closed{};             ///< the record had been ended, the program not
+  int ended{};              ///< the run was quicker than the signal
   std::int64_t lost{};
 };
 
 class Kills : public ::testing::Test {
  protected:
+  /// The run that is never killed, and how long each part of it takes a processor.
   void SetUp() override {
-    const auto began = steady_clock::now();
-    const auto ran =
-        gyrotherm_with(std::string("run ") + kProfile + " --rig " + kRig + " --out " + folder_ / "twin.db");
-    ASSERT_EQ(ran.exit_code, 0) << ran.err;
-    whole_ = std::chrono::duration_cast<std::chrono::milliseconds>(steady_clock::now() - began);
+    Background run({"run", kProfile, "--rig", kRig, "--out", folder_ / "twin.db", "--json"}, folder_ / "twin.log");
+    for (auto now = run.processor_time(); run.is_running(); now = run.processor_time()) {
+      whole_ = std::max(whole_, now);
+      if (until_record_ == Nanoseconds{} && std::filesystem::exists(folder_ / "twin.db")) until_record_ = now;
+      if (until_closing_ == Nanoseconds{} && run.output().find("recorded") != std::string::npos) until_closing_ = now;
+      std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+    ASSERT_EQ(run.wait(), 0) << run.output();
     twin_ = read_record(folder_ / "twin.db").value();
     soaked_ = rows_in_band(twin_);
   }
 
-  /// One run, killed after `moment`, and its continuation.
-  void kill_after(std::chrono::milliseconds moment, const std::string& path, Tally& tally) {
-    Background run({"run", kProfile, "--rig", kRig, "--out", path, "--json"}, path + ".log");
-    std::this_thread::sleep_for(moment);
+  [[nodiscard]] Nanoseconds part_of(Nanoseconds time) { return Nanoseconds(random_() % (time.count() + 1)); }
+
+  /// One in ten while it begins, one in ten while it ends, four just after something was acknowledged, four anywhere.
+  Moment draw(int number) {
+    constexpr Nanoseconds kJustAfter = std::chrono::milliseconds(4), kBatch = std::chrono::milliseconds(40);
+    const auto last = twin_.slot.back();
+    switch (number % 10) {
+      case 0: return {-1, part_of(2 * until_record_)};
+      case 1: return {last, part_of(std::max(kJustAfter, whole_ - until_closing_))};
+      case 2:
+      case 3:
+      case 4:
+      case 5: return {static_cast<std::int64_t>(random_() % last), part_of(number % 2 == 0 ? kJustAfter : kBatch)};
+      default: return {-1, until_record_ + part_of(whole_ - until_record_)};
+    }
+  }
+
+  /// A program that writes the record at `path` and is killed; the record that it left, nothing if it left no
+  /// unfinished one.
+  std::optional<Record> killed(const std::vector<std::string>& arguments, const std::string& path,
+                               const Moment& moment) {
+    Background run(arguments, path + ".log");
+    const bool met = await(run, moment);
     run.signal(SIGKILL);
-    if (run.wait() != -SIGKILL) return void(++tally.finished);
+    if (run.wait() != -SIGKILL || !met) return ++tally_.ended, std::nullopt;
     const auto acknowledged = last_acknowledged(run.output());
-    const auto before = read_record(path);
-    if (!before && acknowledged < 0) return void(++tally.before_the_record);
-    ASSERT_TRUE(before) << text(before.error());
-    ++tally.killed;
+    auto record = read_record(path);
+    if (!record && acknowledged < 0) return ++tally_.before_the_record, std::nullopt;
+    EXPECT_TRUE(record) << text(record.error());
+    if (!record) return std::nullopt;
+    const auto last = accounted(*record);
+    tally_.lost += std::max<std::int64_t>(0, acknowledged - last);
+    EXPECT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
+    const auto verified = verify_record(path);
+    EXPECT_TRUE(verified) << text(verified.error());
+    if (record->finished) return ++tally_.closed, std::nullopt;
+    ++tally_.killed;
+    return std::move(*record);
+  }
+
+  /// One run, killed, and its continuation, which now and then is killed too.
+  void kill_one(int number, const std::string& path) {
+    const auto moment = draw(number);
+    SCOPED_TRACE(::testing::Message() << "run " << number << ", " << moment);
+    const auto before = killed({"run", kProfile, "--rig", kRig, "--out", path, "--json"}, path, moment);
+    if (!before) return;
     const auto rows = before->slot.size();
-    const auto last = rows == 0 ? -1 : before->slot.back();
-    tally.lost += std::max<std::int64_t>(0, acknowledged - last);
-    ASSERT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
-    ASSERT_TRUE(verify_record(path)) << text(verify_record(path).error());
     expect_same_up_to(rows, *before, twin_);
-    if (before->finished) return void(++tally.finished);  // killed on its way out
+    constexpr int kAgainEvery = 7;
+    if (number % kAgainEvery == 0 && !kill_continuation(path, rows)) return;
     resume(path, rows);
+  }
+
+  /// The continuation is killed too; false if it was quicker.
+  bool kill_continuation(const std::string& path, std::size_t rows) {
+    const double left = 1 - static_cast<double>(rows) / static_cast<double>(twin_.slot.size());
+    const auto rest = std::chrono::duration_cast<Nanoseconds>((whole_ - until_record_) * left);
+    const Moment again{-1, until_record_ + part_of(rest)};
+    SCOPED_TRACE(::testing::Message() << "its continuation " << again);
+    const bool was_killed = killed({"resume", path, "--json"}, path, again).has_value();
+    tally_.resumed_too += was_killed ? 1 : 0;
+    return was_killed || !read_record(path).value().finished;
   }
 
   /// What the program makes of a record that has only so many rows of the twin.
@@ -156,27 +238,29 @@ class Kills : public ::testing::Test {
   }
 
   const Folder folder_;
-  std::chrono::milliseconds whole_{};
+  std::mt19937_64 random_{20};
+  Nanoseconds until_record_{}, until_closing_{}, whole_{};
   Record twin_;
   std::map<int, int> soaked_;
+  Tally tally_;
 };
 
 TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
-  const char* seed = std::getenv("GYROTHERM_SEED");
-  std::mt19937_64 random(seed != nullptr ? std::strtoull(seed, nullptr, 10) : 20);
-  Tally tally;
-  for (int i = 0; i < kills() && !HasFailure(); ++i) {
-    const auto path = folder_ / ("run" + std::to_string(i) + ".db");
-    const auto moment = std::chrono::milliseconds(random() % static_cast<std::uint64_t>(whole_.count() + 1));
-    kill_after(moment, path, tally);
-    EXPECT_FALSE(HasFailure()) << "run " << i << ", killed after " << moment.count() << " ms";
+  if (const char* seed = std::getenv("GYROTHERM_SEED")) random_.seed(std::strtoull(seed, nullptr, 10));
+  const int most_tries = 2 * kills() + 20;
+  int tries = 0;
+  for (; tally_.killed < kills() && tries < most_tries && !HasFailure(); ++tries) {
+    const auto path = folder_ / ("run" + std::to_string(tries) + ".db");
+    kill_one(tries, path);
     for (const char* suffix : {"", "-wal", "-shm", ".status", ".sha256", ".log"})
       std::filesystem::remove(path + suffix);
+    if (tries % 100 == 99) std::cout << tally_.killed << " killed of " << tries + 1 << std::endl;
   }
-  std::cout << tally.killed << " killed and resumed, " << tally.before_the_record
-            << " killed before there was a record, " << tally.finished << " ended first; " << tally.lost
+  std::cout << tries << " runs: " << tally_.killed << " killed alive, " << tally_.resumed_too
+            << " of them while resumed; " << tally_.before_the_record << " killed before there was a record, "
+            << tally_.closed << " after it was closed, " << tally_.ended << " ended first; " << tally_.lost
             << " acknowledged seconds lost\n";
-  EXPECT_GT(tally.killed, 0);
+  EXPECT_GE(tally_.killed, kills());
 }
 
 /// The last second of each segment, and the first of the next, were the last that came to the disk.

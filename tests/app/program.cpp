@@ -9,6 +9,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -81,6 +82,19 @@ int Background::wait() {
   ::waitpid(pid_, &status, 0);
   pid_ = -1;
   return code_of(status);
+}
+
+bool Background::is_running() const {
+  siginfo_t info{};
+  return pid_ > 0 && ::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         info.si_pid == 0;
+}
+
+std::chrono::nanoseconds Background::processor_time() const {
+  clockid_t clock{};
+  timespec time{};
+  if (!is_running() || ::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return {};
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
 std::string Background::output() const { return content(output_file_); }

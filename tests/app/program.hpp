@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -44,6 +45,9 @@ class Background {
   void signal(int number) const;
   /// Waits for its end; its exit code, or −signal.
   int wait();
+  [[nodiscard]] bool is_running() const;
+  /// Of the running program, all its threads; zero once it has ended.
+  [[nodiscard]] std::chrono::nanoseconds processor_time() const;
   /// What it has printed so far.
   [[nodiscard]] std::string output() const;
   /// Waits until it has printed `text`; false after `seconds`.

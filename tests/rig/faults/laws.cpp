@@ -83,6 +83,7 @@ void Laws::life_begins(std::int64_t last_recorded) {
   while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
   std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
   last_slot_ = last_recorded;
+  last_time_ = std::chrono::seconds(last_recorded);  // the rows after it are lost, and so is their time
   last_state_.reset();
   quiet_ticks_ = {};
   storage_told_ = false;

@@ -122,8 +122,6 @@ Circumstances Experiment::circumstances(const Sample& sample, Duration missed) c
   around.missed = missed;
   around.longest_missed = kLongestUnattended;
   const auto health = store_.health();
-  const bool in_batches = rig_.file().simulated;  // virtual time is, and waits for no disk meanwhile
-  if (in_batches && health.trouble.empty() && !health.rows_dropped) return around;
   around.backlog = std::chrono::seconds(health.backlog_s);
   around.rows_dropped = health.rows_dropped;
   around.storage_trouble = health.trouble;

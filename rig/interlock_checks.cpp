@@ -98,12 +98,18 @@ class Look {
                                       [](const auto& reading) { return reading.value.has_value(); });
     const auto needed =
         std::min<std::ptrdiff_t>(limits_.thermometers_needed, static_cast<std::ptrdiff_t>(sample_.thermometers.size()));
-    if (!sample_.chamber.value) found(Cause::chamber_silent, "chamber silent");
+    if (!sample_.chamber.value) at_a_silent_chamber();
     if (answer < needed)
       found(Cause::thermometers_lost, answer == 0
                                           ? "every thermometer silent"
                                           : fmt::format("{} thermometers answer, {} are needed", answer, needed));
     if (!sample_.gyro.value) found(Cause::gyro_silent, "gyro silent");
+  }
+
+  /// Somebody else's set point is not known to be gone: after the silence it is still that, and no restart.
+  void at_a_silent_chamber() {
+    found(Cause::chamber_silent, "chamber silent");
+    if (stands(Cause::foreign_set_point)) found(Cause::foreign_set_point, memory_.of(Cause::foreign_set_point).text);
   }
 
   void at_the_chamber(const ChamberState& chamber) {
@@ -129,7 +135,8 @@ class Look {
     const auto what = off ? std::string("is switched off")
                           : fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value,
                                         around_.sent->value);
-    if (!memory_.chamber_answered || stands(Cause::restarted))
+    const bool was_silent = !memory_.chamber_answered && !stands(Cause::foreign_set_point);
+    if (was_silent || stands(Cause::restarted))
       found(Cause::restarted, "the chamber was restarted: it " + what);
     else if (around_.refusals == 0)
       found(Cause::foreign_set_point, "somebody else changed it: the chamber " + what);

@@ -276,6 +276,20 @@ TEST(Cause, AChamberThatComesBackOtherwiseWasRestarted) {
   EXPECT_FALSE(bench.has(Cause::foreign_set_point)) << "one alarm per cause";
 }
 
+TEST(Cause, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
+  Bench bench;
+  bench.seconds(10);
+  bench.chamber().set_point = {25};
+  bench.seconds(2);
+  const auto state = bench.chamber();
+  bench.sample.chamber.value = silence();
+  EXPECT_EQ(bench.seconds(20).reaction, Reaction::suspend);
+  bench.sample.chamber.value = state;
+  bench.seconds(10);
+  EXPECT_TRUE(bench.has(Cause::foreign_set_point));
+  EXPECT_FALSE(bench.has(Cause::restarted)) << "it would be brought back, which is fighting it";
+}
+
 TEST(Cause, AChamberThatComesBackAsItWasIsWell) {
   Bench bench;
   const auto state = bench.chamber();

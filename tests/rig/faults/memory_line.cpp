@@ -55,7 +55,10 @@ void garble_text(Bytes& answer, std::mt19937_64& random) { answer[random() % ans
 void garble_burst(Bytes& answer, std::mt19937_64& random) {
   const auto at = random() % answer.size();
   answer[at] ^= static_cast<std::byte>(1 + random() % 255);
-  if (at + 1 < answer.size()) answer[at + 1] ^= static_cast<std::byte>(random() % 256);
+  if (at + 1 == answer.size()) return;
+  const auto second = static_cast<std::byte>(random() % 256);
+  const bool is_last_before_check = at + 3 == answer.size();
+  if (!is_last_before_check) answer[at + 1] ^= second;
 }
 
 }  // namespace gyrotherm

@@ -91,7 +91,8 @@ class MemoryStream final : public ByteStream {
 
 /// A top bit that no text has, and no parity lets pass.
 void garble_text(Bytes& answer, std::mt19937_64& random);
-/// Up to 16 neighbouring bits, which every check of 16 bits sees.
+/// Up to 16 neighbouring bits, which every check of 16 bits sees. Not the check's first byte along with the one before:
+/// they are no neighbours where the check is sent low byte first.
 void garble_burst(Bytes& answer, std::mt19937_64& random);
 
 }  // namespace gyrotherm

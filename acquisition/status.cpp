@@ -1,7 +1,5 @@
 #include "acquisition/status.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/record_rows.hpp"
@@ -150,18 +148,7 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
 /// Not synced: it is for those who look while the program lives, and a sync that does not come back must not keep from
 /// them that it does not.
 Result<void> write_status(const RunStatus& status) {
-  const auto path = status_path(status.path);
-  std::error_code error;
-  const auto there = std::filesystem::status(path, error);
-  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
-    return failure(FaultKind::storage, path, "is there and is no regular file; it is not replaced");
-  const auto target = std::filesystem::weakly_canonical(path, error);  // a link stays a link
-  const auto temporary = target.string() + ".part";
-  const bool written = (std::ofstream(temporary, std::ios::binary) << to_json(status) << '\n' << std::flush).good();
-  if (written) std::filesystem::rename(temporary, target, error);
-  if (written && !error) return {};
-  std::filesystem::remove(temporary, error);
-  return failure(FaultKind::storage, path, "cannot be written");
+  return replace_passing_text_file(status_path(status.path), to_json(status) + '\n');
 }
 
 Result<RunStatus> read_status(const std::string& path) {

@@ -5,6 +5,7 @@
 #include "drivers/line/block_signals.hpp"
 
 namespace gyrotherm {
+
 void Worker::enqueue(std::function<void()> job) {
   {
     const std::lock_guard lock(mutex_);

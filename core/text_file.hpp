@@ -15,4 +15,7 @@ namespace gyrotherm {
 /// stays. Fails with storage, also where the path is a device, a pipe or a folder.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
+/// Likewise without waiting for the disk: for what need not outlive the machine.
+[[nodiscard]] Result<void> replace_passing_text_file(const std::string& path, std::string_view text);
+
 }  // namespace gyrotherm

@@ -5,6 +5,7 @@
 
 #include "core/text_file.hpp"
 #include "rig/uploaded_program.hpp"
+#include "tests/rig/faults/trial.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -36,20 +37,6 @@ RigFile rig_file(const Setting& setting) {
 Profile profile_of(const Setting& setting) {
   return expected(
       parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"demonstration\"\n" + setting.segments, "profile"));
-}
-
-RunInfo info_of(const Profile& profile, const RigFile& file) {
-  RunInfo info;
-  info.id = "0";
-  info.profile_name = profile.name;
-  info.profile_text = profile.text;
-  info.rig_text = file.text;
-  info.chamber_map_text = file.chamber_map.text;
-  info.simulated = true;
-  info.started_utc = kVirtualEpoch;
-  info.thermometers = channels_of(file);
-  info.gyro = file.gyro.info;
-  return info;
 }
 
 }  // namespace

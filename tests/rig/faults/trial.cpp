@@ -105,20 +105,6 @@ Trial::Trial(const TrialGround& ground, const TrialSetting& setting)
       disturbance_(setting.schedule, plant_, clock_),
       laws_(ground.profile, file_, plant_, disturbance_) {}
 
-RunInfo info_of(const TrialGround& ground, const RigFile& file) {
-  RunInfo info;
-  info.id = "0";
-  info.profile_name = ground.profile.name;
-  info.profile_text = ground.profile.text;
-  info.rig_text = file.text;
-  info.chamber_map_text = file.chamber_map.text;
-  info.simulated = true;
-  info.started_utc = kVirtualEpoch;
-  info.thermometers = channels_of(file);
-  info.gyro = file.gyro.info;
-  return info;
-}
-
 void Trial::pass_second() {
   clock_.advance(kSecond);
   plant_.pass_second();
@@ -148,7 +134,7 @@ void Trial::begin_run() {
   if (const auto prepared = rig_->prepare(command(ground_.profile, state)); !prepared)
     return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
-  auto store = disk_.create(info_of(ground_, file_));
+  auto store = disk_.create(info_of(ground_.profile, file_));
   if (!store) return end_at_storage("record", store.error(), excused);
   recorded_ = true;
   live(std::move(*store), state, 0);
@@ -351,6 +337,20 @@ TrialReport Trial::run() {
 }
 
 }  // namespace
+
+RunInfo info_of(const Profile& profile, const RigFile& file) {
+  RunInfo info;
+  info.id = "0";
+  info.profile_name = profile.name;
+  info.profile_text = profile.text;
+  info.rig_text = file.text;
+  info.chamber_map_text = file.chamber_map.text;
+  info.simulated = true;
+  info.started_utc = kVirtualEpoch;
+  info.thermometers = channels_of(file);
+  info.gyro = file.gyro.info;
+  return info;
+}
 
 TrialGround trial_ground(const std::string& profile) {
   const auto rig_path = from("profiles/rigs/virtual-reference.toml");

@@ -30,6 +30,9 @@ struct TrialGround {
 /// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
 [[nodiscard]] TrialGround trial_ground(const std::string& profile);
 
+/// What a record of this profile on this virtual rig knows.
+[[nodiscard]] RunInfo info_of(const Profile& profile, const RigFile& file);
+
 struct TrialSetting {
   std::uint64_t seed = 0;
   Schedule schedule;

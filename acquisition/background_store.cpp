@@ -19,6 +19,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::size_t kMostAtOnce = 1000;  ///< rows of one transaction
+constexpr std::size_t kProbe = 1;          ///< … while the disk takes nothing
 constexpr auto kLongestFinish = std::chrono::seconds(30);
 constexpr auto kLongestFarewell = std::chrono::seconds(10);
 constexpr auto kLongestTelling = std::chrono::seconds(1);  ///< of the status file, which is a courtesy
@@ -85,7 +86,8 @@ RunStatus told_of(const Desk& desk) {
 void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   desk.wanted = false;
   desk.busy_since = steady_clock::now();
-  const auto batch = desk.backlog.take(kMostAtOnce);
+  const auto most = desk.trouble.empty() ? kMostAtOnce : kProbe;
+  const auto batch = desk.backlog.take(most);
   const auto frames = desk.frames;
   lock.unlock();
   const auto written = write(desk.writer, batch, frames);
@@ -99,7 +101,7 @@ void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   desk.trouble = written ? "" : text(written.error());
   desk.acknowledged = desk.writer.acknowledged();
   desk.parts = desk.writer.part();
-  desk.wanted = desk.wanted || (written && batch.size() == kMostAtOnce);
+  desk.wanted = desk.wanted || (written && batch.size() == most);
   desk.busy_since.reset();
   desk.untold = true;
   desk.news.notify_one();

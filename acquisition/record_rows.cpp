@@ -11,7 +11,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kPatienceMs = 0;  // a record being written stays so
+constexpr int kReaderPatienceMs = 0;  // a record being written stays so
 
 template <class Kind>
 Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
@@ -57,7 +57,7 @@ StoredRow empty_row(const RunInfo& info) {
 /// fails, the reader is told why by its own attempt.
 void undo_broken_off(const std::string& path) {
   if (!is_there(path + "-journal")) return;
-  if (auto database = Database::open(path, Access::read_write, kPatienceMs)) [[maybe_unused]]
+  if (auto database = Database::open(path, Access::read_write, kReaderPatienceMs)) [[maybe_unused]]
     const auto undone = database->ask("PRAGMA user_version");
 }
 
@@ -83,7 +83,7 @@ Result<Database> open_record(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, error))
     return failure(FaultKind::bad_file, path, "no such file, expected a gyrotherm record");
   undo_broken_off(path);
-  auto database = Database::open(path, Access::read_only, kPatienceMs);
+  auto database = Database::open(path, Access::read_only, kReaderPatienceMs);
   if (!database) return database;
   if (auto checked = check_schema(*database, path); !checked) return failure(checked.error());
   return database;

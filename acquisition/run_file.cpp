@@ -18,7 +18,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kPatienceMs = 500;  // a second program is told within a second
+constexpr int kWriterPatienceMs = 500;  // a second program is told within a second
 
 struct Setting {
   const char* pragma;
@@ -211,19 +211,20 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
   if (auto good = check_channel_names(info.thermometers); !good) return failure(good.error());
   if (!in_memory(path))
     if (auto made = make_new_file(path); !made) return failure(made.error());
-  auto file = Database::open(path, Access::read_write, kPatienceMs).and_then([&](Database database) -> Result<RunFile> {
-    if (auto filled = fill_new_file(database, path, info, continuation); !filled) {
-      database.keep_log_on_close();
-      return failure(filled.error());
-    }
-    return ready(std::move(database), path, info);
-  });
+  auto file =
+      Database::open(path, Access::read_write, kWriterPatienceMs).and_then([&](Database database) -> Result<RunFile> {
+        if (auto filled = fill_new_file(database, path, info, continuation); !filled) {
+          database.keep_log_on_close();
+          return failure(filled.error());
+        }
+        return ready(std::move(database), path, info);
+      });
   if (!file && !in_memory(path)) remove_all_of(path);
   return file;
 }
 
 Result<RunFile> RunFile::reopen(const std::string& path) {
-  auto database = Database::open(path, Access::read_write, kPatienceMs);
+  auto database = Database::open(path, Access::read_write, kWriterPatienceMs);
   if (!database) return failure(database.error());
   const auto usable = apply(*database, kExclusive, path)
                           .and_then([&] { return check_schema(*database, path); })

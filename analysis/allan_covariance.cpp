@@ -7,10 +7,10 @@
 #include <numbers>
 #include <vector>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
-
-constexpr double kSecondsPerHour = 3600;
 
 /// g at lags 0, 1, 2, … intervals.
 std::vector<double> generalised_covariance(const NoiseSquares& squares, double interval_h, Eigen::Index lags) {

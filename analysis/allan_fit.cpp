@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "analysis/allan_covariance.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm {
 namespace {
 
-constexpr double kSecondsPerHour = 3600;
 constexpr double kArcsecPerDegree = 3600;
 constexpr double kSignificance = 2;  // of a square, in its standard errors
 constexpr double kOneSided95 = 1.645;

@@ -11,6 +11,7 @@
 #include "analysis/c_provenance.hpp"
 #include "analysis/c_self_test.hpp"
 #include "analysis/c_text.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -161,7 +162,6 @@ int @name@_self_test(void) {
 )";
 
 std::string of(const Factor& factor, const std::vector<std::string>& names, double length_s) {
-  constexpr double kSecondsPerMinute = 60;
   const auto at = [&](const std::string& name) { return std::ranges::find(names, name) - names.begin(); };
   const auto first = at(factor.first);
   switch (factor.kind) {

@@ -9,13 +9,13 @@
 #include <utility>
 
 #include "analysis/trained_range.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm {
 namespace {
 
 constexpr Eigen::Index kInside = 6, kBeyond = 2;
 constexpr double kRoom_c = 20;
-constexpr double kSecondsPerMinute = 60;
 
 Eigen::Index place_of(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) - names.begin();

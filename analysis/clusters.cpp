@@ -8,12 +8,13 @@
 #include <limits>
 #include <utility>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
 /// Of a cluster length: what rounding of a time stamp may amount to.
 constexpr double kTimeSlack = 1e-9;
-constexpr double kSecondsPerMinute = 60;
 
 /// Rows first … first + count − 1 of a dataset lie in cluster `number`.
 struct Span {

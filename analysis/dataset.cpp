@@ -11,13 +11,13 @@
 namespace gyrotherm {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::Index rows_of(const Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
 /// A column of the record, or all NaN if a foreign record has none.
 Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
-  if (values.empty()) return Eigen::VectorXd::Constant(rows, kNone);
+  if (values.empty()) return Eigen::VectorXd::Constant(rows, kMissing);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
 }
 
@@ -64,7 +64,7 @@ void place_in_profile(Dataset& dataset, const Record& record) {
 /// NaN if no hold has a bias.
 double mean_of_first_hold(const Dataset& dataset) {
   const auto hold = std::ranges::find_if(dataset.segments, &RunInfo::SegmentInfo::hold);
-  if (hold == dataset.segments.end()) return kNone;
+  if (hold == dataset.segments.end()) return kMissing;
   const auto first = static_cast<int>(hold - dataset.segments.begin());
   double sum = 0;
   int count = 0;
@@ -73,7 +73,7 @@ double mean_of_first_hold(const Dataset& dataset) {
     sum += dataset.bias_deg_per_h(i);
     ++count;
   }
-  return count > 0 ? sum / count : kNone;
+  return count > 0 ? sum / count : kMissing;
 }
 
 void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate) {

@@ -10,10 +10,11 @@
 #include <map>
 #include <utility>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
-constexpr double kSecondsPerMinute = 60;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// One record's clusters by the fold that holds each out.

@@ -6,43 +6,43 @@
 namespace gyrotherm {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 template <class Vector>
-Json numbers(const Vector& values) {
-  Json array = Json::array();
+OrderedJson numbers(const Vector& values) {
+  OrderedJson array = OrderedJson::array();
   for (Eigen::Index i = 0; i < values.size(); ++i) array.push_back(values(i));
   return array;
 }
 
-Json rows(const SampleMatrix& values) {
-  Json array = Json::array();
+OrderedJson rows(const SampleMatrix& values) {
+  OrderedJson array = OrderedJson::array();
   for (Eigen::Index i = 0; i < values.rows(); ++i) array.push_back(numbers(values.row(i)));
   return array;
 }
 
-Json json_of(const Factor& factor) {
-  Json entry{{"kind", name(factor.kind)}, {"first", factor.first}};
+OrderedJson json_of(const Factor& factor) {
+  OrderedJson entry{{"kind", name(factor.kind)}, {"first", factor.first}};
   if (factor.kind == FactorKind::gradient) entry["second"] = factor.second;
   return entry;
 }
 
 /// The words are for people; the factors say the same where a thermometer's name holds a '-'.
-Json json_of(const std::vector<Term>& terms) {
-  Json array = Json::array();
+OrderedJson json_of(const std::vector<Term>& terms) {
+  OrderedJson array = OrderedJson::array();
   for (const Term& term : terms) {
-    Json factors = Json::array();
+    OrderedJson factors = OrderedJson::array();
     for (const Factor& factor : term.factors) factors.push_back(json_of(factor));
     array.push_back({{"term", text(term)}, {"factors", std::move(factors)}});
   }
   return array;
 }
 
-Json json_of(const SvrParameters& parameters) {
+OrderedJson json_of(const SvrParameters& parameters) {
   return {{"C", parameters.C}, {"sigma", parameters.sigma}, {"epsilon", parameters.epsilon}};
 }
 
-Json json_of(const SvrModel& svr) {
+OrderedJson json_of(const SvrModel& svr) {
   return {{"form", "svr"},
           {"parameters", json_of(svr.parameters)},
           {"b", svr.b},
@@ -52,11 +52,11 @@ Json json_of(const SvrModel& svr) {
           {"support_vectors", rows(svr.support_vectors)}};
 }
 
-Json json_of(const LinearModel& linear) {
+OrderedJson json_of(const LinearModel& linear) {
   return {{"form", "linear"}, {"weights", numbers(linear.weights)}, {"b", linear.b}};
 }
 
-Json json_of(const ExpansionModel& expansion) {
+OrderedJson json_of(const ExpansionModel& expansion) {
   return {{"form", "expansion"},
           {"b", expansion.b},
           {"lengths", numbers(expansion.lengths)},
@@ -65,7 +65,7 @@ Json json_of(const ExpansionModel& expansion) {
           {"centres", rows(expansion.centres)}};
 }
 
-Json json_of(const NetworkModel& network) {
+OrderedJson json_of(const NetworkModel& network) {
   return {{"form", "network"},
           {"b", network.b},
           {"out", numbers(network.out)},
@@ -73,16 +73,16 @@ Json json_of(const NetworkModel& network) {
           {"weights", rows(network.weights)}};
 }
 
-Json json_of(const HyperParameters& parameters) {
-  Json array = Json::array();
+OrderedJson json_of(const HyperParameters& parameters) {
+  OrderedJson array = OrderedJson::array();
   for (const HyperParameter& parameter : parameters) {
     array.push_back({{"name", parameter.name}, {"value", parameter.value}});
   }
   return array;
 }
 
-Json json_of(const std::vector<TrainingRecord>& records) {
-  Json array = Json::array();
+OrderedJson json_of(const std::vector<TrainingRecord>& records) {
+  OrderedJson array = OrderedJson::array();
   for (const TrainingRecord& record : records) {
     array.push_back({{"run_id", record.run_id},
                      {"path", record.path},
@@ -95,7 +95,7 @@ Json json_of(const std::vector<TrainingRecord>& records) {
   return array;
 }
 
-Json json_of(const Selection& selection) {
+OrderedJson json_of(const Selection& selection) {
   return {{"terms", json_of(selection.terms)},
           {"threshold", selection.threshold},
           {"rank", selection.rank},
@@ -103,7 +103,7 @@ Json json_of(const Selection& selection) {
           {"statement", selection.statement}};
 }
 
-Json json_of(const SwarmSummary& swarm) {
+OrderedJson json_of(const SwarmSummary& swarm) {
   return {{"end", name(swarm.end)},
           {"best", swarm.best},
           {"best_fitness", swarm.best_fitness},
@@ -112,7 +112,7 @@ Json json_of(const SwarmSummary& swarm) {
           {"evaluations", swarm.evaluations}};
 }
 
-Json json_of(const SwarmOptions& swarm) {
+OrderedJson json_of(const SwarmOptions& swarm) {
   return {{"particles", swarm.particles},
           {"iterations", swarm.iterations},
           {"omega_max", swarm.omega_max},
@@ -125,7 +125,7 @@ Json json_of(const SwarmOptions& swarm) {
           {"seed", swarm.seed}};
 }
 
-Json json_of(const TuningOptions& options) {
+OrderedJson json_of(const TuningOptions& options) {
   return {{"log2_c", {options.log2_c_min, options.log2_c_max}},
           {"log2_sigma", {options.log2_sigma_min, options.log2_sigma_max}},
           {"log2_epsilon", {options.log2_epsilon_min, options.log2_epsilon_max}},
@@ -135,13 +135,13 @@ Json json_of(const TuningOptions& options) {
           {"swarm", json_of(options.swarm)}};
 }
 
-Json json_of(const TuningSummary& tuning, const TuningOptions& options) {
+OrderedJson json_of(const TuningSummary& tuning, const TuningOptions& options) {
   return {{"best", json_of(tuning.best)},      {"cross_validation_mse", tuning.cross_validation_mse},
           {"uncertified", tuning.uncertified}, {"swarm", json_of(tuning.swarm)},
           {"warnings", tuning.warnings},       {"options", json_of(options)}};
 }
 
-Json json_of(const Figures& figures) {
+OrderedJson json_of(const Figures& figures) {
   return {{"std_deg_per_h", figures.std},
           {"mean_deg_per_h", figures.mean},
           {"rmse_deg_per_h", figures.rmse},
@@ -149,7 +149,7 @@ Json json_of(const Figures& figures) {
           {"count", figures.count}};
 }
 
-Json json_of(const Reduction& reduction) {
+OrderedJson json_of(const Reduction& reduction) {
   return {{"vectors_before", reduction.vectors_before},
           {"vectors", reduction.vectors},
           {"bound_deg_per_h", reduction.bound_deg_per_h},
@@ -159,8 +159,8 @@ Json json_of(const Reduction& reduction) {
 }
 
 /// Of one input each: what a person reading the file wants side by side.
-Json json_of_inputs(const Model& model) {
-  Json array = json_of(model.terms);
+OrderedJson json_of_inputs(const Model& model) {
+  OrderedJson array = json_of(model.terms);
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(model.terms.size()); ++i) {
     array[i]["mean"] = model.scaling.mean(i);
     array[i]["std"] = model.scaling.std(i);
@@ -173,7 +173,7 @@ Json json_of_inputs(const Model& model) {
 }  // namespace
 
 std::string to_json(const Model& model) {
-  Json json{
+  OrderedJson json{
       {"schema", kModelSchema},
       {"program_version", model.program_version},
       {"inputs", model.inputs},
@@ -197,7 +197,7 @@ std::string to_json(const Model& model) {
   if (model.nested_leave_cycle_out) json["nested_leave_cycle_out"] = json_of(*model.nested_leave_cycle_out);
   if (model.tuning.swarm.end != SwarmEnd::was_not_run) json["tuning"] = json_of(model.tuning, model.tuning_options);
   if (model.reduction) json["reduction"] = json_of(*model.reduction);
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 }  // namespace gyrotherm

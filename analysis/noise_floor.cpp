@@ -9,7 +9,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Clusters first … last of one segment that lie wholly inside it.
 struct Hold {
@@ -64,14 +64,15 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::Segm
       before = k;
     }
   }
-  floor.deg_per_h = floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : kNone;
-  floor.error_deg_per_h = floor.differences > 0 ? floor.deg_per_h * relative_error(floor.differences, followed) : kNone;
+  floor.deg_per_h = floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : kUnknown;
+  floor.error_deg_per_h =
+      floor.differences > 0 ? floor.deg_per_h * relative_error(floor.differences, followed) : kUnknown;
   return floor;
 }
 
 double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters) {
   const bool known = effective_parameters > 0 && effective_parameters < clusters;
-  return known ? floor.deg_per_h * std::sqrt(1 - effective_parameters / clusters) : kNone;
+  return known ? floor.deg_per_h * std::sqrt(1 - effective_parameters / clusters) : kUnknown;
 }
 
 std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -58,7 +60,6 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
 
 Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
                                          const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h) {
-  constexpr double kSecondsPerMinute = 60;
   assert(temperatures_c.cols() == latest_.temperature_c.cols() && temperatures_c.rows() == bias_deg_per_h.size());
   latest_.temperature_c.resize(temperatures_c.rows(), temperatures_c.cols());
   latest_.rate_c_per_min.resize(temperatures_c.rows(), rates_ ? temperatures_c.cols() : 0);

@@ -12,13 +12,12 @@
 #include <random>
 #include <thread>
 
+#include "analysis/numerics/random.hpp"
+
 namespace gyrotherm {
 namespace {
 
 constexpr double kNothingYet = std::numeric_limits<double>::infinity();
-
-// Uniform in [0, 1) from the upper 53 bits: std::uniform_real_distribution differs between libraries.
-double uniform(std::mt19937_64& generator) { return static_cast<double>(generator() >> 11) * 0x1p-53; }
 
 // oneTBB complains on stderr of more than the machine has.
 int threads_of(const SwarmOptions& options) {

@@ -18,22 +18,22 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-tl::unexpected<Fault> misuse(std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); }
+tl::unexpected<Fault> wrong_tuning(std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); }
 
 Result<void> check(std::span<const Fold> folds) {
-  if (folds.empty()) return misuse("no fold");
+  if (folds.empty()) return wrong_tuning("no fold");
   for (std::size_t f = 0; f < folds.size(); ++f) {
     const Fold& fold = folds[f];
     if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
-      return misuse(fmt::format("fold {} has {} training and {} held-out rows, must have both", f, fold.train_x.rows(),
-                                fold.test_x.rows()));
+      return wrong_tuning(fmt::format("fold {} has {} training and {} held-out rows, must have both", f,
+                                      fold.train_x.rows(), fold.test_x.rows()));
     }
     if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
         fold.train_x.cols() != fold.test_x.cols()) {
-      return misuse(fmt::format("fold {}: inputs and targets have different shapes", f));
+      return wrong_tuning(fmt::format("fold {}: inputs and targets have different shapes", f));
     }
     if (!fold.train_x.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite()) {
-      return misuse(fmt::format("fold {} has a value that is not finite", f));
+      return wrong_tuning(fmt::format("fold {} has a value that is not finite", f));
     }
   }
   return {};

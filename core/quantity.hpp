@@ -9,6 +9,11 @@ namespace gyrotherm {
 
 using Duration = std::chrono::nanoseconds;
 
+inline constexpr Duration kSecond = std::chrono::seconds(1);
+inline constexpr double kSecondsPerMinute = 60;
+inline constexpr double kSecondsPerHour = 3600;
+inline constexpr double kZeroCelsiusInKelvin = 273.15;
+
 [[nodiscard]] constexpr double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 [[nodiscard]] constexpr Duration from_seconds(double s) {
   return std::chrono::round<Duration>(std::chrono::duration<double>(s));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/quantity.hpp"
 #include "report/colour.hpp"
 #include "report/plot.hpp"
 
@@ -36,7 +37,7 @@ constexpr TermLine kTermLines[] = {{"Q", -1}, {"N", -0.5}, {"B", 0}, {"K", 0.5},
 
 /// σ of one term over the span of the points: its coefficient at its read-off time (Q in arcsec is °/h times seconds).
 Curve term_line(const NoiseView& noise, const AllanCurveView& points) {
-  constexpr double kFlat = 0.66428, kSecondsPerHour = 3600;
+  constexpr double kFlat = 0.66428;
   Curve line{.name = {}, .colour = colour::kFaintInk, .dashed = true};
   for (const TermLine& term : kTermLines) {
     if (noise.symbol != term.symbol) continue;

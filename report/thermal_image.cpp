@@ -15,9 +15,9 @@ namespace gyrotherm {
 namespace {
 
 constexpr double kWidth = 620;  // of the plane, px
-constexpr double kLeft = 58;
-constexpr double kTop = 40;
-constexpr double kFoot = 50;
+constexpr double kImageLeft = 58;
+constexpr double kImageTop = 40;
+constexpr double kImageFoot = 50;
 constexpr double kBarGap = 22;
 constexpr double kBarWidth = 16;
 constexpr double kBarText = 56;
@@ -32,7 +32,7 @@ struct Frame {
 
 Frame frame_of(const ThermalImage& image) {
   const double height = kWidth * (image.y_mm.high - image.y_mm.low) / (image.x_mm.high - image.x_mm.low);
-  return {{image.x_mm, kLeft, kLeft + kWidth}, {image.y_mm, kTop + height, kTop}, height};
+  return {{image.x_mm, kImageLeft, kImageLeft + kWidth}, {image.y_mm, kImageTop + height, kImageTop}, height};
 }
 
 /// Every `stride`-th sample of every `stride`-th row.
@@ -61,8 +61,8 @@ Line line_of(const Isotherm& isotherm, const Grid& grid) {
   Line line;
   double last_x = 0, last_y = 0;
   for (std::size_t k = 0; k < isotherm.size(); ++k) {
-    const double x = kLeft + grid.first_px + isotherm[k].column * grid.px_per_column;
-    const double y = kTop + grid.first_px + isotherm[k].row * grid.px_per_row;
+    const double x = kImageLeft + grid.first_px + isotherm[k].column * grid.px_per_column;
+    const double y = kImageTop + grid.first_px + isotherm[k].row * grid.px_per_row;
     fmt::format_to(std::back_inserter(line.data), "{}{} {}", k == 0 ? "M" : "L", pixels(x), pixels(y));
     if (k > 0) line.length_px += std::hypot(x - last_x, y - last_y);
     if (k <= isotherm.size() / 3) line.middle_x = x, line.middle_y = y;
@@ -106,18 +106,19 @@ void draw_thermometers(SvgWriter& svg, const ThermalImage& image, const Frame& f
 }
 
 void draw_axes(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
-  const double bottom = kTop + frame.height_px;
-  svg.frame(kLeft, kTop, kWidth, frame.height_px, {colour::kInk, 1});
+  const double bottom = kImageTop + frame.height_px;
+  svg.frame(kImageLeft, kImageTop, kWidth, frame.height_px, {colour::kInk, 1});
   for (const Tick& tick : ticks(image.x_mm, 8)) {
     svg.line(frame.x(tick.value), bottom, frame.x(tick.value), bottom + 4, {colour::kInk});
     svg.text(frame.x(tick.value), bottom + 17, tick.label, {.anchor = Anchor::middle});
   }
   for (const Tick& tick : ticks(image.y_mm, 8)) {
-    svg.line(kLeft - 4, frame.y(tick.value), kLeft, frame.y(tick.value), {colour::kInk});
-    svg.text(kLeft - 8, frame.y(tick.value) + 4, tick.label, {.anchor = Anchor::end});
+    svg.line(kImageLeft - 4, frame.y(tick.value), kImageLeft, frame.y(tick.value), {colour::kInk});
+    svg.text(kImageLeft - 8, frame.y(tick.value) + 4, tick.label, {.anchor = Anchor::end});
   }
-  svg.text(kLeft + kWidth / 2, bottom + 38, image.x_title, {.size_px = 12, .anchor = Anchor::middle});
-  svg.text(16, kTop + frame.height_px / 2, image.y_title, {.size_px = 12, .anchor = Anchor::middle, .turned_deg = 90});
+  svg.text(kImageLeft + kWidth / 2, bottom + 38, image.x_title, {.size_px = 12, .anchor = Anchor::middle});
+  svg.text(16, kImageTop + frame.height_px / 2, image.y_title,
+           {.size_px = 12, .anchor = Anchor::middle, .turned_deg = 90});
 }
 
 void draw_colour_bar(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
@@ -126,26 +127,26 @@ void draw_colour_bar(SvgWriter& svg, const ThermalImage& image, const Frame& fra
   for (std::size_t k = 0; k < kSteps; ++k) {
     bar.points.push_back(heat(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
   }
-  const double left = kLeft + kWidth + kBarGap;
-  svg.picture(left, kTop, kBarWidth, frame.height_px, png_of(bar));
-  svg.frame(left, kTop, kBarWidth, frame.height_px, {colour::kInk, 1});
-  const Scale scale{image.colours_c, kTop + frame.height_px, kTop};
+  const double left = kImageLeft + kWidth + kBarGap;
+  svg.picture(left, kImageTop, kBarWidth, frame.height_px, png_of(bar));
+  svg.frame(left, kImageTop, kBarWidth, frame.height_px, {colour::kInk, 1});
+  const Scale scale{image.colours_c, kImageTop + frame.height_px, kImageTop};
   for (const Tick& tick : ticks(image.colours_c, 10)) {
     svg.line(left + kBarWidth, scale(tick.value), left + kBarWidth + 4, scale(tick.value), {colour::kInk});
     svg.text(left + kBarWidth + 7, scale(tick.value) + 4, tick.label, {});
   }
-  svg.text(left + kBarWidth / 2, kTop - 10, "°C", {.size_px = 12, .anchor = Anchor::middle});
+  svg.text(left + kBarWidth / 2, kImageTop - 10, "°C", {.size_px = 12, .anchor = Anchor::middle});
 }
 
 }  // namespace
 
 std::string svg_of(const ThermalImage& image) {
   const Frame frame = frame_of(image);
-  SvgWriter svg(kLeft + kWidth + kBarGap + kBarWidth + kBarText, kTop + frame.height_px + kFoot,
+  SvgWriter svg(kImageLeft + kWidth + kBarGap + kBarWidth + kBarText, kImageTop + frame.height_px + kImageFoot,
                 image.simulated ? "SIMULATED – " + image.title : image.title);
-  svg.text(kLeft, 22, image.title, {.size_px = 13, .bold = true});
-  if (image.simulated) draw_simulated_tag(svg, kLeft + kWidth, 22);
-  svg.picture(kLeft, kTop, kWidth, frame.height_px, png_of(coloured(image)));
+  svg.text(kImageLeft, 22, image.title, {.size_px = 13, .bold = true});
+  if (image.simulated) draw_simulated_tag(svg, kImageLeft + kWidth, 22);
+  svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, png_of(coloured(image)));
   draw_lines(svg, image, frame);
   draw_thermometers(svg, image, frame);
   draw_axes(svg, image, frame);

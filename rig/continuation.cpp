@@ -9,8 +9,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
-
 /// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
 /// asked). A gap was spent at the set point of the second that ended it.
 std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {

@@ -15,7 +15,6 @@ namespace gyrotherm {
 namespace {
 
 constexpr double kEarthRateDegPerHour = 15.041067;  // 7.292115e-5 rad/s
-constexpr Duration kConnectWithin = std::chrono::seconds(2);
 
 /// Ω on an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true north, el above the horizontal.
 DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {

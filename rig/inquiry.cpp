@@ -10,7 +10,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
 constexpr std::size_t kCalls = 10;
 constexpr int kSeconds = 2;
 

@@ -14,7 +14,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
 /// Less than the sampler's patience: a frame that comes later stays on the line and is there when the next second is
 /// read. A read that outlasts the sampler takes its frame away, and of a frame a second every one would be lost.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);

@@ -25,7 +25,6 @@ constexpr Vocabulary<Kind, 4> kDrivers{{{"lakeshore_218", Kind::lakeshore_218},
                                         {"pt12", Kind::pt12},
                                         {"mcc_usb_temp", Kind::mcc_usb_temp}}};
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
-constexpr Duration kConnectWithin = std::chrono::seconds(2);
 constexpr std::size_t kMostCoefficients = 10;
 
 /// Where the line does not say it: the Lake Shore's is fixed (user's manual, chapter 6), the others' as delivered.

@@ -19,6 +19,7 @@
 namespace gyrotherm {
 
 inline constexpr std::string_view kVirtualLine = "virtual";
+inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
 
 struct ThermometerEntry {
   std::string driver;             ///< "lakeshore_218", "dcon", "pt12", "mcc_usb_temp"

@@ -13,8 +13,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
-
 /// The pass of a repeat that a segment is expanded in.
 struct Pass {
   std::optional<CelsiusPerMinute> rate;

@@ -8,7 +8,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
 constexpr Celsius kColdest{-273.15};
 constexpr Celsius kHottest{1000};
 constexpr CelsiusPerMinute kFastest{1000};

@@ -3,10 +3,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
-constexpr double kZeroCelsius = 273.15;
 constexpr double kReferenceC = 20;
 
 double at(InnerTemperatures inner_c, ThermalOutput output) { return inner_c[static_cast<std::size_t>(output)]; }
@@ -27,7 +28,8 @@ double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std:
 
 double gas_flow_deg_per_h(const GasFlow& flow, double left_c, double right_c) {
   const auto velocity = [&](double arm_c) {
-    return flow.velocity_cm_per_s * std::pow((arm_c + kZeroCelsius) / (kReferenceC + kZeroCelsius), flow.exponent);
+    return flow.velocity_cm_per_s *
+           std::pow((arm_c + kZeroCelsiusInKelvin) / (kReferenceC + kZeroCelsiusInKelvin), flow.exponent);
   };
   const double half = flow.unbalance / 2;
   return flow.shift_deg_per_h_per_cm_per_s * ((1 + half) * velocity(left_c) - (1 - half) * velocity(right_c));

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "analysis/baselines/random.hpp"
+#include "analysis/numerics/random.hpp"
 
 namespace gyrotherm {
 namespace {

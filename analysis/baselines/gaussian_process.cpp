@@ -9,8 +9,8 @@
 #include "analysis/baselines/held_out.hpp"
 #include "analysis/baselines/in_parallel.hpp"
 #include "analysis/baselines/marginal_likelihood.hpp"
-#include "analysis/baselines/random.hpp"
 #include "analysis/numerics/cholesky.hpp"
+#include "analysis/numerics/random.hpp"
 
 namespace gyrotherm {
 namespace {

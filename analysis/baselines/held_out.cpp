@@ -14,7 +14,9 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-tl::unexpected<Fault> misuse(std::string what) { return failure(FaultKind::usage, "training", std::move(what)); }
+tl::unexpected<Fault> wrong_training(std::string what) {
+  return failure(FaultKind::usage, "training", std::move(what));
+}
 
 /// Squared errors of one trial on one fold, (°/h)², per candidate.
 using Errors = Result<Eigen::VectorXd>;
@@ -57,34 +59,34 @@ bool any_finite(const std::vector<Eigen::VectorXd>& errors) {
 }  // namespace
 
 Result<void> check_folds(std::span<const Fold> folds) {
-  if (folds.empty()) return misuse("no held-out fold to choose by");
+  if (folds.empty()) return wrong_training("no held-out fold to choose by");
   for (std::size_t f = 0; f < folds.size(); ++f) {
     const Fold& fold = folds[f];
     if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
-      return misuse(fmt::format("fold {} has {} training and {} held-out rows, must have both", f, fold.train_x.rows(),
-                                fold.test_x.rows()));
+      return wrong_training(fmt::format("fold {} has {} training and {} held-out rows, must have both", f,
+                                        fold.train_x.rows(), fold.test_x.rows()));
     }
     if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
         fold.train_x.cols() != fold.test_x.cols()) {
-      return misuse(fmt::format("fold {}: inputs and targets have different shapes", f));
+      return wrong_training(fmt::format("fold {}: inputs and targets have different shapes", f));
     }
     if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() ||
         !fold.test_y.allFinite()) {
-      return misuse(fmt::format("fold {} has a value that is not finite", f));
+      return wrong_training(fmt::format("fold {} has a value that is not finite", f));
     }
   }
   return {};
 }
 
 Result<void> check_set(const TrainingSet& set, Eigen::Index fewest) {
-  if (set.x.cols() == 0) return misuse("no input");
+  if (set.x.cols() == 0) return wrong_training("no input");
   if (set.x.rows() != set.y.size()) {
-    return misuse(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
+    return wrong_training(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
   }
   if (set.x.rows() < fewest) {
-    return misuse(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
+    return wrong_training(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
   }
-  if (!set.x.allFinite() || !set.y.allFinite()) return misuse("a value that is not finite");
+  if (!set.x.allFinite() || !set.y.allFinite()) return wrong_training("a value that is not finite");
   return {};
 }
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
-#include "analysis/baselines/random.hpp"
 #include "analysis/numerics/cholesky.hpp"
+#include "analysis/numerics/random.hpp"
 #include "analysis/numerics/vector_exp.hpp"
 
 namespace gyrotherm {

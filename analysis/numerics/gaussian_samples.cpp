@@ -53,7 +53,7 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
 }
 
 // Directions in which the samples reach less than this part of their greatest reach are not theirs.
-constexpr double kFlat = 1e-13;
+constexpr double kFlatSamples = 1e-13;
 
 // The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
 // inputs depend on each other, as all differences of eight thermometers do.
@@ -61,7 +61,7 @@ Eigen::MatrixXd spanned(const Eigen::Ref<const GaussianSamples::Matrix>& x) {
   if (x.rows() == 0) return x;
   const GaussianSamples::Matrix centred = x.rowwise() - x.colwise().mean();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(kFlat);
+  qr.setThreshold(kFlatSamples);
   qr.compute(centred.transpose());
   const Eigen::Index rank = qr.rank();
   if (rank == x.cols()) return x;

@@ -7,7 +7,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kDecimals = 2;
+constexpr int kDconDecimals = 2;
 constexpr std::size_t kHeadSize = 3;  // of "#AA"
 constexpr std::uint8_t kBaud9600 = 0x06, kSumSwitch = 0x40;
 
@@ -47,9 +47,10 @@ std::string DconSession::readings(const DconModule& module, std::string_view whi
   for (std::size_t i = 0; i < shown.size(); ++i)
     shown[i] = module.inputs[i] ? celsius[*module.inputs[i]] : std::numeric_limits<double>::infinity();
   const auto range = dcon_range(module.type).value_or(TemperatureRange{});
-  if (which.empty()) return encode_dcon_readings(shown, range, kDecimals);
+  if (which.empty()) return encode_dcon_readings(shown, range, kDconDecimals);
   if (which.size() != 1 || which[0] < '0' || which[0] > '7') return {};
-  return encode_dcon_readings(std::span(shown).subspan(static_cast<std::size_t>(which[0] - '0'), 1), range, kDecimals);
+  return encode_dcon_readings(std::span(shown).subspan(static_cast<std::size_t>(which[0] - '0'), 1), range,
+                              kDconDecimals);
 }
 
 }  // namespace gyrotherm

@@ -1,10 +1,11 @@
 #include "simulator/servers/lakeshore_218_server.hpp"
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
-constexpr double kZeroCelsiusInKelvin = 273.15;
-constexpr int kDecimals = 3;
+constexpr int kCrdgDecimals = 3;
 
 }  // namespace
 
@@ -21,10 +22,10 @@ std::string Lakeshore218Session::readings(std::string_view argument, double zero
   for (std::size_t i = 0; i < shown.size(); ++i) {
     shown[i] = (inputs_[i] ? celsius[*inputs_[i]] : -kZeroCelsiusInKelvin) + zero_c;
   }
-  if (argument.empty() || argument == "0") return encode_crdg(shown, kDecimals) + "\r\n";
+  if (argument.empty() || argument == "0") return encode_crdg(shown, kCrdgDecimals) + "\r\n";
   const bool one_input = argument.size() == 1 && argument[0] >= '1' && argument[0] <= '8';
   if (!one_input) return {};
-  return encode_crdg(std::span(shown).subspan(static_cast<std::size_t>(argument[0] - '1'), 1), kDecimals) + "\r\n";
+  return encode_crdg(std::span(shown).subspan(static_cast<std::size_t>(argument[0] - '1'), 1), kCrdgDecimals) + "\r\n";
 }
 
 }  // namespace gyrotherm

@@ -2,10 +2,11 @@
 
 #include <cmath>
 
+#include "core/quantity.hpp"
+
 namespace gyrotherm {
 namespace {
 
-constexpr double kZeroCelsius = 273.15;
 constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m²·K⁴)
 
 }  // namespace
@@ -13,12 +14,13 @@ constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m²·K⁴)
 double air_conductivity(double air_c) {
   constexpr double kAtZero = 0.0241;     // W/(m·K)
   constexpr double kSutherland = 194.0;  // K; F. M. White, Viscous Fluid Flow, 3rd ed., table 1-3
-  const double t = (air_c + kZeroCelsius) / kZeroCelsius;
-  return kAtZero * std::pow(t, 1.5) * (kZeroCelsius + kSutherland) / (air_c + kZeroCelsius + kSutherland);
+  const double t = (air_c + kZeroCelsiusInKelvin) / kZeroCelsiusInKelvin;
+  return kAtZero * std::pow(t, 1.5) * (kZeroCelsiusInKelvin + kSutherland) /
+         (air_c + kZeroCelsiusInKelvin + kSutherland);
 }
 
 double effective_conductivity(const AirGap& gap, double air_c) {
-  const double t = air_c + kZeroCelsius;
+  const double t = air_c + kZeroCelsiusInKelvin;
   return air_conductivity(air_c) * gap.nusselt + 4 * kStefanBoltzmann * gap.emissivity * t * t * t * gap.width_m;
 }
 

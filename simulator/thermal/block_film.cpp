@@ -8,10 +8,11 @@
 namespace gyrotherm {
 namespace {
 
-struct Place {
+struct BrickPlace {
   int i, j, k;
 };
-constexpr std::array<Place, kBrickFaces> kBeside{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+constexpr std::array<BrickPlace, kBrickFaces> kBeside{
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 double filled(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
 
@@ -24,28 +25,32 @@ class Grid {
         ny_(static_cast<int>(lines.y.size()) - 1),
         nz_(static_cast<int>(lines.z.size()) - 1) {}
   [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx_) * ny_ * nz_; }
-  [[nodiscard]] Place place(std::size_t brick) const {
+  [[nodiscard]] BrickPlace place(std::size_t brick) const {
     const auto b = static_cast<int>(brick);
     return {b % nx_, b / nx_ % ny_, b / nx_ / ny_};
   }
-  [[nodiscard]] bool holds(Place p) const {
+  [[nodiscard]] bool holds(BrickPlace p) const {
     return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx_ && p.j < ny_ && p.k < nz_;
   }
-  [[nodiscard]] std::size_t brick(Place p) const { return (static_cast<std::size_t>(p.k) * ny_ + p.j) * nx_ + p.i; }
-  [[nodiscard]] PlanRectangle plan(Place p) const {
+  [[nodiscard]] std::size_t brick(BrickPlace p) const {
+    return (static_cast<std::size_t>(p.k) * ny_ + p.j) * nx_ + p.i;
+  }
+  [[nodiscard]] PlanRectangle plan(BrickPlace p) const {
     return {lines_.x[p.i], lines_.x[p.i + 1], lines_.y[p.j], lines_.y[p.j + 1]};
   }
-  [[nodiscard]] double height(Place p) const { return lines_.z[p.k + 1] - lines_.z[p.k]; }
-  [[nodiscard]] double plan_area(Place p) const {
+  [[nodiscard]] double height(BrickPlace p) const { return lines_.z[p.k + 1] - lines_.z[p.k]; }
+  [[nodiscard]] double plan_area(BrickPlace p) const {
     const auto r = plan(p);
     return (r.x1 - r.x0) * (r.y1 - r.y0);
   }
-  [[nodiscard]] double face_area(Place p, int face) const {
+  [[nodiscard]] double face_area(BrickPlace p, int face) const {
     const auto r = plan(p);
     return face < 2 ? (r.y1 - r.y0) * height(p) : face < 4 ? (r.x1 - r.x0) * height(p) : plan_area(p);
   }
   /// Which brick of the plan a point lies in.
-  [[nodiscard]] Place at(PlanPoint point, int k) const { return {find(lines_.x, point.x), find(lines_.y, point.y), k}; }
+  [[nodiscard]] BrickPlace at(PlanPoint point, int k) const {
+    return {find(lines_.x, point.x), find(lines_.y, point.y), k};
+  }
   [[nodiscard]] const GridLines& lines() const { return lines_; }
   [[nodiscard]] int layers() const { return nz_; }
 
@@ -146,11 +151,11 @@ class FilmOfWalls {
   }
 
  private:
-  [[nodiscard]] bool kept(Place p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
-  [[nodiscard]] static Place beside(Place p, int face) {
+  [[nodiscard]] bool kept(BrickPlace p) const { return grid_.holds(p) && filled(contents_[grid_.brick(p)]) > 0; }
+  [[nodiscard]] static BrickPlace beside(BrickPlace p, int face) {
     return {p.i + kBeside[face].i, p.j + kBeside[face].j, p.k + kBeside[face].k};
   }
-  [[nodiscard]] bool exposed(Place p, int face) const { return kept(p) && !kept(beside(p, face)); }
+  [[nodiscard]] bool exposed(BrickPlace p, int face) const { return kept(p) && !kept(beside(p, face)); }
 
   /// A piece of wall with its middle and outward direction.
   void put(double area, PlanPoint middle, PlanPoint out, int k) {
@@ -167,7 +172,7 @@ class FilmOfWalls {
     assert(!"a wall far from every brick that stays");
   }
 
-  bool spread(double area, PlanPoint middle, PlanPoint out, Place around, int reach) {
+  bool spread(double area, PlanPoint middle, PlanPoint out, BrickPlace around, int reach) {
     struct Candidate {
       std::size_t face;
       double weight;
@@ -176,7 +181,7 @@ class FilmOfWalls {
     double sum = 0;
     for (int dj = -reach; dj <= reach; ++dj) {
       for (int di = -reach; di <= reach; ++di) {
-        const Place p{around.i + di, around.j + dj, around.k};
+        const BrickPlace p{around.i + di, around.j + dj, around.k};
         if (!kept(p)) continue;
         const auto r = grid_.plan(p);
         for (int face = 0; face < 4; ++face) {
@@ -214,7 +219,7 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& lines) {
     std::size_t best = b;
     double fullest = 0.5 - 1e-9;
     for (int face = 0; face < 4; ++face) {
-      const Place p{here.i + kBeside[face].i, here.j + kBeside[face].j, here.k};
+      const BrickPlace p{here.i + kBeside[face].i, here.j + kBeside[face].j, here.k};
       if (!grid.holds(p)) continue;
       const auto& neighbour = before[grid.brick(p)];
       double glass = 0;

@@ -9,33 +9,6 @@
 #include "simulator/thermal/thermal_modes.hpp"
 
 namespace gyrotherm {
-namespace {
-
-/// Constant coefficients: the states are amplitudes of modes.
-class ModalStep final {
- public:
-  ModalStep(const ReducedModel& model, const ThermalCoefficients& c, Eigen::VectorXd& states,
-            Eigen::MatrixXd& outputs) {
-    const auto modes = modes_of(model, c);
-    const auto weights = modal_weights(modes.rates_per_s, 1);
-    const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
-    decay_ = weights.decay;
-    before_ = weights.before * inputs.col(0).array();
-    after_ = weights.after * inputs.col(0).array();
-    powers_ = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
-    states = (modes.shapes.transpose() * states).eval();
-    outputs = (outputs * modes.shapes).eval();
-  }
-
-  void step(Eigen::VectorXd& states, double from_c, double to_c) const {
-    states.array() = decay_ * states.array() + before_ * from_c + after_ * to_c + powers_;
-  }
-
- private:
-  Eigen::ArrayXd decay_, before_, after_, powers_;
-};
-
-}  // namespace
 
 double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c) {
   return (outputs_c[static_cast<Eigen::Index>(ThermalOutput::block)] +
@@ -58,6 +31,30 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
 }
 
 struct ThermalTwin::Parts {
+  /// Constant coefficients: the states are amplitudes of modes.
+  class ModalStep final {
+   public:
+    ModalStep(const ReducedModel& model, const ThermalCoefficients& c, Eigen::VectorXd& states,
+              Eigen::MatrixXd& outputs) {
+      const auto modes = modes_of(model, c);
+      const auto weights = modal_weights(modes.rates_per_s, 1);
+      const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
+      decay_ = weights.decay;
+      before_ = weights.before * inputs.col(0).array();
+      after_ = weights.after * inputs.col(0).array();
+      powers_ = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
+      states = (modes.shapes.transpose() * states).eval();
+      outputs = (outputs * modes.shapes).eval();
+    }
+
+    void step(Eigen::VectorXd& states, double from_c, double to_c) const {
+      states.array() = decay_ * states.array() + before_ * from_c + after_ * to_c + powers_;
+    }
+
+   private:
+    Eigen::ArrayXd decay_, before_, after_, powers_;
+  };
+
   Parts(const ReducedModel& model, const ThermalTwinOptions& chosen)
       : options(chosen),
         air_c(chosen.start.value),
@@ -98,7 +95,7 @@ void ThermalTwin::step(Celsius air) {
     if (p.seconds % p.options.seconds_per_update == 0) table->update(gap_air_c(p.outputs_c));
     table->step(p.states, p.air_c, air.value);
   } else {
-    std::get<ModalStep>(p.law).step(p.states, p.air_c, air.value);
+    std::get<Parts::ModalStep>(p.law).step(p.states, p.air_c, air.value);
   }
   p.air_c = air.value;
   ++p.seconds;

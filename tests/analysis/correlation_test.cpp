@@ -8,13 +8,13 @@
 namespace gyrotherm {
 namespace {
 
-const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
+const std::vector<std::string> kEight = {"A", "B", "C", "D", "E", "F", "G", "H"};
 
 TEST(Correlation, IsSignedAntisymmetricAndOneForAGradientThatIsTheBias) {
   auto clusters = make_clusters(make_synthetic_run({}));
   ASSERT_TRUE(clusters);
   clusters->bias_deg_per_h = 3 * (clusters->temperature_c.col(1) - clusters->temperature_c.col(0));
-  const Correlation r = correlate(*clusters, kNames);
+  const Correlation r = correlate(*clusters, kEight);
   EXPECT_NEAR(r.gradient(0, 1), -1, 1e-12);
   EXPECT_EQ(r.gradient, -r.gradient.transpose());
   EXPECT_LE(r.gradient.cwiseAbs().maxCoeff(), 1);
@@ -25,7 +25,7 @@ TEST(Correlation, OfRatesLeavesOutClustersThatHaveNone) {
   clusters.bias_deg_per_h(0) = 1e6;
   clusters.bias_deg_per_h.tail(clusters.bias_deg_per_h.size() - 1) =
       -2 * clusters.rate_c_per_min.col(3).tail(clusters.bias_deg_per_h.size() - 1);
-  EXPECT_NEAR(correlate(clusters, kNames).rate(3), -1, 1e-12);
+  EXPECT_NEAR(correlate(clusters, kEight).rate(3), -1, 1e-12);
 }
 
 TEST(Correlation, OfARealRecordIsTheReferences) {

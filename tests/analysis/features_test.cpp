@@ -5,7 +5,7 @@
 namespace gyrotherm {
 namespace {
 
-const std::vector<std::string> kNames = {"A", "B", "die", "die-cap"};
+const std::vector<std::string> kOddNames = {"A", "B", "die", "die-cap"};
 
 Clusters two_clusters() {
   Clusters clusters;
@@ -20,40 +20,42 @@ Clusters two_clusters() {
 TEST(Term, IsReadAsItIsWritten) {
   for (const char* word : {"A", "A-B", "rate:A", "A^2", "A^3", "A-B^2", "rate:A^3", "A*rate:A", "A*A-B", "A^2*rate:B",
                            "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
-    const auto term = parse_term(word, kNames);
+    const auto term = parse_term(word, kOddNames);
     ASSERT_TRUE(term) << word;
     EXPECT_EQ(text(*term), word);
   }
-  EXPECT_EQ(*parse_term("die-cap", kNames), temperature_term("die-cap")) << "a whole name comes first";
-  EXPECT_EQ(*parse_term("die-cap-A", kNames), (gradient_term("die-cap", "A")));
+  EXPECT_EQ(*parse_term("die-cap", kOddNames), temperature_term("die-cap")) << "a whole name comes first";
+  EXPECT_EQ(*parse_term("die-cap-A", kOddNames), (gradient_term("die-cap", "A")));
 }
 
 TEST(Term, OfAnUnknownThermometerNamesTheNearest) {
-  const auto term = parse_term("A-dye", kNames);
+  const auto term = parse_term("A-dye", kOddNames);
   ASSERT_FALSE(term);
   EXPECT_EQ(term.error().kind, FaultKind::usage);
   EXPECT_NE(term.error().what.find("did you mean \"die\"?"), std::string::npos) << term.error().what;
-  for (const char* word : {"", "-", "rate:", "^2", "A-A", "rate:A-B"}) EXPECT_FALSE(parse_term(word, kNames)) << word;
+  for (const char* word : {"", "-", "rate:", "^2", "A-A", "rate:A-B"})
+    EXPECT_FALSE(parse_term(word, kOddNames)) << word;
 }
 
 TEST(Term, IsTheSameHoweverItsFactorsAreOrdered) {
-  EXPECT_EQ(*parse_term("rate:A*A", kNames), *parse_term("A*rate:A", kNames));
-  EXPECT_EQ(*parse_term("A*A*A", kNames), *parse_term("A^3", kNames));
-  EXPECT_EQ(*parse_term("B*A^2", kNames), *parse_term("A*B*A", kNames));
+  EXPECT_EQ(*parse_term("rate:A*A", kOddNames), *parse_term("A*rate:A", kOddNames));
+  EXPECT_EQ(*parse_term("A*A*A", kOddNames), *parse_term("A^3", kOddNames));
+  EXPECT_EQ(*parse_term("B*A^2", kOddNames), *parse_term("A*B*A", kOddNames));
   EXPECT_EQ(*parse_term("A^2", {"A", "A^2"}), temperature_term("A^2")) << "a whole name comes first";
   EXPECT_EQ(*parse_term("A*B*A", {"A", "A*B"}), temperature_term("A") * temperature_term("A*B"));
 }
 
 TEST(Term, OfTooManyFactorsOrAnUnknownPowerIsRefused) {
   for (const char* word : {"A*A*A*A", "A^3*B", "A^2*A^2"}) {
-    const auto term = parse_term(word, kNames);
+    const auto term = parse_term(word, kOddNames);
     ASSERT_FALSE(term) << word;
     EXPECT_NE(term.error().what.find("more than 3 factors"), std::string::npos) << text(term.error());
     EXPECT_EQ(term.error().where, std::string("input \"") + word + "\"");
   }
-  EXPECT_NE(parse_term("A^4", kNames).error().what.find("^2 or ^3"), std::string::npos);
-  EXPECT_NE(parse_term("A*rate:dye", kNames).error().what.find("did you mean \"die\"?"), std::string::npos);
-  for (const char* word : {"*", "A*", "*A", "A**A", "A*A-A", "A^2^2"}) EXPECT_FALSE(parse_term(word, kNames)) << word;
+  EXPECT_NE(parse_term("A^4", kOddNames).error().what.find("^2 or ^3"), std::string::npos);
+  EXPECT_NE(parse_term("A*rate:dye", kOddNames).error().what.find("did you mean \"die\"?"), std::string::npos);
+  for (const char* word : {"*", "A*", "*A", "A**A", "A*A-A", "A^2^2"})
+    EXPECT_FALSE(parse_term(word, kOddNames)) << word;
 }
 
 TEST(Features, AreEvaluatedPerCluster) {
@@ -68,8 +70,8 @@ TEST(Features, AreEvaluatedPerCluster) {
 }
 
 TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
-  const auto values = evaluate({*parse_term("A^3", kNames), *parse_term("A*rate:B", kNames),
-                                *parse_term("B*A-B", kNames), *parse_term("A-B^2", kNames)},
+  const auto values = evaluate({*parse_term("A^3", kOddNames), *parse_term("A*rate:B", kOddNames),
+                                *parse_term("B*A-B", kOddNames), *parse_term("A-B^2", kOddNames)},
                                two_clusters());
   ASSERT_TRUE(values);
   SampleMatrix expected(2, 4);
@@ -80,7 +82,7 @@ TEST(Features, OfProductsAreTheProductsOfTheirFactors) {
 TEST(Features, ThatAreTheSamePolynomialDoNotRaiseTheRank) {
   const auto rank = [](std::initializer_list<const char*> words) {
     std::vector<Term> terms;
-    for (const char* word : words) terms.push_back(*parse_term(word, kNames));
+    for (const char* word : words) terms.push_back(*parse_term(word, kOddNames));
     return rank_of(terms);
   };
   EXPECT_EQ(rank({"A*A-B", "A^2", "A*B"}), 2);

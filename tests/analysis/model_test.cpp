@@ -15,7 +15,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-Model small_linear_model() {
+Model two_term_model() {
   Model model = small_svr_model();
   model.method = "linear";
   model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
@@ -23,8 +23,8 @@ Model small_linear_model() {
   return model;
 }
 
-Model small_expansion_model() {
-  Model model = small_linear_model();
+Model two_function_model() {
+  Model model = two_term_model();
   model.method = "rbfnn";
   model.hyper_parameters = {{"centres", 2}, {"lambda", 1e-3}};
   model.effective_parameters = 2.5;
@@ -36,8 +36,8 @@ Model small_expansion_model() {
   return model;
 }
 
-Model small_network_model() {
-  Model model = small_linear_model();
+Model two_neuron_model() {
+  Model model = two_term_model();
   model.method = "bpnn";
   model.function = NetworkModel{.weights = (SampleMatrix(1, 2) << 0.5, -1).finished(),
                                 .offsets = Eigen::VectorXd::Constant(1, 0.1),
@@ -56,15 +56,15 @@ TEST(Model, PredictsByItsFormula) {
   };
   const double f = 1.5 * kernel(0.5, -1) - 1.5 * kernel(1.0 / 7, 2) + 0.125;
   EXPECT_NEAR((*predicted)(1), 0.7 * f + 0.01, 1e-14);
-  const auto straight = predict(small_linear_model(), clusters);
+  const auto straight = predict(two_term_model(), clusters);
   EXPECT_NEAR((*straight)(1), 0.7 * (2 * z0 - 0.5 * z1 + 0.25) + 0.01, 1e-14);
   const auto bump = [&](double c0, double c1, double width) {
     return std::exp(-0.5 * ((z0 - c0) * (z0 - c0) + (z1 - c1) * (z1 - c1) / 4) / (width * width));
   };
-  const auto expanded = predict(small_expansion_model(), clusters);
+  const auto expanded = predict(two_function_model(), clusters);
   const double sum = 1.5 * bump(0.5, -1, 0.5) - 0.75 * bump(1.0 / 7, 2, 3) + 0.125;
   EXPECT_NEAR((*expanded)(1), 0.7 * sum + 0.01, 1e-14);
-  const auto network = predict(small_network_model(), clusters);
+  const auto network = predict(two_neuron_model(), clusters);
   EXPECT_NEAR((*network)(1), 0.7 * (2 * std::tanh(0.5 * z0 - z1 + 0.1) - 0.5) + 0.01, 1e-14);
 }
 
@@ -84,7 +84,7 @@ TEST(Model, NeedsItsThermometers) {
 }
 
 TEST(ModelFile, ComesBackBitForBit) {
-  for (const Model& model : {small_svr_model(), small_linear_model(), small_expansion_model(), small_network_model()}) {
+  for (const Model& model : {small_svr_model(), two_term_model(), two_function_model(), two_neuron_model()}) {
     const auto back = model_from_json(to_json(model), "model.json");
     ASSERT_TRUE(back) << text(back.error());
     EXPECT_EQ(to_json(*back), to_json(model));

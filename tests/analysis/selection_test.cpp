@@ -14,7 +14,7 @@
 namespace gyrotherm {
 namespace {
 
-const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
+const std::vector<std::string> kEightNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
 
 /// As printed in Table 3 of the paper, above the diagonal: A-B, A-C … G-H.
 std::vector<double> table_3() {
@@ -34,12 +34,12 @@ std::vector<std::string> texts(const std::vector<Term>& terms) {
 }
 
 Selection of_table_3(double threshold, int least_rank = 1) {
-  return select_by_correlation(all_gradients(kNames), table_3(), threshold, least_rank);
+  return select_by_correlation(all_gradients(kEightNames), table_3(), threshold, least_rank);
 }
 
 std::vector<Term> temperatures() {
   std::vector<Term> terms;
-  for (const std::string& name : kNames) terms.push_back(temperature_term(name));
+  for (const std::string& name : kEightNames) terms.push_back(temperature_term(name));
   return terms;
 }
 
@@ -96,7 +96,7 @@ TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
 TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const auto selection = select_forward({}, all_gradients(kNames), made_of_two_gradients(seed), 12);
+    const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(seed), 12);
     ASSERT_TRUE(selection);
     std::vector<std::string> taken = texts(selection->terms);
     std::ranges::sort(taken);
@@ -112,13 +112,13 @@ TEST(ForwardSelection, AddsNothingToWhatIsEnough) {
 }
 
 TEST(ForwardSelection, TakesAtMostSoMany) {
-  const auto selection = select_forward({}, all_gradients(kNames), made_of_two_gradients(1), 1);
+  const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(1), 1);
   EXPECT_EQ(selection->terms.size(), 1u);
 }
 
 TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
   const Lesson lesson = made_of_two_gradients(4);
-  const auto select = [&] { return *select_forward({}, all_gradients(kNames), lesson, 4); };
+  const auto select = [&] { return *select_forward({}, all_gradients(kEightNames), lesson, 4); };
   const Selection all = select();
   const Selection one = oneapi::tbb::task_arena(1).execute(select);
   EXPECT_EQ(all.terms, one.terms);
@@ -127,7 +127,7 @@ TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
 
 TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
   const Clusters clusters = *make_clusters(make_synthetic_run({}));
-  const auto gradients = select_independent({}, all_gradients(kNames), clusters, 1e-6);
+  const auto gradients = select_independent({}, all_gradients(kEightNames), clusters, 1e-6);
   ASSERT_TRUE(gradients);
   EXPECT_EQ(gradients->terms.size(), 7u) << gradients->statement;
   EXPECT_EQ(gradients->rank, 7);
@@ -139,9 +139,9 @@ TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
 TEST(Redundancy, DropsOnlyWhatTheOthersMakeUp) {
   const Clusters clusters = *make_clusters(make_synthetic_run({}));
   for (const double tolerance : {1e-6, 1e-3, 1e-2, 0.1}) {
-    const auto kept = select_independent({}, all_gradients(kNames), clusters, tolerance);
+    const auto kept = select_independent({}, all_gradients(kEightNames), clusters, tolerance);
     ASSERT_TRUE(kept);
-    const SampleMatrix all = *evaluate(all_gradients(kNames), clusters), some = *evaluate(kept->terms, clusters);
+    const SampleMatrix all = *evaluate(all_gradients(kEightNames), clusters), some = *evaluate(kept->terms, clusters);
     Eigen::MatrixXd design(some.rows(), some.cols() + 1);
     design << some, Eigen::VectorXd::Ones(some.rows());
     const Eigen::MatrixXd centred = all.rowwise() - all.colwise().mean();

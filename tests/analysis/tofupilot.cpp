@@ -11,7 +11,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr Eigen::Index kRowsPerCluster = 20;
-constexpr int kFirstGyro = 1, kTemperature = 8, kFields = 9;
+constexpr int kTofuFirstGyro = 1, kTemperature = 8, kTofuFields = 9;
 constexpr double kDegPerHourPerRadPerSecond = 3600 * 180 / std::numbers::pi;
 
 /// Temperature and rotation of one row.
@@ -25,9 +25,9 @@ std::vector<Row> rows_of(std::istream& file, int axis) {
   std::getline(file, line);  // its head
   while (std::getline(file, line)) {
     std::istringstream fields(line);
-    double value[kFields];
+    double value[kTofuFields];
     for (double& field : value) fields >> field;
-    rows.push_back({value[kTemperature], value[kFirstGyro + axis]});
+    rows.push_back({value[kTemperature], value[kTofuFirstGyro + axis]});
   }
   return rows;
 }

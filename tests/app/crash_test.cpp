@@ -11,15 +11,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr const char* kProfile = "tests/profiles/short-rate.toml";
-
-/// The last second that the program said it had acknowledged; −1 if none.
-std::int64_t last_acknowledged(const std::string& output) {
-  const std::string key = "{\"acknowledged\": ";
-  const auto at = output.rfind(key);
-  if (at == std::string::npos || output.find('}', at) == std::string::npos) return -1;
-  return std::stoll(output.substr(at + key.size()));
-}
+constexpr const char* kShortRate = "tests/profiles/short-rate.toml";
 
 void expect_whole(const Record& record) {
   std::int64_t expected = 0;
@@ -36,7 +28,7 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
   for (int i = 0; i < 20; ++i) {
     const Folder folder;
     const auto path = folder / ("run" + std::to_string(i) + ".db");
-    Background run({"run", kProfile, "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
+    Background run({"run", kShortRate, "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
     ASSERT_TRUE(run.wait_for("acknowledged", 60));
     std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
     run.signal(SIGKILL);

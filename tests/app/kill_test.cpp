@@ -36,15 +36,6 @@ int kills() {
   return asked != nullptr ? std::atoi(asked) : kKills;
 }
 
-/// The last second that the program said it had acknowledged; −1 if none.
-std::int64_t last_acknowledged(const std::string& output) {
-  const std::string key = "{\"acknowledged\": ";
-  auto at = output.rfind(key);
-  while (at != std::string::npos && output.find('}', at) == std::string::npos)
-    at = at == 0 ? std::string::npos : output.rfind(key, at - 1);
-  return at == std::string::npos ? -1 : std::stoll(output.substr(at + key.size()));
-}
-
 std::vector<int> segments_of(const Record& record) {
   std::vector<int> segments;
   for (const auto& progress : record.progress)

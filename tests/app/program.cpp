@@ -108,6 +108,14 @@ bool Background::wait_for(const std::string& text, int seconds) const {
   return false;
 }
 
+std::int64_t last_acknowledged(const std::string& output) {
+  const std::string key = "{\"acknowledged\": ";
+  auto at = output.rfind(key);
+  while (at != std::string::npos && output.find('}', at) == std::string::npos)
+    at = at == 0 ? std::string::npos : output.rfind(key, at - 1);
+  return at == std::string::npos ? -1 : std::stoll(output.substr(at + key.size()));
+}
+
 bool installed(const std::string& program) {
   return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
 }

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -57,6 +58,9 @@ class Background {
   pid_t pid_ = -1;
   std::string output_file_;
 };
+
+/// The last second that the program said, in its --json output, that it had acknowledged; −1 if none.
+std::int64_t last_acknowledged(const std::string& output);
 
 /// True if a program of this name is on the PATH.
 bool installed(const std::string& program);

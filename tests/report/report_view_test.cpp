@@ -11,7 +11,7 @@
 namespace gyrotherm {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 std::string good_report() {
   static const std::string text = report_json(SyntheticExperiment().input());
@@ -51,11 +51,11 @@ TEST(ReportView, RefusesAnotherSchema) {
 }
 
 TEST(ReportView, NamesEachMissingKeyOfTheFirstLevel) {
-  const json whole = json::parse(good_report());
+  const Json whole = Json::parse(good_report());
   for (const auto& [key, value] : whole.items()) {
     const bool for_people_alone = key == "correlation_signed" || key == "noise_floor_deg_per_h";
     if (for_people_alone) continue;
-    json less = whole;
+    Json less = whole;
     less.erase(key);
     const auto view = read_report(less.dump(), "report.json");
     ASSERT_FALSE(view.has_value()) << key;
@@ -65,7 +65,7 @@ TEST(ReportView, NamesEachMissingKeyOfTheFirstLevel) {
 }
 
 TEST(ReportView, NamesThePathOfAWrongType) {
-  json report = json::parse(good_report());
+  Json report = Json::parse(good_report());
   report["random"]["multi_point"]["ramps"]["std_deg_per_h"] = "small";
   const auto view = read_report(report.dump(), "report.json");
   ASSERT_FALSE(view.has_value());
@@ -73,7 +73,7 @@ TEST(ReportView, NamesThePathOfAWrongType) {
 }
 
 TEST(ReportView, RefusesAColumnOfAnotherLength) {
-  json report = json::parse(good_report());
+  Json report = Json::parse(good_report());
   report["series"]["rate"]["multi_point"].push_back(0.1);
   const auto view = read_report(report.dump(), "report.json");
   ASSERT_FALSE(view.has_value());

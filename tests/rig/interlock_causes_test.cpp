@@ -9,8 +9,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
-
 /// A rig in which everything is well, a second at a time; what is broken in it stays so.
 class Bench {
  public:

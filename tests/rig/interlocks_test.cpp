@@ -5,8 +5,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
-
 /// A second in which everything is well.
 Sample good_sample() {
   Sample sample{.at = {},
@@ -18,7 +16,7 @@ Sample good_sample() {
   return sample;
 }
 
-auto silence() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
+auto no_reply() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
 
 /// Judges the same sample again and again; the verdict of the last second.
 Verdict after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
@@ -31,7 +29,7 @@ TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reac
 
 TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
   auto sample = good_sample();
-  sample.chamber.value = silence();
+  sample.chamber.value = no_reply();
   EXPECT_EQ(after(sample, 4).reaction, Reaction::go_on);
   EXPECT_EQ(after(sample, 5).reaction, Reaction::suspend);
   EXPECT_EQ(after(sample, 599).reaction, Reaction::suspend);
@@ -41,7 +39,7 @@ TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
 
 TEST(Interlocks, ForgetASilenceThatEnded) {
   auto silent = good_sample();
-  silent.chamber.value = silence();
+  silent.chamber.value = no_reply();
   Judgement judgement;
   for (int i = 0; i < 300; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
   judgement = judge({}, judgement.memory, good_sample(), kSecond);
@@ -52,9 +50,9 @@ TEST(Interlocks, ForgetASilenceThatEnded) {
 
 TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
   auto sample = good_sample();
-  for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = silence();
+  for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = no_reply();
   EXPECT_EQ(after(sample, 1000).reaction, Reaction::go_on);
-  sample.thermometers[0].value = silence();
+  sample.thermometers[0].value = no_reply();
   EXPECT_EQ(after(sample, 1000).reaction, Reaction::abort);
 }
 
@@ -91,7 +89,7 @@ TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
 
 TEST(Interlocks, TheMostSevereReactionWins) {
   auto sample = good_sample();
-  sample.gyro.value = silence();
+  sample.gyro.value = no_reply();
   sample.thermometers[0].value = Celsius{150};
   EXPECT_EQ(after(sample, 10).reaction, Reaction::abort);
 }

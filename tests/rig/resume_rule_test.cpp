@@ -10,8 +10,10 @@ namespace {
 constexpr Celsius kMild{20};
 
 /// A soak at 60 °C, interrupted for 30 s.
-Standstill hot() { return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = seconds(30)}; }
-Standstill cold() { return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = seconds(30)}; }
+Standstill hot() { return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)}; }
+Standstill cold() {
+  return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = std::chrono::seconds(30)};
+}
 
 Reentry way(const Standstill& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
 
@@ -39,9 +41,9 @@ TEST(ResumeRule, AsksAfterADriftBeyondTheSegmentOnTheHostileSide) {
 
 TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
   auto stood = hot();
-  stood.down = seconds(120);
+  stood.down = std::chrono::seconds(120);
   EXPECT_EQ(way(stood, 59.8), Reentry::go_on);
-  stood.down = seconds(121);
+  stood.down = std::chrono::seconds(121);
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
   EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "down for 2 min 01 s, longer than 2 min 00 s");
 }
@@ -67,7 +69,7 @@ TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
   const auto hold = extremes_of(profile, Holding{0, {}, {}});
   EXPECT_EQ(hold.lowest, Celsius{20});
   EXPECT_EQ(hold.highest, Celsius{20});
-  const auto ramp = extremes_of(profile, Ramping{1, seconds(10)});
+  const auto ramp = extremes_of(profile, Ramping{1, std::chrono::seconds(10)});
   EXPECT_EQ(ramp.lowest, Celsius{-30});
   EXPECT_EQ(ramp.highest, Celsius{20});
 }

@@ -9,7 +9,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = seconds(1);
+using std::chrono::seconds;
 
 /// 100 s at 20 °C, 60 s to 25 °C, 100 s there, guaranteed within 2 K, and as `soak` says.
 Profile profile_with(const std::string& soak) {

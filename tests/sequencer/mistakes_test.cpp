@@ -9,6 +9,8 @@
 namespace gyrotherm {
 namespace {
 
+using std::chrono::seconds;
+
 struct Wrong {
   std::string segments;  ///< from line 4 on
   std::string said;

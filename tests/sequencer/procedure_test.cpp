@@ -10,7 +10,8 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = seconds(1);
+using std::chrono::seconds;
+
 const ProcedureLimits kLimits{};
 
 Happening quiet() {

@@ -5,6 +5,10 @@
 namespace gyrotherm {
 namespace {
 
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
 TEST(Expansion, AHoldKeepsWhatTheSegmentBeforeLeft) {
   const auto p = parsed(kHold20 + R"(
 [[segment]]

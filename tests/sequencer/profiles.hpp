@@ -10,10 +10,6 @@
 
 namespace gyrotherm {
 
-using std::chrono::hours;
-using std::chrono::minutes;
-using std::chrono::seconds;
-
 /// A profile of these segments, with the three lines every profile begins with: the segments' first line is line 4.
 inline std::string with_head(const std::string& segments) {
   return "schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments;

@@ -13,9 +13,12 @@
 namespace gyrotherm {
 namespace {
 
+using std::chrono::hours;
+using std::chrono::seconds;
+
 namespace fs = std::filesystem;
 
-constexpr ChamberLimits kChamber{Celsius{-45}, Celsius{70}, CelsiusPerMinute{6}, CelsiusPerMinute{6}};
+constexpr ChamberLimits kShippedFor{Celsius{-45}, Celsius{70}, CelsiusPerMinute{6}, CelsiusPerMinute{6}};
 const fs::path kProfiles = fs::path(GYROTHERM_SOURCE_DIR) / "profiles";
 
 Profile shipped(const fs::path& path) {
@@ -57,7 +60,7 @@ TEST(ShippedProfiles, AllParseSuitTheChamberAndRunToTheEnd) {
     if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path());
     const auto profile = shipped(entry.path());
-    EXPECT_TRUE(check_profile(profile, kChamber).has_value());
+    EXPECT_TRUE(check_profile(profile, kShippedFor).has_value());
     EXPECT_EQ(run(profile).ended, Phase::complete);
     EXPECT_EQ(profile.name, entry.path().stem());
     ++count;

@@ -7,6 +7,10 @@
 namespace gyrotherm {
 namespace {
 
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
 const std::string kProgram = kHold20 + R"([[segment]]
 kind = "repeat"
 rates = [1, 3]

@@ -25,7 +25,7 @@ struct PartSeries {
   }
 };
 
-double deviation(const std::vector<double>& seconds) { return standard_deviation_of(clusters_of(seconds)); }
+double deviation(const std::vector<double>& one_second) { return standard_deviation_of(clusters_of(one_second)); }
 
 const PartSeries& rate_cycles() {
   static const PartSeries series = [] {

@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-/// A shipped rig with one piece of its text replaced.
+/// A shipped rig file with one piece of its text replaced.
 Result<WorldParameters> rig_with(const std::string& rig, const std::string& piece, const std::string& replacement) {
   auto text = rig_text(rig);
   const auto at = text.find(piece);
@@ -18,7 +18,7 @@ Result<WorldParameters> rig_with(const std::string& rig, const std::string& piec
   return parse_world(text.replace(at, piece.size(), replacement), "rig.toml", "");
 }
 
-Result<WorldParameters> with(const std::string& piece, const std::string& replacement) {
+Result<WorldParameters> file_with(const std::string& piece, const std::string& replacement) {
   return rig_with("virtual-reference", piece, replacement);
 }
 
@@ -72,20 +72,20 @@ TEST(WorldFile, OfTheReferenceNamesNoGyro) {
 }
 
 TEST(WorldFile, TakesOneNumberForAllThermometersOrOneForEach) {
-  const auto all = with("\nnoise_k = 0.01 ", "\nnoise_k = 0.02 ");
-  const auto each = with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1, 2, 3, 4, 5, 6, 7, 8] ");
+  const auto all = file_with("\nnoise_k = 0.01 ", "\nnoise_k = 0.02 ");
+  const auto each = file_with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1, 2, 3, 4, 5, 6, 7, 8] ");
   ASSERT_TRUE(all) << text(all.error());
   ASSERT_TRUE(each) << text(each.error());
   for (std::size_t i = 0; i < 9; ++i) {
     EXPECT_EQ(all->thermometers.noise_k[i], 0.02);
     EXPECT_EQ(each->thermometers.noise_k[i], static_cast<double>(i));
   }
-  expect_mistake(with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1] "), "expected 9");
-  expect_mistake(with("\nnoise_k = 0.01 ", "\nnoise_k = -1 "), "at least 0");
+  expect_mistake(file_with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1] "), "expected 9");
+  expect_mistake(file_with("\nnoise_k = 0.01 ", "\nnoise_k = -1 "), "at least 0");
 }
 
 TEST(WorldFile, NamesABodyThatItDoesNotKnow) {
-  expect_mistake(with("body = \"reference\"", "body = \"referenc\""), "reference");
+  expect_mistake(file_with("body = \"reference\"", "body = \"referenc\""), "reference");
 }
 TEST(WorldFile, NamesAFilmThatItDoesNotKnow) {
   expect_mistake(rig_with("virtual", "film = \"chamber\"", "film = \"stil\""), "still");
@@ -119,22 +119,24 @@ TEST(WorldFile, DescribesAFrameThatCarriesItsGyro) {
 }
 
 TEST(WorldFile, NamesAMissingTable) { expect_mistake(parse_world("name = \"real\"", "rig.toml"), "[virtual]"); }
-TEST(WorldFile, NamesAnUnknownKey) { expect_mistake(with("integral_time_s", "integral_tim_s"), "integral_time_s"); }
+TEST(WorldFile, NamesAnUnknownKey) {
+  expect_mistake(file_with("integral_time_s", "integral_tim_s"), "integral_time_s");
+}
 TEST(WorldFile, NamesANumberThatMustBePositive) {
-  expect_mistake(with("wave_period_k = 55", "wave_period_k = 0"), "above 0");
+  expect_mistake(file_with("wave_period_k = 55", "wave_period_k = 0"), "above 0");
 }
 TEST(WorldFile, NamesATimeConstantBelowTheStep) {
-  expect_mistake(with("actuator_s = 3", "actuator_s = 0.5"), "step of 1 s");
+  expect_mistake(file_with("actuator_s = 3", "actuator_s = 0.5"), "step of 1 s");
 }
 TEST(WorldFile, NamesAListOfTheWrongLength) {
-  expect_mistake(with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");
+  expect_mistake(file_with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");
 }
 TEST(WorldFile, NamesALinkToAStrangeNode) {
-  expect_mistake(with("\"hub\", \"base\"]\n", "\"hub\", \"bas\"]\n"), "\"bas\"");
+  expect_mistake(file_with("\"hub\", \"base\"]\n", "\"hub\", \"bas\"]\n"), "\"bas\"");
 }
-TEST(WorldFile, NamesANodeTooLightForTheStep) { expect_mistake(with("[114.5,", "[0.1,"), "node \"A\""); }
+TEST(WorldFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
 TEST(WorldFile, NamesANodeWithoutAWayToTheChamber) {
-  expect_mistake(with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
+  expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
 constexpr Duration kLongestWrite = std::chrono::seconds(20);
 
 std::string read(const std::string& path) {

@@ -82,7 +82,8 @@ void Disturbance::settle() {
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
     const auto channel = static_cast<std::size_t>(standing_[i].target) % kThermalPlaces;
-    if (standing_[i].kind == Kind::air_sensor_frozen) plant_.faults.plant.sensor_c = frozen_[i];
+    auto& shown_c = plant_.faults.plant.sensor_c;
+    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) shown_c = frozen_[i];  // one that is broken shows it
     if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = frozen_[i];
   }
   if (tripped) plant_.write("condition", kLimiterTripped);

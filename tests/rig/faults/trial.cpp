@@ -17,7 +17,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kSecond = std::chrono::seconds(1);
 constexpr std::int64_t kTriesAgainAfter = 30;     ///< a program that could not begin
 constexpr std::int64_t kOperatorComesAfter = 60;  ///< one that may not go on by itself
 

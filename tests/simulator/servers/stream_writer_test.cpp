@@ -15,7 +15,6 @@ namespace gyrotherm {
 namespace {
 
 constexpr double kArcsecPerPulse = 0.1;
-constexpr Duration kSecond = std::chrono::seconds(1);
 
 /// A gyro of one stream that turns at about 10 °/h with noise, written to a driver on a line in memory.
 class BothEnds {

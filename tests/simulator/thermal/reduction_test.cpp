@@ -13,7 +13,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr unsigned kSeed = 4711;
+constexpr unsigned kReductionSeed = 4711;
 
 ThermalPoint some_point(std::mt19937_64& random) {
   std::uniform_real_distribution<double> conductivity(0.02, 0.06);
@@ -48,9 +48,9 @@ TEST(BoxGyro, ConductsNothingAtOneTemperatureButThroughItsFilm) {
 TEST(AffineMatrix, IsTheSumItNames) {
   const auto system = box_gyro();
   AffineMatrix matrices(system);
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 5; ++i) {
-    SCOPED_TRACE(fmt::format("seed {}, {}", kSeed, i));
+    SCOPED_TRACE(fmt::format("seed {}, {}", kReductionSeed, i));
     const auto p = some_point(random);
     const Eigen::MatrixXd difference = matrices.sum(p.rate_per_s, 1, p.coefficients) - balance_of(system, p);
     EXPECT_LE(difference.cwiseAbs().maxCoeff(), 1e-15);
@@ -62,7 +62,7 @@ TEST(AffineMatrix, IsTheSumItNames) {
 TEST(ReducedBasis, IsOrthonormalInTheHeatCapacityAndDropsWhatItHas) {
   const auto system = box_gyro();
   const auto n = system.capacity.rows();
-  std::srand(kSeed);
+  std::srand(kReductionSeed);
   ReducedBasis basis(system, about_box_gyro(), Eigen::VectorXd::Ones(n), 20);
   const Eigen::MatrixXd fields = Eigen::MatrixXd::Random(n, 7);
   EXPECT_EQ(basis.grow(fields), 7);
@@ -79,13 +79,13 @@ TEST(ReducedBasis, IsOrthonormalInTheHeatCapacityAndDropsWhatItHas) {
 TEST(ReducedBasis, EstimatesItsResidual) {
   const auto system = box_gyro();
   const auto n = system.capacity.rows();
-  std::srand(kSeed);
+  std::srand(kReductionSeed);
   Eigen::VectorXd weights = Eigen::VectorXd::Random(n).array().square() + 0.1;
   ReducedBasis basis(system, about_box_gyro(), weights, 20);
   basis.grow(Eigen::MatrixXd::Random(n, 11));
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 20; ++i) {
-    SCOPED_TRACE(fmt::format("seed {}, {}", kSeed, i));
+    SCOPED_TRACE(fmt::format("seed {}, {}", kReductionSeed, i));
     const auto p = some_point(random);
     const Eigen::MatrixXd states = states_at(basis.model(), p.coefficients, p.rate_per_s);
     const Eigen::MatrixXd residual = loads_of(system, p) - balance_of(system, p) * (basis.basis() * states);
@@ -106,7 +106,7 @@ TEST(Reduction, AnswersAlikeWhereItWasNotMade) {
   EXPECT_LE(model.conduction.rows(), 60);
   EXPECT_LE(model.error.transfer_k, 1e-4);
   const auto usual = usual_loads(model);
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kReductionSeed);
   for (int i = 0; i < 12; ++i) {
     auto p = some_point(random);
     if (i < 6) {  // along the air's own law, and gaps alike
@@ -114,7 +114,7 @@ TEST(Reduction, AnswersAlikeWhereItWasNotMade) {
     } else {
       p.coefficients[1] = p.coefficients[2] = p.coefficients[0];
     }
-    SCOPED_TRACE(fmt::format("seed {}, {}: s = {}", kSeed, i, p.rate_per_s));
+    SCOPED_TRACE(fmt::format("seed {}, {}: s = {}", kReductionSeed, i, p.rate_per_s));
     const auto full = direct_solver()(balance_of(system, p), loads_of(system, p));
     ASSERT_TRUE(full);
     const Eigen::MatrixXd miss =

@@ -17,7 +17,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr unsigned kSeed = 61;
+constexpr unsigned kTwinSeed = 61;
 
 /// One second by the exponential of the system extended by its inputs, which are ramps.
 OneSecond by_exponential(const ReducedModel& model, const ThermalCoefficients& c) {
@@ -74,11 +74,11 @@ TEST(OneSecond, IsTheMatrixExponential) {
 TEST(StepTable, IsTheStepAtAnyTemperature) {
   const auto& model = reduced_box_gyro();
   StepTable table(model, GyroFilm::chamber);
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kTwinSeed);
   std::uniform_real_distribution<double> anywhere(-80, 130);
   for (int i = 0; i < 20; ++i) {
     const double air_c = anywhere(random);
-    SCOPED_TRACE(fmt::format("seed {}: {} °C", kSeed, air_c));
+    SCOPED_TRACE(fmt::format("seed {}: {} °C", kTwinSeed, air_c));
     const auto second = one_second(model, coefficients_at(model, air_c, GyroFilm::chamber));
     Eigen::VectorXd states = Eigen::VectorXd::LinSpaced(model.conduction.rows(), -30, 50);
     const Eigen::VectorXd expected = second.carry * states + second.before * 17 + second.after * 18 + second.powers;

@@ -19,7 +19,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct CheckArguments {
   std::string profile;
   std::string rig;
   bool connect = false;
@@ -139,7 +139,7 @@ struct Findings {
 };
 
 /// Checks the rig and, if asked to, its instruments.
-Result<RigFile> check_rig(Console& console, const Options& options, Findings& found) {
+Result<RigFile> check_rig(Console& console, const CheckArguments& options, Findings& found) {
   auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
@@ -158,7 +158,7 @@ Result<RigFile> check_rig(Console& console, const Options& options, Findings& fo
   return rig;
 }
 
-Result<Exit> check(Console& console, const Options& options) {
+Result<Exit> check(Console& console, const CheckArguments& options) {
   if (options.profile.empty() && options.rig.empty())
     return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
   if (options.connect && options.rig.empty())
@@ -184,7 +184,7 @@ Result<Exit> check(Console& console, const Options& options) {
 }  // namespace
 
 void add_check(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckArguments>();
   auto command =
       add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
                   "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kBiasColumn = "bias";
 
-struct Options {
+struct CompensateArguments {
   std::string model, outside = "clamp";
 };
 
@@ -70,7 +70,7 @@ Result<void> answer(Console& console, const Model& model, Outside outside, std::
   return {};
 }
 
-Result<Exit> compensate(Console& console, const Options& options) {
+Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   const auto outside = parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
@@ -90,7 +90,7 @@ Result<Exit> compensate(Console& console, const Options& options) {
 }  // namespace
 
 void add_compensate(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompensateArguments>();
   auto command = add_command(program, "compensate",
                              "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
                              "\"A,B,C,bias\", writes the compensated bias.",

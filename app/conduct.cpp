@@ -23,7 +23,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
+constexpr Duration kLongestLastWrite = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
 
 /// Ends a run as its outcome says.
 Result<void> conclude(const UnderWay& run, Outcome outcome) {
@@ -87,7 +87,7 @@ Result<void> recall_guard(Console& console, Store& store, const Instant& now, co
   if (words.empty()) return {};
   console.say(path + ": " + words);
   if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
-  if (!store.settle(kLongestFarewell)) return {};  // the trace stays for the next time
+  if (!store.settle(kLongestLastWrite)) return {};  // the trace stays for the next time
   std::error_code error;
   std::filesystem::remove(made_safe_path(path), error);
   return {};

@@ -5,14 +5,14 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct ExportArguments {
   std::string run, out;
 };
 
 }  // namespace
 
 void add_export(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportArguments>();
   auto command =
       add_command(program, "export", "Writes a record as a text table.", "gyrotherm export random.db --out random.csv");
   command.option("run", options->run, "the record").required();

@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct ExportModelArguments {
   std::string model, as, out, run;
 };
 
@@ -20,7 +20,7 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
   return {};
 }
 
-Result<void> export_data(Console& console, const Options& options, const Model& model) {
+Result<void> export_data(Console& console, const ExportModelArguments& options, const Model& model) {
   const auto evidence = load_evidence(options.run);
   if (!evidence) return failure(evidence.error());
   const auto rows = to_libsvm_data(model, evidence->clusters);
@@ -29,7 +29,7 @@ Result<void> export_data(Console& console, const Options& options, const Model& 
 }
 
 /// The source beside its header; both are named after the file.
-Result<void> export_c(Console& console, const Options& options, const Model& model) {
+Result<void> export_c(Console& console, const ExportModelArguments& options, const Model& model) {
   const std::filesystem::path source = options.out;
   if (source.extension() != ".c") {
     return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
@@ -45,7 +45,7 @@ Result<void> export_c(Console& console, const Options& options, const Model& mod
   return {};
 }
 
-Result<void> write(Console& console, const Options& options, const Model& model) {
+Result<void> write(Console& console, const ExportModelArguments& options, const Model& model) {
   if (!options.run.empty()) return export_data(console, options, model);
   if (options.as == "c") return export_c(console, options, model);
   const auto text = to_libsvm(model);
@@ -53,7 +53,7 @@ Result<void> write(Console& console, const Options& options, const Model& model)
   return put(console, options.out, *text);
 }
 
-Result<Exit> export_model(Console& console, const Options& options) {
+Result<Exit> export_model(Console& console, const ExportModelArguments& options) {
   if (options.as == "c" && !options.run.empty()) {
     return failure(FaultKind::usage, "--data", "is for --as libsvm; a C program has a self-test inside");
   }
@@ -66,7 +66,7 @@ Result<Exit> export_model(Console& console, const Options& options) {
 }  // namespace
 
 void add_export_model(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportModelArguments>();
   auto command = add_command(program, "export-model",
                              "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
                              "header for a navigation computer.",

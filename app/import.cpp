@@ -8,11 +8,11 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct ImportArguments {
   std::string table, map, out;
 };
 
-Result<Exit> import(Console& console, const Options& options) {
+Result<Exit> import(Console& console, const ImportArguments& options) {
   const auto summary = import_record(options.table, options.map, options.out, GYROTHERM_VERSION);
   if (!summary) return failure(summary.error());
   if (console.json)
@@ -27,7 +27,7 @@ Result<Exit> import(Console& console, const Options& options) {
 }  // namespace
 
 void add_import(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportArguments>();
   auto command = add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
                              "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db");
   command.option("csv", options->table, "the table").required();

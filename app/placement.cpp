@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kPlacementSchema = "gyrotherm-placement/1";
 
-struct Options {
+struct PlacementArguments {
   std::vector<std::string> runs, unseen;
   std::string folds = "cycles", clusters;
   double guard_minutes = -1;  ///< negative: not given
@@ -44,8 +44,8 @@ Result<Records> load(const std::vector<std::string>& paths, const std::optional<
   return records;
 }
 
-Result<Confirmed> confirm(Console& console, const Options& options, const Records& records, const Records& unseen,
-                          const std::vector<std::string>& kept) {
+Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const Records& records,
+                          const Records& unseen, const std::vector<std::string>& kept) {
   TrainingOptions training = options.training;
   for (const Term& term : placement_terms(kept)) training.inputs += (training.inputs.empty() ? "" : ",") + text(term);
   const auto stage = fmt::format("support vectors on {} thermometers", kept.size());
@@ -62,7 +62,7 @@ Result<Confirmed> confirm(Console& console, const Options& options, const Record
 }
 
 /// Of the whole set, and of each step of the elimination.
-Result<std::vector<Confirmed>> confirm_all(Console& console, const Options& options, const Records& records,
+Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options, const Records& records,
                                            const Records& unseen, const Placement& placement) {
   std::vector<Confirmed> all;
   if (!options.confirm) return all;
@@ -159,8 +159,8 @@ std::string json(const Records& records, const Placement& placement, const std::
   return json.dump() + "\n";
 }
 
-Result<Exit> study(Console& console, const Options& given) {
-  Options options = given;
+Result<Exit> study(Console& console, const PlacementArguments& given) {
+  PlacementArguments options = given;
   const auto folds = parse_folds(options.folds);
   if (!folds) return failure(folds.error());
   options.training.folds = *folds;
@@ -182,7 +182,7 @@ Result<Exit> study(Console& console, const Options& given) {
 }  // namespace
 
 void add_placement(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlacementArguments>();
   options->training.quick = true;
   auto command =
       add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",

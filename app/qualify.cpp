@@ -23,7 +23,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
   std::uint64_t seed = 0;
   int threads = 0;
@@ -68,7 +68,7 @@ struct Task {
   std::string stage, method, inputs;
 };
 
-Result<TrainedModel> train_model(Console& console, const Options& options, const Task& task, const Run& rate,
+Result<TrainedModel> train_model(Console& console, const QualifyArguments& options, const Task& task, const Run& rate,
                                  const Run& random) {
   TrainingOptions training;
   training.inputs = task.inputs;
@@ -92,7 +92,7 @@ Result<TrainedModel> train_model(Console& console, const Options& options, const
   return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};
 }
 
-Result<std::vector<TrainedModel>> train_models(Console& console, const Options& options, const Run& rate,
+Result<std::vector<TrainedModel>> train_models(Console& console, const QualifyArguments& options, const Run& rate,
                                                const Run& random) {
   std::vector<TrainedModel> models;
   for (const std::string inputs : {"three-point", "multi-point", "multi-point-t"}) {
@@ -125,7 +125,7 @@ std::vector<Task> tasks_of_comparison() {
 }
 
 /// A method that cannot be trained on this record is left out with a warning: the experiment stands without it.
-Result<std::vector<TrainedModel>> train_compared(Console& console, const Options& options, const Run& rate,
+Result<std::vector<TrainedModel>> train_compared(Console& console, const QualifyArguments& options, const Run& rate,
                                                  const Run& random, Timings& timings,
                                                  std::vector<std::string>& warnings) {
   std::vector<TrainedModel> compared;
@@ -154,7 +154,7 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .sha256 = {}};
 }
 
-Result<Exit> qualify(Console& console, const Options& options) {
+Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
   auto rate =
@@ -207,7 +207,7 @@ Result<Exit> qualify(Console& console, const Options& options) {
 }  // namespace
 
 void add_qualify(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<QualifyArguments>();
   auto command = add_command(program, "qualify",
                              "The whole experiment: the rate program, the random program, three models, the report. "
                              "Run again, it goes on where it was.",

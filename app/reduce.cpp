@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct ReduceArguments {
   std::string model, out, clusters;
   std::vector<std::string> runs;
   ReductionGoal goal;
@@ -30,7 +30,7 @@ std::string without_training(const Model& model, const Evidence& evidence) {
   return evidence.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
 }
 
-Result<Exit> reduce_and_write(Console& console, const Options& options) {
+Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   const auto range = parse_cluster_range(options.clusters);
@@ -55,7 +55,7 @@ Result<Exit> reduce_and_write(Console& console, const Options& options) {
 }  // namespace
 
 void add_reduce(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReduceArguments>();
   auto command =
       add_command(program, "reduce",
                   "Makes a model of many vectors smaller and says what that changes, measured on the records "

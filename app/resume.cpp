@@ -7,13 +7,13 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct ResumeArguments {
   std::string run;
   bool accept = false;
   std::string gap = "30 s";
 };
 
-Result<Exit> resume(Console& console, const Options& options) {
+Result<Exit> resume(Console& console, const ResumeArguments& options) {
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
@@ -24,7 +24,7 @@ Result<Exit> resume(Console& console, const Options& options) {
 }  // namespace
 
 void add_resume(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ResumeArguments>();
   auto command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
                              "gyrotherm resume random.db");
   command.option("run", options->run, "the record").required();

@@ -4,7 +4,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct RunArguments {
   std::string profile;
   std::string rig;
   std::string out;
@@ -12,7 +12,7 @@ struct Options {
   bool upload = false;
 };
 
-Result<Exit> run(Console& console, const Options& options) {
+Result<Exit> run(Console& console, const RunArguments& options) {
   const auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
@@ -26,7 +26,7 @@ Result<Exit> run(Console& console, const Options& options) {
 }  // namespace
 
 void add_run(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunArguments>();
   auto command = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
                              "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db");
   command.option("profile", options->profile, "the profile").required();

@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-struct Options {
+struct SimulateArguments {
   std::string rig;
   std::string pace = "real";
   std::uint64_t seed = 0;
@@ -91,7 +91,7 @@ void let_time_pass(VirtualInstruments& instruments, double pace) {
   }
 }
 
-Result<Exit> simulate(Console& console, const Options& options) {
+Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   const auto pace = pace_of(options.pace);
   if (!pace)
     return failure(FaultKind::usage, "--pace",
@@ -111,7 +111,7 @@ Result<Exit> simulate(Console& console, const Options& options) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateArguments>();
   auto command =
       add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
                   "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10");

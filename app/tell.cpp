@@ -10,13 +10,13 @@ namespace {
 
 constexpr Duration kAnswerWithin = std::chrono::seconds(5);
 
-struct Options {
+struct TellArguments {
   std::string run;
   std::string word;
   std::string note;
 };
 
-Result<Exit> speak(Console& console, const Options& options) {
+Result<Exit> speak(Console& console, const TellArguments& options) {
   const auto telling = telling_of(options.word, options.note);
   if (!telling) return failure(telling.error());
   const auto answer = tell(options.run, *telling, kAnswerWithin);
@@ -32,7 +32,7 @@ Result<Exit> speak(Console& console, const Options& options) {
 }  // namespace
 
 void add_tell(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TellArguments>();
   auto command = add_command(program, "tell",
                              "Speaks to the program that carries a run out; each word is in the record, with time and "
                              "user.\n\n"

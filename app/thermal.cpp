@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include "app/command.hpp"
 #include "app/places.hpp"
 #include "app/thermal_views.hpp"
+#include "app/timings.hpp"
 #include "core/text_file.hpp"
 #include "simulator/thermal/calculix_input.hpp"
 #include "simulator/thermal/conjugate_gradients.hpp"
@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
 
-struct Options {
+struct ThermalArguments {
   std::string gyro, mesh = "medium", out;
   double ambient_c = 20;
   std::optional<double> film, fit;
@@ -37,18 +37,12 @@ struct Solved {
   std::vector<FittedDifference> family;  ///< with --fit: the parameter that was used first
 };
 
-double peak_memory_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-double used_film(const GyroModel& model, const Options& options) {
+double used_film(const GyroModel& model, const ThermalArguments& options) {
   if (options.film) return *options.film;
   return model.mode == GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
-Result<Solved> solve(Console& console, GyroModel model, const Options& options) {
+Result<Solved> solve(Console& console, GyroModel model, const ThermalArguments& options) {
   const auto began = std::chrono::steady_clock::now();
   const auto size = std::ranges::find(kMeshSizeNames, options.mesh) - kMeshSizeNames.begin();
   Solved solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
@@ -98,7 +92,7 @@ std::string family_words(const Solved& solved, double wanted_k) {
   return text;
 }
 
-std::string words(const Solved& solved, const Options& options) {
+std::string words(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
   auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
@@ -121,7 +115,7 @@ nlohmann::ordered_json json_of(const ExtremePoint& point) {
 }
 
 /// Without what varies from run to run.
-nlohmann::ordered_json json(const Solved& solved, const Options& options) {
+nlohmann::ordered_json json(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
   nlohmann::ordered_json json{
@@ -155,7 +149,7 @@ nlohmann::ordered_json json(const Solved& solved, const Options& options) {
   return json;
 }
 
-Result<void> write_all(const Solved& solved, const Options& options) {
+Result<void> write_all(const Solved& solved, const ThermalArguments& options) {
   const std::filesystem::path folder = options.out;
   std::vector<std::pair<std::string, std::string>> files{{"thermal.json", json(solved, options).dump(2) + "\n"}};
   for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
@@ -174,7 +168,7 @@ Result<void> write_all(const Solved& solved, const Options& options) {
   return {};
 }
 
-Result<Exit> image(Console& console, const Options& options) {
+Result<Exit> image(Console& console, const ThermalArguments& options) {
   const std::string path = options.gyro.empty() ? shipped("profiles/gyros/calibrated.toml") : options.gyro;
   const auto text = read_text_file(path);
   if (!text) return failure(text.error());
@@ -200,7 +194,7 @@ Result<Exit> image(Console& console, const Options& options) {
 }  // namespace
 
 void add_thermal(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ThermalArguments>();
   auto command = add_command(program, "thermal",
                              "The finite-element thermal image of the working gyro at rest: pictures, a file for "
                              "ParaView, an input for CalculiX.",

@@ -6,15 +6,11 @@
 #include <nlohmann/json.hpp>
 
 namespace gyrotherm {
-namespace {
-
 double peak_memory_mb() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
-
-}  // namespace
 
 void Timings::begin(std::string stage) {
   end();

@@ -10,6 +10,9 @@
 
 namespace gyrotherm {
 
+/// The most that the program has held so far.
+[[nodiscard]] double peak_memory_mb();
+
 class Timings {
  public:
   /// Ends the stage before, if any.

@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-struct Options {
+struct TrainArguments {
   std::vector<std::string> runs;
   std::string out, clusters, folds = "cycles", select;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
@@ -49,7 +49,7 @@ std::string method_names() {
   return fmt::format("{} (default: svr)", fmt::join(names, ", "));
 }
 
-Result<TrainingOptions> training_options(const Options& options) {
+Result<TrainingOptions> training_options(const TrainArguments& options) {
   TrainingOptions training = options.training;
   const auto folds = parse_folds(options.folds);
   if (!folds) return failure(folds.error());
@@ -64,7 +64,7 @@ Result<TrainingOptions> training_options(const Options& options) {
   return training;
 }
 
-Result<Exit> train_and_write(Console& console, const Options& options) {
+Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   const auto training = training_options(options);
   if (!training) return failure(training.error());
   const auto range = parse_cluster_range(options.clusters);
@@ -88,7 +88,7 @@ Result<Exit> train_and_write(Console& console, const Options& options) {
 }  // namespace
 
 void add_train(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainArguments>();
   options->training.program_version = GYROTHERM_VERSION;
   auto command = add_command(program, "train", "Trains a compensation model on one or more records.",
                              "gyrotherm train rate.db --inputs multi-point-t --out model.json");

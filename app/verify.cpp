@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct VerifyArguments {
   std::string model, clusters, outside = "clamp";
   std::vector<std::string> runs;
 };
@@ -88,7 +88,7 @@ std::string json(const std::string& run, const Verification& v, const Noises& no
   return text_of(object) + "\n";
 }
 
-Result<Exit> verify_all(Console& console, const Options& options) {
+Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   const auto outside = parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
@@ -111,7 +111,7 @@ Result<Exit> verify_all(Console& console, const Options& options) {
 }  // namespace
 
 void add_verify(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<VerifyArguments>();
   auto command = add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
                              "gyrotherm verify model.json random.db");
   command.option("model", options->model, "the model").required();

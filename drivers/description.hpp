@@ -39,6 +39,14 @@ template <class T>
   return static_cast<T>(std::clamp(value, low, high));
 }
 
+/// The whole number at `key`, of 32 bits.
+[[nodiscard]] inline std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
+  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
+}
+
+/// Whether the most significant byte comes first.
+inline constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
+
 struct NamedText {
   std::string path;
   std::string text;

@@ -14,27 +14,20 @@ namespace gyrotherm {
 
 namespace {
 
-constexpr std::int64_t kFarthest = 4096;
-
 struct KindWord {
   CheckKind kind;
   int width;  // of a crc; 0: said apart
 };
-constexpr Vocabulary<KindWord, 10> kKinds{{{"none", {CheckKind::none, 0}},
-                                           {"sum8", {CheckKind::sum8, 0}},
-                                           {"sum16", {CheckKind::sum16, 0}},
-                                           {"xor8", {CheckKind::xor8, 0}},
-                                           {"crc", {CheckKind::crc, 0}},
-                                           {"crc8", {CheckKind::crc, 8}},
-                                           {"crc16", {CheckKind::crc, 16}},
-                                           {"crc32", {CheckKind::crc, 32}},
-                                           {"odd_parity", {CheckKind::odd_parity, 0}},
-                                           {"even_parity", {CheckKind::even_parity, 0}}}};
-constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
-
-std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
-  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
-}
+constexpr Vocabulary<KindWord, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
+                                                {"sum8", {CheckKind::sum8, 0}},
+                                                {"sum16", {CheckKind::sum16, 0}},
+                                                {"xor8", {CheckKind::xor8, 0}},
+                                                {"crc", {CheckKind::crc, 0}},
+                                                {"crc8", {CheckKind::crc, 8}},
+                                                {"crc16", {CheckKind::crc, 16}},
+                                                {"crc32", {CheckKind::crc, 32}},
+                                                {"odd_parity", {CheckKind::odd_parity, 0}},
+                                                {"even_parity", {CheckKind::even_parity, 0}}}};
 
 Crc read_crc(const TomlTable& table, int width) {
   Crc model;
@@ -87,19 +80,19 @@ std::size_t byte_count(const FrameCheck& check) {
 }
 
 FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line) {
-  const auto word = one_of(kKinds, table, "kind");
+  const auto word = one_of(kCheckKinds, table, "kind");
   FrameCheck check{.kind = word.kind};
   if (check.kind == CheckKind::none) return check;
   if (check.kind == CheckKind::crc) check.model = read_crc(table, word.width);
-  check.from = bounded<std::ptrdiff_t>(table, "from", table.integer("from", 0), -kFarthest, kFarthest);
+  check.from = bounded<std::ptrdiff_t>(table, "from", table.integer("from", 0), -kLongestFrame, kLongestFrame);
   if (in_line) {
     if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
     if (check.from < 0) table.mistake("from", "expected a place from the line's start");
     return check;
   }
-  check.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kFarthest, kFarthest);
+  check.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kLongestFrame, kLongestFrame);
   const auto end = is_parity(check.kind) ? static_cast<std::int64_t>(shortest) : check.offset;
-  check.to = bounded<std::ptrdiff_t>(table, "to", table.integer("to", end), -kFarthest, kFarthest);
+  check.to = bounded<std::ptrdiff_t>(table, "to", table.integer("to", end), -kLongestFrame, kLongestFrame);
   check.big_endian = one_of(kEndians, table, "endian", "little");
   check.padded_to = bounded<std::size_t>(table, "padded_to", table.integer("padded_to", 1), 1, 64);
   check.mask = word32(table, "mask", 0xFFFFFFFF);

@@ -12,7 +12,7 @@ namespace gyrotherm {
 
 namespace {
 
-constexpr std::int64_t kFarthest = 4096, kMostCounts = std::int64_t{1} << 62;
+constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
 
 constexpr Vocabulary<FieldRole, 9> kRoles{{{"pulse_count", FieldRole::pulse_count},
                                            {"increment", FieldRole::increment},
@@ -23,30 +23,25 @@ constexpr Vocabulary<FieldRole, 9> kRoles{{{"pulse_count", FieldRole::pulse_coun
                                            {"status", FieldRole::status},
                                            {"temperature", FieldRole::temperature},
                                            {"value", FieldRole::value}}};
-constexpr Vocabulary<FieldType, 12> kTypes{{{"u8", FieldType::u8},
-                                            {"u16", FieldType::u16},
-                                            {"u24", FieldType::u24},
-                                            {"u32", FieldType::u32},
-                                            {"u64", FieldType::u64},
-                                            {"i8", FieldType::i8},
-                                            {"i16", FieldType::i16},
-                                            {"i24", FieldType::i24},
-                                            {"i32", FieldType::i32},
-                                            {"i64", FieldType::i64},
-                                            {"f32", FieldType::f32},
-                                            {"f64", FieldType::f64}}};
+constexpr Vocabulary<FieldType, 12> kFieldTypes{{{"u8", FieldType::u8},
+                                                 {"u16", FieldType::u16},
+                                                 {"u24", FieldType::u24},
+                                                 {"u32", FieldType::u32},
+                                                 {"u64", FieldType::u64},
+                                                 {"i8", FieldType::i8},
+                                                 {"i16", FieldType::i16},
+                                                 {"i24", FieldType::i24},
+                                                 {"i32", FieldType::i32},
+                                                 {"i64", FieldType::i64},
+                                                 {"f32", FieldType::f32},
+                                                 {"f64", FieldType::f64}}};
 constexpr Vocabulary<FieldType, 4> kWordTypes{{{"hexadecimal", FieldType::hexadecimal},
                                                {"signed_hexadecimal", FieldType::signed_hexadecimal},
                                                {"integer", FieldType::integer},
                                                {"decimal", FieldType::decimal}}};
-constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
 constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
 constexpr Vocabulary<StatusVerdict, 3> kVerdicts{
     {{"invalid", StatusVerdict::invalid}, {"warning", StatusVerdict::warning}, {"reject", StatusVerdict::reject}}};
-
-std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
-  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
-}
 
 /// Where the bits are.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
@@ -56,8 +51,8 @@ void read_place(const TomlTable& table, const FrameFormat& format, FrameField& f
                                            static_cast<std::int64_t>(format.line->words) - 1);
     field.bits = 64;
   } else {
-    field.type = one_of(kTypes, table, "type");
-    field.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kFarthest, kFarthest);
+    field.type = one_of(kFieldTypes, table, "type");
+    field.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kLongestFrame, kLongestFrame);
     field.big_endian = one_of(kEndians, table, "endian", "little");
     field.bits_per_byte = bounded<unsigned>(table, "bits_per_byte", table.integer("bits_per_byte", 8), 7, 8);
     const auto size = static_cast<std::int64_t>(byte_count(field.type));

@@ -11,6 +11,8 @@
 
 namespace gyrotherm {
 
+inline constexpr std::int64_t kLongestFrame = 4096;  ///< bytes
+
 /// The last four are words of a line of text.
 enum class FieldType {
   u8,

@@ -12,8 +12,7 @@ namespace gyrotherm {
 
 namespace {
 
-constexpr std::size_t kMostSyncBytes = 8, kLongestFrame = 4096;
-constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
+constexpr std::size_t kMostSyncBytes = 8;
 constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
 
 std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {

@@ -8,13 +8,13 @@ namespace gyrotherm {
 
 namespace {
 
-constexpr Vocabulary<char, 3> kParities{{{"none", 'N'}, {"even", 'E'}, {"odd", 'O'}}};
+constexpr Vocabulary<char, 3> kParityWords{{{"none", 'N'}, {"even", 'E'}, {"odd", 'O'}}};
 
 GyroPort read_port(const TomlTable& table) {
   GyroPort port;
   port.baud = bounded<std::uint32_t>(table, "baud", table.integer("baud"), 50, 20'000'000);
   port.data_bits = bounded<int>(table, "data_bits", table.integer("data_bits", 8), 5, 8);
-  port.parity = one_of(kParities, table, "parity", "none");
+  port.parity = one_of(kParityWords, table, "parity", "none");
   port.stop_bits = bounded<int>(table, "stop_bits", table.integer("stop_bits", 1), 1, 2);
   return port;
 }

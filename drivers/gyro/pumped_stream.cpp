@@ -16,7 +16,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::size_t kChunk = 16384, kMostWaiting = 1 << 20;
+constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
 /// How long the line is waited for at once: a write comes after that.
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
@@ -101,7 +101,7 @@ void PumpedStream::keep(std::span<const std::byte> bytes) {
 
 void PumpedStream::pump(const std::stop_token& stop) {
   block_signals();
-  std::array<std::byte, kChunk> chunk;
+  std::array<std::byte, kPumpedChunk> chunk;
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     if (errand_) {

@@ -54,9 +54,9 @@ std::string objection_to(const std::string& path) {
   return ioctl(node.number(), HIDIOCGRDESCSIZE, &size) == 0 ? "" : std::strerror(errno);
 }
 
-class HidLine final : public HidReports {
+class OpenedHid final : public HidReports {
  public:
-  HidLine(std::vector<HidKind> kinds, std::string serial) : kinds_(std::move(kinds)), serial_(std::move(serial)) {}
+  OpenedHid(std::vector<HidKind> kinds, std::string serial) : kinds_(std::move(kinds)), serial_(std::move(serial)) {}
 
   Result<std::string> open() override;
   Result<void> write(std::span<const std::byte> report) override;
@@ -77,25 +77,25 @@ class HidLine final : public HidReports {
   Backoff backoff_;
 };
 
-tl::unexpected<Fault> HidLine::broken(std::string why) {
+tl::unexpected<Fault> OpenedHid::broken(std::string why) {
   device_.reset();
   backoff_.failed();
   return failure(FaultKind::disconnected, place(), std::move(why));
 }
 
-const HidKind* HidLine::kind_of(const HidDeviceFound& device) const {
+const HidKind* OpenedHid::kind_of(const HidDeviceFound& device) const {
   const auto found = std::ranges::find_if(
       kinds_, [&](const auto& kind) { return kind.vendor == device.vendor && kind.product == device.product; });
   return found == kinds_.end() ? nullptr : &*found;
 }
 
-std::string HidLine::names() const {
+std::string OpenedHid::names() const {
   std::string all;
   for (const auto& kind : kinds_) all += (all.empty() ? "" : " or ") + std::string(kind.name);
   return all;
 }
 
-Result<HidDeviceFound> HidLine::find() const {
+Result<HidDeviceFound> OpenedHid::find() const {
   std::vector<HidDeviceFound> fitting;
   std::string serials;
   for (auto& device : hid_devices()) {
@@ -110,7 +110,7 @@ Result<HidDeviceFound> HidLine::find() const {
                  fmt::format("{} of {}{} are there ({}); expected one", fitting.size(), names(), which, serials));
 }
 
-Result<std::string> HidLine::open() {
+Result<std::string> OpenedHid::open() {
   if (device_) return who_;
   if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
   const auto found = find();
@@ -129,14 +129,14 @@ Result<std::string> HidLine::open() {
   return who_;
 }
 
-Result<void> HidLine::write(std::span<const std::byte> report) {
+Result<void> OpenedHid::write(std::span<const std::byte> report) {
   if (auto opened = open(); !opened) return failure(std::move(opened.error()));
   const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
   if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
   return broken(still_there() ? "the report was not taken" : "unplugged");
 }
 
-Result<std::size_t> HidLine::read(std::span<std::byte> report, Duration within) {
+Result<std::size_t> OpenedHid::read(std::span<std::byte> report, Duration within) {
   if (auto opened = open(); !opened) return failure(std::move(opened.error()));
   const Deadline deadline(within);
   for (int failures = 0; failures < kMostOddFailures;) {
@@ -158,7 +158,7 @@ Result<std::size_t> HidLine::read(std::span<std::byte> report, Duration within) 
 }  // namespace
 
 std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial) {
-  return std::make_unique<HidLine>(std::move(kinds), std::move(serial));
+  return std::make_unique<OpenedHid>(std::move(kinds), std::move(serial));
 }
 
 std::vector<HidDeviceFound> hid_devices() {

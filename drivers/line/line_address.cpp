@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array kBaudRates{300,   600,   1200,  2400,  4800,   9600,   14400,  19200,
                                 28800, 38400, 57600, 76800, 115200, 230400, 460800, 921600};
-constexpr std::string_view kParities = "NOE";  ///< in the order of SerialParity
+constexpr std::string_view kParityLetters = "NOE";  ///< in the order of SerialParity
 constexpr std::string_view kTcp = "tcp://", kSerial = "serial:", kHid = "hid:", kVirtual = "virtual";
 
 tl::unexpected<Fault> wrong(std::string_view text, std::string_view what, std::string_view expected) {
@@ -69,7 +69,7 @@ Result<SerialFormat> parse_serial_format(std::string_view text) {
   if (frame.size() != 3) return wrong(text, "no serial format", kExpected);
   if (!take_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
     return wrong(text, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
-  const auto parity = kParities.find(frame[1]);
+  const auto parity = kParityLetters.find(frame[1]);
   if ((frame[0] != '7' && frame[0] != '8') || parity == std::string_view::npos || (frame[2] != '1' && frame[2] != '2'))
     return wrong(text, "no serial format", kExpected);
   format.data_bits = frame[0] - '0';
@@ -79,8 +79,8 @@ Result<SerialFormat> parse_serial_format(std::string_view text) {
 }
 
 std::string text(const SerialFormat& format) {
-  return fmt::format("{},{}{}{}", format.baud, format.data_bits, kParities[static_cast<std::size_t>(format.parity)],
-                     format.stop_bits);
+  return fmt::format("{},{}{}{}", format.baud, format.data_bits,
+                     kParityLetters[static_cast<std::size_t>(format.parity)], format.stop_bits);
 }
 
 Duration character_time(const SerialFormat& format) {

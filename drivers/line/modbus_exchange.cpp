@@ -18,7 +18,6 @@ using std::chrono::milliseconds;
 constexpr Duration kWholeTcpExchange = milliseconds(1000), kWholeRtuExchange = milliseconds(1500);
 constexpr int kMostTries = 3;
 constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
-constexpr std::uint16_t kMostBits = 2000;
 
 /// On RTU a try may have to wait twice the timeout for the answer to an older request first.
 Duration whole_exchange(const ModbusLink& link) {

@@ -23,7 +23,7 @@ std::vector<std::byte> begin_frame(std::uint16_t transaction, std::uint8_t unit)
   return frame;
 }
 
-std::vector<std::byte> end_frame(std::vector<std::byte> frame) {
+std::vector<std::byte> with_length(std::vector<std::byte> frame) {
   const auto length = frame.size() - kUnitAt;
   frame[kLengthAt] = static_cast<std::byte>(length >> 8);
   frame[kLengthAt + 1] = static_cast<std::byte>(length & 0xFF);
@@ -47,7 +47,7 @@ Result<void> check_header(const ModbusRequest& request, std::span<const std::byt
 std::vector<std::byte> encode_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.transaction, request.unit);
   append_request(request, frame);
-  return end_frame(std::move(frame));
+  return with_length(std::move(frame));
 }
 
 Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply) {
@@ -82,14 +82,14 @@ Result<ModbusRequest> decode_request(std::span<const std::byte> frame) {
 std::vector<std::byte> encode_reply(const ModbusRequest& request, std::span<const std::uint16_t> words) {
   auto frame = begin_frame(request.transaction, request.unit);
   append_reply(request, words, frame);
-  return end_frame(std::move(frame));
+  return with_length(std::move(frame));
 }
 
 std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame, std::uint8_t code) {
   assert(request_frame.size() > kFunctionAt);
   auto frame = begin_frame(word_at(request_frame, 0), byte_at(request_frame, kUnitAt));
   append_exception(request_frame[kFunctionAt], code, frame);
-  return end_frame(std::move(frame));
+  return with_length(std::move(frame));
 }
 
 }  // namespace gyrotherm

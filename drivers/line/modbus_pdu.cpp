@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kShortRequest = 5;  ///< function, address, count or value
 constexpr std::size_t kWordsAt = 6;
-constexpr std::uint16_t kMostRead = 125, kMostWritten = 123, kMostBits = 2000;
+constexpr std::uint16_t kMostRead = 125, kMostWritten = 123;
 constexpr std::uint8_t kExceptionFlag = 0x80;
 constexpr std::uint16_t kCoilOn = 0xFF00;
 

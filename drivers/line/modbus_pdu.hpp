@@ -13,6 +13,8 @@
 
 namespace gyrotherm {
 
+inline constexpr std::uint16_t kMostBits = 2000;  ///< that one request may read
+
 enum class ModbusFunction : std::uint8_t {
   read_coils = 1,
   read_discrete_inputs = 2,

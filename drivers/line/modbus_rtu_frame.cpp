@@ -22,7 +22,7 @@ std::vector<std::byte> begin_frame(std::uint8_t unit) {
   return frame;
 }
 
-std::vector<std::byte> end_frame(std::vector<std::byte> frame) {
+std::vector<std::byte> with_crc(std::vector<std::byte> frame) {
   append_rtu_crc(frame);
   return frame;
 }
@@ -46,7 +46,7 @@ void append_rtu_crc(std::vector<std::byte>& frame) {
 std::vector<std::byte> encode_rtu_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.unit);
   append_request(request, frame);
-  return end_frame(std::move(frame));
+  return with_crc(std::move(frame));
 }
 
 Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request, std::span<const std::byte> bytes) {
@@ -90,14 +90,14 @@ Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame) {
 std::vector<std::byte> encode_rtu_reply(const ModbusRequest& request, std::span<const std::uint16_t> words) {
   auto frame = begin_frame(request.unit);
   append_reply(request, words, frame);
-  return end_frame(std::move(frame));
+  return with_crc(std::move(frame));
 }
 
 std::vector<std::byte> encode_rtu_exception(std::span<const std::byte> request_frame, std::uint8_t code) {
   assert(request_frame.size() >= 2);
   auto frame = begin_frame(byte_at(request_frame, 0));
   append_exception(request_frame[1], code, frame);
-  return end_frame(std::move(frame));
+  return with_crc(std::move(frame));
 }
 
 }  // namespace gyrotherm

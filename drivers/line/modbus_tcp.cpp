@@ -23,7 +23,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kLongestFrame = 260;
+constexpr std::size_t kLongestTcpFrame = 260;
 constexpr int kSelectableDescriptors = 1000;  ///< libmodbus waits with select(), which ends at 1024
 
 struct FreeContext {
@@ -80,7 +80,7 @@ Result<void> LibmodbusConnection::send(std::span<const std::byte> frame) {
 }
 
 Result<std::size_t> LibmodbusConnection::receive(std::span<std::byte> frame, Duration within) {
-  assert(frame.size() >= kLongestFrame);
+  assert(frame.size() >= kLongestTcpFrame);
   limit_waits(within);
   const int size = modbus_receive_confirmation(context_.get(), reinterpret_cast<std::uint8_t*>(frame.data()));
   if (size >= 0) return static_cast<std::size_t>(size);
@@ -115,7 +115,7 @@ class ModbusTcp final : public ModbusLine {
 };
 
 Result<ModbusAnswer> ModbusTcp::receive(const ModbusRequest& request, const Deadline& deadline) {
-  std::array<std::byte, kLongestFrame> frame;
+  std::array<std::byte, kLongestTcpFrame> frame;
   const auto size = connection_->receive(frame, std::min(timeout_, deadline.left()));
   if (size) return decode_answer(request, std::span(frame).first(*size));
   if (size.error().kind != FaultKind::timeout) return failure(size.error());

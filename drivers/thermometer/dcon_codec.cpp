@@ -33,7 +33,7 @@ tl::unexpected<Fault> corrupted(std::string_view line, std::string_view expected
 }
 
 /// A sign, digits and one point among them.
-std::optional<double> parse_reading(std::string_view text) {
+std::optional<double> parse_dcon_reading(std::string_view text) {
   if (text.find('.') == std::string_view::npos || text.find_first_not_of("0123456789.", 1) != std::string_view::npos)
     return std::nullopt;
   const auto digits = text.substr(1);
@@ -147,7 +147,7 @@ Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line,
       readings.push_back(failure(FaultKind::out_of_range, place, fmt::format("{} ({})", what, text)));
       continue;
     }
-    const auto value = parse_reading(text);
+    const auto value = parse_dcon_reading(text);
     if (!value || text.size() > kLongestValue || (width != 0 && text.size() != width)) return wrong();
     width = text.size();
     readings.push_back(within(ranges[readings.size()], {*value}, place));

@@ -16,7 +16,7 @@ constexpr Celsius kAbsoluteZero{-273.15};
 constexpr Celsius kHottest{1000};  ///< above every sensor that the instrument takes
 
 /// A sign, digits, a point, digits; nothing else.
-std::optional<double> parse_reading(std::string_view text) {
+std::optional<double> parse_crdg_reading(std::string_view text) {
   if (text.size() < 2 || (text[0] != '+' && text[0] != '-')) return std::nullopt;
   const auto digits = text.substr(1);
   if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
@@ -66,7 +66,7 @@ Result<std::vector<Result<Celsius>>> decode_crdg(std::string_view line) {
   readings.reserve(kLakeshore218Inputs);
   for (auto rest = line; readings.size() < kLakeshore218Inputs;) {
     const auto comma = rest.find(',');
-    const auto value = parse_reading(rest.substr(0, comma));
+    const auto value = parse_crdg_reading(rest.substr(0, comma));
     if (!value) return wrong();
     readings.push_back(plausible({*value}, readings.size() + 1));
     const bool last = readings.size() == kLakeshore218Inputs;

@@ -12,8 +12,8 @@ namespace gyrotherm {
 
 namespace {
 
-constexpr std::string_view kWho = "PT12";
-const Beat kBeat{.question = "ID?", .answer_begins = "PT12"};
+constexpr std::string_view kPt12 = "PT12";
+const Beat kPt12Beat{.question = "ID?", .answer_begins = "PT12"};
 
 class Pt12 final : public Thermometer {
  public:
@@ -30,18 +30,18 @@ class Pt12 final : public Thermometer {
 };
 
 Result<std::string> Pt12::identify() {
-  auto who = exchange_.ask(kBeat.question, kBeat);
+  auto who = exchange_.ask(kPt12Beat.question, kPt12Beat);
   if (!who) return failure(at_instrument(place_, std::move(who.error())));
-  if (*who != kWho)
+  if (*who != kPt12)
     return failure(
-        at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kWho)}));
-  auto serial = exchange_.ask("SN?", kBeat);
+        at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
+  auto serial = exchange_.ask("SN?", kPt12Beat);
   if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
-  return fmt::format("{} {}", kWho, *serial);
+  return fmt::format("{} {}", kPt12, *serial);
 }
 
 std::vector<Result<Celsius>> Pt12::read() {
-  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kBeat).and_then([](const auto& line) {
+  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kPt12Beat).and_then([](const auto& line) {
     return decode_pt12_temperatures(line);
   }));
 }

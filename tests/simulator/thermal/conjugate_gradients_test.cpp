@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <map>
 #include <random>
 
 #include "simulator/thermal/assembly.hpp"
@@ -78,13 +79,19 @@ TEST(ConjugateGradients, SayWhenTheyDoNotArrive) {
 }
 
 TEST(ConjugateGradients, LeaveSignalHandlersAsTheyWere) {
+  const auto handlers = [] {
+    std::map<int, void (*)(int)> all;
+    for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGINT, SIGTERM, SIGUSR1, SIGCHLD}) {
+      struct sigaction action {};
+      EXPECT_EQ(sigaction(s, nullptr, &action), 0);
+      all[s] = action.sa_handler;
+    }
+    return all;
+  };
+  const auto before = handlers();
   const auto solver = ConjugateGradients::set_up(conduction(5));
   ASSERT_TRUE(solver);
-  for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGINT, SIGTERM, SIGUSR1, SIGCHLD}) {
-    struct sigaction action {};
-    ASSERT_EQ(sigaction(s, nullptr, &action), 0);
-    EXPECT_EQ(action.sa_handler, SIG_DFL) << s;
-  }
+  EXPECT_EQ(handlers(), before);
 }
 
 }  // namespace

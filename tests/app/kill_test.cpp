@@ -238,7 +238,7 @@ class Kills : public ::testing::Test {
 
 TEST_F(Kills, AtAnyMomentLoseNothingAcknowledgedAndShortenNoSoak) {
   if (const char* seed = std::getenv("GYROTHERM_SEED")) random_.seed(std::strtoull(seed, nullptr, 10));
-  const int most_tries = 2 * kills() + 20;
+  const int most_tries = 4 * kills() + 20;
   int tries = 0;
   for (; tally_.killed < kills() && tries < most_tries && !HasFailure(); ++tries) {
     const auto path = folder_ / ("run" + std::to_string(tries) + ".db");

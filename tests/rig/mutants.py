@@ -108,7 +108,7 @@ MUTANTS = [
      "if (!off && !other) return;", "if (!other) return;",
      "rig_test", "Cause.ASwitchedOffChamberSuspends"),
     ("a restart is taken for a stranger", "rig/interlock_checks.cpp",
-     "if (!memory_.chamber_answered || stands(Cause::restarted))", "if (false)",
+     "if (was_silent || stands(Cause::restarted))", "if (false)",
      "rig_test", "Cause.AChamberThatComesBackOtherwiseWasRestarted"),
     ("set points not taken are not noticed", "rig/interlock_checks.cpp",
      "if (around_.refusals >= kRefusals)", "if (false)",

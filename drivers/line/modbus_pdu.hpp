@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "drivers/bytes.hpp"
 
 namespace gyrotherm {
 
@@ -73,9 +74,6 @@ void append_exception(std::byte function, std::uint8_t code, std::vector<std::by
 /// A field of a reply that is not what the request expects.
 [[nodiscard]] tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected);
 
-[[nodiscard]] inline std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) {
-  return std::to_integer<std::uint8_t>(bytes[at]);
-}
 [[nodiscard]] inline std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(byte_at(bytes, at) << 8 | byte_at(bytes, at + 1));
 }

@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "drivers/bytes.hpp"
+
 namespace gyrotherm {
 
 namespace {
@@ -41,10 +43,6 @@ const Layout* layout_of(std::uint8_t command) {
 /// Reference, measured currents and voltages, coefficients.
 bool holds_number(unsigned sub) { return (sub >= 0x04 && sub <= 0x0A) || (sub >= 0x14 && sub < kItems); }
 bool is_item(unsigned sub) { return sub <= 0x0A || (sub >= kSharedItems && sub < kItems); }
-
-std::uint8_t report_byte(std::span<const std::byte> report, std::size_t i) {
-  return std::to_integer<std::uint8_t>(report[i]);
-}
 
 std::uint8_t item_of(std::uint8_t input, MccItem item) {
   const auto sub = static_cast<unsigned>(item);
@@ -144,16 +142,16 @@ std::vector<std::byte> encode_mcc_request(const MccRequest& request) {
 }
 
 Result<MccRequest> decode_mcc_request(std::span<const std::byte> report) {
-  const auto* layout = report.empty() ? nullptr : layout_of(report_byte(report, 0));
+  const auto* layout = report.empty() ? nullptr : layout_of(byte_at(report, 0));
   if (layout == nullptr) return failure(FaultKind::corrupted, "report", "no command of a USB-TEMP");
   auto length = layout->arguments;
-  if (layout->command == MccCommand::set_item && report.size() > 2 && holds_number(report_byte(report, 2)))
+  if (layout->command == MccCommand::set_item && report.size() > 2 && holds_number(byte_at(report, 2)))
     length += sizeof(float) - 1;
   if (report.size() <= length || report.size() > kMccLongestReport)
     return failure(FaultKind::corrupted, place(layout->command),
                    fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));
   MccRequest request{layout->command, {}};
-  for (std::size_t i = 1; i <= length; ++i) request.arguments.push_back(report_byte(report, i));
+  for (std::size_t i = 1; i <= length; ++i) request.arguments.push_back(byte_at(report, i));
   if (std::ranges::any_of(report.subspan(length + 1), [](std::byte padding) { return padding != std::byte{0}; }))
     return failure(FaultKind::corrupted, place(layout->command), "more than its arguments");
   if (const auto objected = objection(request)) return failure(FaultKind::refused, place(layout->command), *objected);
@@ -176,7 +174,7 @@ Result<std::vector<std::uint8_t>> decode_mcc_bytes(const MccRequest& request, st
     return failure(FaultKind::corrupted, place(request.command), std::move(what));
   };
   if (report.empty()) return corrupted("empty");
-  if (const auto id = report_byte(report, 0); static_cast<MccCommand>(id) != request.command)
+  if (const auto id = byte_at(report, 0); static_cast<MccCommand>(id) != request.command)
     return corrupted(fmt::format("report {:02X} came instead", id));
   if (report.size() <= length || report.size() > kMccLongestReport)
     return corrupted(fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));

@@ -18,27 +18,6 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-tl::unexpected<Fault> wrong_tuning(std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); }
-
-Result<void> check(std::span<const Fold> folds) {
-  if (folds.empty()) return wrong_tuning("no fold");
-  for (std::size_t f = 0; f < folds.size(); ++f) {
-    const Fold& fold = folds[f];
-    if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
-      return wrong_tuning(fmt::format("fold {} has {} training and {} held-out rows, must have both", f,
-                                      fold.train_x.rows(), fold.test_x.rows()));
-    }
-    if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
-        fold.train_x.cols() != fold.test_x.cols()) {
-      return wrong_tuning(fmt::format("fold {}: inputs and targets have different shapes", f));
-    }
-    if (!fold.train_x.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite()) {
-      return wrong_tuning(fmt::format("fold {} has a value that is not finite", f));
-    }
-  }
-  return {};
-}
-
 // A fold with its samples laid out for every evaluation.
 class PreparedFold {
  public:
@@ -138,16 +117,37 @@ std::vector<std::string> warnings_of(const SwarmSummary& swarm, int uncertified)
 
 }  // namespace
 
+Result<void> check_folds(std::span<const Fold> folds) {
+  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); };
+  if (folds.empty()) return wrong("no fold");
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    const Fold& fold = folds[f];
+    if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
+      return wrong(fmt::format("fold {} has {} training and {} held-out rows, must have both", f, fold.train_x.rows(),
+                               fold.test_x.rows()));
+    }
+    if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
+        fold.train_x.cols() != fold.test_x.cols()) {
+      return wrong(fmt::format("fold {}: inputs and targets have different shapes", f));
+    }
+    if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() ||
+        !fold.test_y.allFinite()) {
+      return wrong(fmt::format("fold {} has a value that is not finite", f));
+    }
+  }
+  return {};
+}
+
 Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
                                       const SvrOptions& options, double limit) {
-  if (auto ok = check(folds); !ok) return failure(ok.error());
+  if (auto ok = check_folds(folds); !ok) return failure(ok.error());
   Memories memories;
   return mean_squared_error(prepare(folds), parameters, options, memories, limit, nullptr);
 }
 
 Result<TuningSummary> tune_svr(std::span<const Fold> folds, const TuningOptions& options,
                                const ProgressSink& progress) {
-  if (auto ok = check(folds); !ok) return failure(ok.error());
+  if (auto ok = check_folds(folds); !ok) return failure(ok.error());
   const std::vector<PreparedFold> prepared = prepare(folds);
   Memories memories;
   std::atomic<int> uncertified = 0;

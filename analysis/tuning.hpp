@@ -25,6 +25,9 @@ struct Fold {
   std::vector<Term> terms;  ///< of the columns; the support vector methods do not ask
 };
 
+/// Fails with usage: no fold, a fold without rows on both sides or with shapes that differ, a value that is not finite.
+[[nodiscard]] Result<void> check_folds(std::span<const Fold> folds);
+
 /// The box of errata 4, in log2.
 struct TuningOptions {
   double log2_c_min = -2, log2_c_max = 12;
@@ -44,8 +47,8 @@ struct TuningSummary {
 };
 
 /// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it
-/// passes `limit`, and returns what it has then: the sum can only grow. Fails with usage (no fold, or a fold without
-/// rows or of the wrong shape), or as solve_svr does.
+/// passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and
+/// solve_svr do.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 

@@ -12,13 +12,13 @@
 #include "app/custody.hpp"
 #include "app/drive.hpp"
 #include "app/made_safe_file.hpp"
-#include "app/run_info.hpp"
 #include "core/text_file.hpp"
 #include "rig/continuation.hpp"
 #include "rig/experiment.hpp"
 #include "rig/one_core.hpp"
 #include "rig/resume_rule.hpp"
 #include "rig/rig.hpp"
+#include "rig/run_info.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -139,8 +139,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) return failure(names.error());
   for (const auto& who : *names) console.detail(who);
-  auto store =
-      Store::create(path, run_info(profile, file, seed, (*rig)->clock().now().utc), {.background = !file.simulated});
+  auto store = Store::create(path, run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->clock().now().utc),
+                             {.background = !file.simulated});
   if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);

@@ -58,26 +58,6 @@ bool any_finite(const std::vector<Eigen::VectorXd>& errors) {
 
 }  // namespace
 
-Result<void> check_folds(std::span<const Fold> folds) {
-  if (folds.empty()) return wrong_training("no held-out fold to choose by");
-  for (std::size_t f = 0; f < folds.size(); ++f) {
-    const Fold& fold = folds[f];
-    if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0) {
-      return wrong_training(fmt::format("fold {} has {} training and {} held-out rows, must have both", f,
-                                        fold.train_x.rows(), fold.test_x.rows()));
-    }
-    if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
-        fold.train_x.cols() != fold.test_x.cols()) {
-      return wrong_training(fmt::format("fold {}: inputs and targets have different shapes", f));
-    }
-    if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() ||
-        !fold.test_y.allFinite()) {
-      return wrong_training(fmt::format("fold {} has a value that is not finite", f));
-    }
-  }
-  return {};
-}
-
 Result<void> check_set(const TrainingSet& set, Eigen::Index fewest) {
   if (set.x.cols() == 0) return wrong_training("no input");
   if (set.x.rows() != set.y.size()) {

@@ -11,9 +11,6 @@
 
 namespace gyrotherm {
 
-/// Fails with usage: no fold, a fold without rows on both sides or with shapes that differ, a value that is not finite.
-[[nodiscard]] Result<void> check_folds(std::span<const Fold> folds);
-
 /// Fails with usage: fewer than `fewest` samples, shapes that differ, no input, a value that is not finite.
 [[nodiscard]] Result<void> check_set(const TrainingSet& set, Eigen::Index fewest);
 

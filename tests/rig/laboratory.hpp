@@ -13,6 +13,7 @@
 #include "core/text_file.hpp"
 #include "rig/experiment.hpp"
 #include "rig/rig.hpp"
+#include "rig/run_info.hpp"
 
 namespace gyrotherm {
 
@@ -42,24 +43,7 @@ class Laboratory {
   RigFile& file() { return file_; }
 
   /// What a record of this profile on this rig knows.
-  [[nodiscard]] RunInfo info() const {
-    RunInfo info;
-    info.id = "0";
-    info.profile_name = profile_.name;
-    info.profile_text = profile_.text;
-    info.rig_text = file_.text;
-    info.chamber_map_text = file_.chamber_map.text;
-    info.gyro_model_text = file_.gyro_model.text;
-    info.simulated = true;
-    info.seed = seed_;
-    info.thermometers = channels_of(file_);
-    info.gyro = file_.gyro.info;
-    info.gyro_stream_text = file_.gyro.stream ? file_.gyro.stream->text : "";
-    for (const auto& segment : profile_.segments)
-      info.segments.push_back(
-          {segment.name, segment.kind == SegmentKind::hold, segment.target, segment.rate, segment.cycle});
-    return info;
-  }
+  [[nodiscard]] RunInfo info() const { return run_info("", profile_, file_, seed_, {}); }
 
   /// Runs until the profile's end, or `seconds`; the outcome of the last tick.
   Outcome run(std::int64_t seconds = 1'000'000) {

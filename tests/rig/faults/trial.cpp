@@ -12,6 +12,7 @@
 #include "core/text_file.hpp"
 #include "rig/continuation.hpp"
 #include "rig/resume_rule.hpp"
+#include "rig/run_info.hpp"
 #include "rig/set_point_path.hpp"
 
 namespace gyrotherm {
@@ -337,19 +338,7 @@ TrialReport Trial::run() {
 
 }  // namespace
 
-RunInfo info_of(const Profile& profile, const RigFile& file) {
-  RunInfo info;
-  info.id = "0";
-  info.profile_name = profile.name;
-  info.profile_text = profile.text;
-  info.rig_text = file.text;
-  info.chamber_map_text = file.chamber_map.text;
-  info.simulated = true;
-  info.started_utc = kVirtualEpoch;
-  info.thermometers = channels_of(file);
-  info.gyro = file.gyro.info;
-  return info;
-}
+RunInfo info_of(const Profile& profile, const RigFile& file) { return run_info("", profile, file, 0, kVirtualEpoch); }
 
 TrialGround trial_ground(const std::string& profile) {
   const auto rig_path = from("profiles/rigs/virtual-reference.toml");

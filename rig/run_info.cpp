@@ -1,4 +1,4 @@
-#include "app/run_info.hpp"
+#include "rig/run_info.hpp"
 
 #include <fmt/format.h>
 
@@ -22,9 +22,10 @@ std::string derived_id(const RunInfo& info) {
 
 }  // namespace
 
-RunInfo run_info(const Profile& profile, const RigFile& rig, std::uint64_t seed, Duration started_utc) {
+RunInfo run_info(std::string_view program_version, const Profile& profile, const RigFile& rig, std::uint64_t seed,
+                 Duration started_utc) {
   RunInfo info;
-  info.program_version = GYROTHERM_VERSION;
+  info.program_version = program_version;
   info.profile_name = profile.name;
   info.profile_text = profile.text;
   info.rig_name = rig.name;

@@ -1,5 +1,5 @@
 /// The armed file: its words, its place, what is refused.
-#include "app/armed_file.hpp"
+#include "app/guard/armed_file.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 /// What is shown of a run under way.
-#include "app/display.hpp"
+#include "app/conduct/display.hpp"
 
 #include <gtest/gtest.h>
 

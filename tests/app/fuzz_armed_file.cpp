@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "app/armed_file.hpp"
-#include "app/made_safe_file.hpp"
+#include "app/guard/armed_file.hpp"
+#include "app/guard/made_safe_file.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "app/telling.hpp"
+#include "app/conduct/telling.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 /// The guard's watch over a pipe, and telling one process from another.
-#include "app/guard.hpp"
+#include "app/guard/guard.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -9,8 +9,8 @@
 
 #include <csignal>
 
-#include "app/notify_socket.hpp"
-#include "app/process_identity.hpp"
+#include "app/conduct/notify_socket.hpp"
+#include "app/guard/process_identity.hpp"
 #include "tests/app/folder.hpp"
 
 namespace gyrotherm {

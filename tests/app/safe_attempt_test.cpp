@@ -1,11 +1,11 @@
 /// Making a chamber safe: what counts as confirmed, how often and how long it is tried.
-#include "app/safe_attempt.hpp"
+#include "app/guard/safe_attempt.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "app/made_safe_file.hpp"
+#include "app/guard/made_safe_file.hpp"
 #include "core/text_file.hpp"
 #include "tests/app/folder.hpp"
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <thread>
 
-#include "app/tell_socket.hpp"
+#include "app/conduct/tell_socket.hpp"
 #include "tests/app/folder.hpp"
 
 namespace gyrotherm {

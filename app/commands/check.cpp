@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "acquisition/calibration.hpp"
+#include "app/command.hpp"
+#include "app/conduct/conduct.hpp"
+#include "app/conduct/custody.hpp"
+#include "core/clock.hpp"
+#include "core/text_file.hpp"
+#include "drivers/chamber/map_confidence.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/timeline.hpp"
+#include "simulator/world.hpp"
+#include "simulator/world_parameters.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct CheckArguments {
+  std::string profile;
+  std::string rig;
+  bool connect = false;
+  std::uint64_t seed = 0;
+};
+
+std::string thermal_model(const RigFile& rig) {
+  const auto& model = rig.gyro_model;
+  return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
+}
+
+/// Of the day on which the rig would run.
+std::vector<std::string> overdue(const RigFile& rig) {
+  return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
+}
+
+/// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
+std::string limiter_line(const RigFile& rig) {
+  if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
+  if (rig.simulated) return {};
+  return "    WARNING: the rig file does not say how the chamber's own limiter is set ([chamber.limiter]); it is the "
+         "safety function, this program is none\n";
+}
+
+std::string chamber_line(const RigFile& rig) {
+  const auto& limits = rig.chamber_limits;
+  return fmt::format(
+      "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
+      rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
+      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map), limiter_line(rig));
+}
+
+std::string thermometer_lines(const RigFile& rig) {
+  const auto channels = channels_of(rig);
+  auto lines = fmt::format("  {} thermometers\n", channels.size());
+  for (const auto& channel : channels)
+    if (const auto words = calibration_in_words(channel); words != "none")
+      lines += fmt::format("    {}: {}\n", channel.name, words);
+  for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
+  return lines;
+}
+
+std::string gyro_line(const RigFile& rig) {
+  const auto& stream = rig.gyro.stream;
+  const auto counts = fmt::format("{:g} arcsec per {}", rig.gyro.info.scale, stream ? "count" : "pulse");
+  if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
+  return fmt::format("  gyro {} ({}), {}{}\n    description: {}, from {}\n", stream->name, stream->vendor, counts,
+                     thermal_model(rig), stream->confidence, stream->source);
+}
+
+std::string rig_lines(const RigFile& rig) {
+  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
+         thermometer_lines(rig) + gyro_line(rig);
+}
+
+nlohmann::ordered_json calibrations_json(const RigFile& rig) {
+  auto json = nlohmann::ordered_json::object();
+  for (const auto& channel : channels_of(rig)) json[channel.name] = calibration_in_words(channel);
+  return json;
+}
+
+nlohmann::ordered_json rig_json(const RigFile& rig) {
+  const auto& limits = rig.chamber_limits;
+  return {{"file", rig.file},
+          {"simulated", rig.simulated},
+          {"chamber", rig.chamber_map.name},
+          {"chamber_confidence", confidence_in_words(rig.chamber_map)},
+          {"lowest_c", limits.lowest.value},
+          {"highest_c", limits.highest.value},
+          {"fastest_heating_c_per_min", limits.fastest_heating.value},
+          {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
+          {"safe_set_point_c", rig.safe_set_point.value},
+          {"limiter", rig.limiter ? in_words(*rig.limiter) : ""},
+          {"thermometers", channels_of(rig).size()},
+          {"calibrations", calibrations_json(rig)},
+          {"overdue", overdue(rig)},
+          {"arcsec_per_pulse", rig.gyro.info.scale},
+          {"gyro_stream", rig.gyro.stream ? rig.gyro.stream->name : ""},
+          {"gyro_stream_confidence", rig.gyro.stream ? rig.gyro.stream->confidence : ""},
+          {"gyro_model", rig.gyro_model.name},
+          {"gyro_film", rig.gyro_model.film}};
+}
+
+nlohmann::ordered_json timeline_json(const Profile& profile, const Timeline& timeline) {
+  const auto total = [](const CycleTotal& cycle) {
+    return nlohmann::ordered_json{{"name", cycle.name},
+                                  {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
+                                  {"clusters", cycle.clusters}};
+  };
+  nlohmann::ordered_json json{
+      {"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
+  json["cycles"] = nlohmann::ordered_json::array();
+  for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
+  return json;
+}
+
+/// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
+Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed) {
+  auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+  if (!rig) return failure(rig.error());
+  Result<std::vector<std::string>> all;
+  for (const auto& answer : (*rig)->ask()) {
+    if (answer && all)
+      all->push_back(*answer);
+    else if (!answer && all)
+      all = failure(answer.error());
+    else if (!answer)
+      console.complain(answer.error());
+  }
+  return all;
+}
+
+/// What was found, for people and for programs.
+struct Findings {
+  std::string words;
+  nlohmann::ordered_json json;
+};
+
+/// Checks the rig and, if asked to, its instruments.
+Result<RigFile> check_rig(Console& console, const CheckArguments& options, Findings& found) {
+  auto rig = read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  if (rig->simulated)
+    if (const auto world = parse_world(rig->text, rig->file, rig->gyro_model.text); !world)
+      return failure(world.error());
+  found.words += rig_lines(*rig);
+  found.json["rig"] = rig_json(*rig);
+  if (!options.connect) return rig;
+  if (!rig->simulated)
+    if (const auto holder = ChamberLock::holder(chamber_place(*rig)))
+      return failure(FaultKind::refused, rig->file, "the chamber is in use: " + *holder);
+  const auto answers = ask_instruments(console, *rig, options.seed);
+  if (!answers) return failure(answers.error());
+  for (const auto& answer : *answers) found.words += "  " + answer + "\n";
+  found.json["instruments"] = *answers;
+  return rig;
+}
+
+Result<Exit> check(Console& console, const CheckArguments& options) {
+  if (options.profile.empty() && options.rig.empty())
+    return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
+  if (options.connect && options.rig.empty())
+    return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
+  Findings found;
+  std::optional<RigFile> rig;
+  if (!options.rig.empty()) {
+    auto checked = check_rig(console, options, found);
+    if (!checked) return failure(checked.error());
+    rig = std::move(*checked);
+  }
+  if (!options.profile.empty()) {
+    const auto profile = read_profile(options.profile, rig ? &*rig : nullptr);
+    if (!profile) return failure(profile.error());
+    const auto timeline = plan(*profile);
+    found.words += describe(*profile, timeline);
+    found.json["profile"] = timeline_json(*profile, timeline);
+  }
+  console.data(console.json ? found.json.dump() + "\n" : found.words);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_check(Program& program) {
+  auto options = std::make_shared<CheckArguments>();
+  auto command =
+      add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
+                  "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
+  command.option("profile", options->profile, "the profile");
+  command.option("--rig", options->rig, "the rig");
+  command.flag("--connect", options->connect, "ask each instrument who it is, and read it a few times");
+  command.option("--seed", options->seed, "of a virtual rig").not_negative();
+  command.action([&program, options] { return check(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,36 @@
+#include <fmt/format.h>
+
+#include "app/command.hpp"
+#include "app/conduct/conduct.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct ResumeArguments {
+  std::string run;
+  bool accept = false;
+  std::string gap = "30 s";
+};
+
+Result<Exit> resume(Console& console, const ResumeArguments& options) {
+  const auto gap = parse_duration(options.gap);
+  if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
+  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
+    return failure(ran.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_resume(Program& program) {
+  auto options = std::make_shared<ResumeArguments>();
+  auto command = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+                             "gyrotherm resume random.db");
+  command.option("run", options->run, "the record").required();
+  command.flag("--accept", options->accept, "the operator has looked at the chamber and allows the run to go on");
+  command.option("--gap", options->gap, "on a virtual rig: how long it was down (default: 30 s)");
+  command.action([&program, options] { return resume(program.console, *options); });
+}
+
+}  // namespace gyrotherm

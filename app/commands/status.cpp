@@ -1,0 +1,106 @@
+#include "acquisition/status.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "acquisition/chain_check.hpp"
+#include "app/command.hpp"
+#include "app/guard/made_safe_file.hpp"
+#include "core/clock.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string degrees(const std::optional<Celsius>& value) {
+  return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
+}
+
+const char* standing(const RunStatus& status) {
+  if (status.finished) return "finished";
+  return status.being_written ? "running" : "not finished; resume goes on";
+}
+
+/// Where it goes, and what is wrong with it.
+std::string outlook_lines(const RunStatus& status) {
+  auto text = fmt::format("  {}{}\n", name(status.state), status.cause.empty() ? "" : ": " + status.cause);
+  if (status.time_left_s) text += fmt::format("  {} left", spoken(from_seconds(*status.time_left_s)));
+  if (status.time_left_s && status.behind_plan_s)
+    text += fmt::format(", {} behind plan", spoken(from_seconds(*status.behind_plan_s)));
+  if (status.time_left_s) text += "\n";
+  if (status.missed_set_points > 0)
+    text += fmt::format("  {} set points that the chamber did not take\n", status.missed_set_points);
+  for (const auto& fault : status.faults_now) text += fmt::format("  fault: {}\n", fault);
+  if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
+  if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
+  if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
+  for (const auto& part : status.parts) text += fmt::format("  goes on in {}\n", part);
+  return text;
+}
+
+std::string words(const RunStatus& status) {
+  auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
+  text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
+                      status.acknowledged, status.faults);
+  if (status.segment_count > 0)
+    text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
+                        name(status.phase));
+  text += outlook_lines(status);
+  if (const auto& frames = status.frames)
+    text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
+  text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
+  for (const auto& thermometer : status.thermometers)
+    text += fmt::format(" {} {}", thermometer.channel, degrees(thermometer.reading));
+  return text + "\n";
+}
+
+/// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
+std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& guard) {
+  auto json = nlohmann::ordered_json::parse(to_json(status));
+  json["made_safe"] = nullptr;
+  if (guard)
+    json["made_safe"] = {{"at", civil_time(guard->at)},
+                         {"because", guard->because},
+                         {"set_point_c", guard->set_point.value},
+                         {"confirmed", guard->confirmed},
+                         {"details", guard->details}};
+  return json.dump() + "\n";
+}
+
+Result<Exit> show(Console& console, const std::string& path) {
+  const auto status = read_status(path);
+  if (!status) return failure(status.error());
+  const auto guard = read_trace(path);
+  if (!guard) return failure(guard.error());
+  if (console.json)
+    console.data(json_text(*status, *guard));
+  else
+    console.data(words(*status) + (*guard ? "  " + in_words(**guard) + "\n" : ""));
+  return Exit::done;
+}
+
+/// Whether the record is as it was written. A record being written is not opened.
+Result<Exit> verify(Console& console, const std::string& path) {
+  const auto verified = verify_record(path);
+  if (!verified) return failure(verified.error());
+  console.data(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
+                                          verified->rows, verified->files, verified->finished, verified->manifest)
+                            : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
+                                          verified->manifest ? ", and so is every byte" : ""));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_status(Program& program) {
+  auto path = std::make_shared<std::string>();
+  auto chain = std::make_shared<bool>(false);
+  auto command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
+                             "gyrotherm status random.db");
+  command.option("run", *path, "the record").required();
+  command.flag("--verify", *chain, "checks the record against its chain, and against the manifest it was closed with");
+  command.action(
+      [&program, path, chain] { return *chain ? verify(program.console, *path) : show(program.console, *path); });
+}
+
+}  // namespace gyrotherm

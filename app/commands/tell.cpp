@@ -1,0 +1,50 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/command.hpp"
+#include "app/conduct/tell_socket.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kAnswerWithin = std::chrono::seconds(5);
+
+struct TellArguments {
+  std::string run;
+  std::string word;
+  std::string note;
+};
+
+Result<Exit> speak(Console& console, const TellArguments& options) {
+  const auto telling = telling_of(options.word, options.note);
+  if (!telling) return failure(telling.error());
+  const auto answer = tell(options.run, *telling, kAnswerWithin);
+  if (!answer) return failure(answer.error());
+  if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
+  if (console.json)
+    console.data(nlohmann::ordered_json{{"done", answer->text}}.dump() + "\n");
+  else
+    console.say(options.run + ": " + answer->text);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_tell(Program& program) {
+  auto options = std::make_shared<TellArguments>();
+  auto command = add_command(program, "tell",
+                             "Speaks to the program that carries a run out; each word is in the record, with time and "
+                             "user.\n\n"
+                             "pause: the profile's clock stands and the set point stays, until resume.\n"
+                             "stop: ends the run and leaves the chamber as the rig file says.\n"
+                             "abort: ends the run and makes the chamber safe.\n"
+                             "note: puts a line of text into the record.",
+                             "gyrotherm tell random.db note \"door opened to look at the cable\"");
+  command.option("run", options->run, "the record").required();
+  command.option("word", options->word, "pause, resume, stop, abort or note").required();
+  command.option("text", options->note, "of the note");
+  command.action([&program, options] { return speak(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -41,7 +41,7 @@ function(gyrotherm_test room)
   target_precompile_headers(${room}_test PRIVATE <gtest/gtest.h>)
   target_link_libraries(${room}_test PRIVATE gyrotherm_${room} ${test_PRIVATE} GTest::gtest_main)
   target_compile_definitions(${room}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${room}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${room}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT})
 endfunction()
 
 # A fuzz target: with GYROTHERM_FUZZ a libFuzzer program; otherwise a program that replays inputs and a short seeded random

@@ -47,8 +47,7 @@ struct TuningSummary {
 };
 
 /// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it
-/// passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and
-/// solve_svr do.
+/// passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and solve_svr do.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const Fold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 

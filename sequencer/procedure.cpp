@@ -17,17 +17,19 @@ Procedure onwards(const Happening& now, const std::string& cause) {
   return Returning{cause, {}};
 }
 
+bool asks_for(const Happening& now, OperatorCommand command) { return now.request && now.request->command == command; }
+
 /// What outranks the profile in every state in which it is still being carried out.
 std::optional<Procedure> overruled(const ProcedureLimits& limits, const Happening& now, bool held) {
   if (now.verdict.reaction == Reaction::abort) return Aborting{now.verdict.cause, {}, false};
-  if (now.command == OperatorCommand::abort) return Aborting{"aborted by " + now.who, {}, false};
-  if (now.command == OperatorCommand::stop) {
-    if (limits.on_stop == OnStop::hold) return Stopped{"stopped by " + now.who};
-    return Aborting{"stopped by " + now.who, {}, true};
+  if (asks_for(now, OperatorCommand::abort)) return Aborting{"aborted by " + now.request->who, {}, false};
+  if (asks_for(now, OperatorCommand::stop)) {
+    if (limits.on_stop == OnStop::hold) return Stopped{"stopped by " + now.request->who};
+    return Aborting{"stopped by " + now.request->who, {}, true};
   }
   if (held) return std::nullopt;
   if (now.verdict.reaction == Reaction::hold) return Held{now.verdict.cause, {}};
-  if (now.command == OperatorCommand::pause) return Held{"paused by " + now.who, {}};
+  if (asks_for(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
   return std::nullopt;
 }
 
@@ -45,7 +47,7 @@ Procedure step(const ProcedureLimits& limits, Suspended state, const Happening& 
   state.clear = stands ? Duration{} : state.clear + now.elapsed;
   if (stands) state.cause = now.verdict.cause;
   if (state.since >= limits.longest_suspended) return too_long("suspended", state.since, state.cause);
-  const bool asked = now.command == OperatorCommand::resume && !stands;
+  const bool asked = asks_for(now, OperatorCommand::resume) && !stands;
   return asked || state.clear >= limits.resume_delay ? onwards(now, state.cause) : state;
 }
 
@@ -62,7 +64,7 @@ Procedure step(const ProcedureLimits& limits, Held state, const Happening& now) 
   if (auto other = overruled(limits, now, true)) return *other;
   state.since += now.elapsed;
   if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
-  if (now.command != OperatorCommand::resume || now.verdict.reaction == Reaction::hold) return state;
+  if (!asks_for(now, OperatorCommand::resume) || now.verdict.reaction == Reaction::hold) return state;
   if (now.verdict.reaction == Reaction::suspend) return Suspended{now.verdict.cause, {}, {}};
   return onwards(now, state.cause);
 }
@@ -71,7 +73,8 @@ Procedure step(const ProcedureLimits& limits, Held state, const Happening& now) 
 Procedure step(const ProcedureLimits&, Aborting state, const Happening& now) {
   state.since += now.elapsed;
   if (state.stops && now.verdict.reaction == Reaction::abort) state = {now.verdict.cause, state.since, false};
-  if (state.stops && now.command == OperatorCommand::abort) state = {"aborted by " + now.who, state.since, false};
+  if (state.stops && asks_for(now, OperatorCommand::abort))
+    state = {"aborted by " + now.request->who, state.since, false};
   if (!now.safe_confirmed) return state;
   if (state.stops) return Stopped{state.cause};
   return Aborted{state.cause};
@@ -131,16 +134,6 @@ bool may_follow(RunState from, RunState to) {
 bool may_command(RunState state) {
   return state == RunState::execute || state == RunState::suspended || state == RunState::held ||
          state == RunState::aborting;
-}
-
-const char* name(OperatorCommand command) {
-  switch (command) {
-    case OperatorCommand::pause: return "pause";
-    case OperatorCommand::resume: return "resume";
-    case OperatorCommand::stop: return "stop";
-    case OperatorCommand::abort: return "abort";
-  }
-  return "";
 }
 
 const char* name(Reaction reaction) {

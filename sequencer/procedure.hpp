@@ -23,6 +23,7 @@
 
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
+#include "sequencer/operator_requests.hpp"
 
 namespace gyrotherm {
 
@@ -32,8 +33,6 @@ struct Verdict {
   Reaction reaction = Reaction::go_on;
   std::string cause;  ///< empty when nothing is wrong
 };
-
-enum class OperatorCommand { pause, resume, stop, abort };
 
 /// How an operator's stop leaves the chamber. An abort always makes it safe.
 enum class OnStop { hold, safe };
@@ -78,8 +77,7 @@ using Procedure = std::variant<Execute, Suspended, Returning, Held, Aborting, Ab
 struct Happening {
   Duration elapsed{};
   Verdict verdict;  ///< of the interlocks
-  std::optional<OperatorCommand> command;
-  std::string who;        ///< gave the command
+  std::optional<OperatorRequest> request;  ///< the one that is carried out
   bool in_place = true;   ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};  ///< the chamber has shown the safe set point after it was sent
   bool complete{};        ///< the profile has come to its end
@@ -100,7 +98,6 @@ struct Happening {
 /// Whether a set point may be sent in this state.
 [[nodiscard]] bool may_command(RunState state);
 
-[[nodiscard]] const char* name(OperatorCommand command);
 [[nodiscard]] const char* name(Reaction reaction);
 
 }  // namespace gyrotherm

@@ -26,8 +26,7 @@ Happening seeing(Reaction reaction, const std::string& cause = "the door is open
 }
 Happening told(OperatorCommand command) {
   auto now = quiet();
-  now.command = command;
-  now.who = "Ada";
+  now.request = OperatorRequest{command, "Ada"};
   return now;
 }
 
@@ -134,12 +133,12 @@ TEST(Procedure, AStopThatIsAbortedIsAborted) {
 
 TEST(Procedure, TheMostSevereWins) {
   auto all = seeing(Reaction::abort, "too hot");
-  all.command = OperatorCommand::pause;
+  all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
   all = seeing(Reaction::suspend);
-  all.command = OperatorCommand::abort;
+  all.request = OperatorRequest{OperatorCommand::abort, "Ada"};
   EXPECT_EQ(state_after(kHeld, all), RunState::aborting);
-  all.command = OperatorCommand::pause;
+  all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::held);
   EXPECT_EQ(state_after(kSuspended, seeing(Reaction::hold)), RunState::held);
   EXPECT_EQ(state_after(kHeld, seeing(Reaction::suspend)), RunState::held) << "a hold is the more severe";
@@ -167,7 +166,7 @@ TEST(Procedure, StatesChangeAlongTheTableAlone) {
     Procedure procedure = Execute{};
     for (int i = 0; i < 60; ++i) {
       auto now = seeing(draw(3) == 0 ? static_cast<Reaction>(draw(draw(8) == 0 ? 5 : 4)) : Reaction::go_on);
-      if (draw(12) == 0) now.command = static_cast<OperatorCommand>(draw(4));
+      if (draw(12) == 0) now.request = OperatorRequest{static_cast<OperatorCommand>(draw(4)), "Ada"};
       now.in_place = draw(3) != 0;
       now.safe_confirmed = draw(6) == 0;
       now.complete = draw(40) == 0;

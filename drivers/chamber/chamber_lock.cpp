@@ -3,21 +3,26 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <vector>
+
+#include "core/user_name.hpp"
+#include "drivers/chamber/chamber_name.hpp"
+#include "drivers/line/own_address.hpp"
 
 namespace gyrotherm {
 namespace {
 
-constexpr mode_t kForAll = 0666;         ///< any user's program must be able to meet the lock
-constexpr mode_t kForAllSticky = 01777;  ///< … and none may remove another's
+constexpr mode_t kOwnFolder = 0755, kOwnFile = 0644;
+constexpr mode_t kWritableByOthers = S_IWGRP | S_IWOTH;
 
 std::string as_file_name(const std::string& text) {
   std::string name;
@@ -28,31 +33,40 @@ std::string as_file_name(const std::string& text) {
   return name;
 }
 
-/// In the order of preference: all users of the machine should use the same.
+/// In the order of preference. The last two lie where anybody may make a folder of that name first; then it is not the
+/// user's own, and is not used.
 std::vector<std::string> folders() {
-  std::vector<std::string> all{"/run/lock/gyrotherm"};
+  std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
     all.push_back(std::string(own) + "/gyrotherm");
-  all.push_back("/tmp/gyrotherm-lock");
+  for (const auto* shared : {"/run/lock", "/tmp"}) all.push_back(fmt::format("{}/gyrotherm-{}", shared, ::geteuid()));
   return all;
 }
 
-/// Makes the folder if it is not there; true for a folder, no link, in which others cannot remove a lock.
-bool usable(const std::string& folder) {
-  if (::mkdir(folder.c_str(), kForAllSticky) == 0) ::chmod(folder.c_str(), kForAllSticky);  // in spite of the umask
-  struct stat found {};
-  if (::lstat(folder.c_str(), &found) != 0 || !S_ISDIR(found.st_mode)) return false;
-  const bool others_write = (found.st_mode & (S_IWGRP | S_IWOTH)) != 0;
-  return !others_write || (found.st_mode & S_ISVTX) != 0;
+bool is_own(const struct stat& found) {
+  return found.st_uid == ::geteuid() && (found.st_mode & kWritableByOthers) == 0;
 }
 
-/// The lock file, made if it is not there. Not by O_CREAT alone: in a sticky folder the kernel refuses that for another
-/// user's file.
-Descriptor opened(const std::string& path) {
-  constexpr int kFlags = O_RDWR | O_CLOEXEC | O_NOFOLLOW;
-  const int made = ::open(path.c_str(), kFlags | O_CREAT | O_EXCL, kForAll);
-  if (made >= 0) ::fchmod(made, kForAll);
-  return Descriptor(made >= 0 ? made : ::open(path.c_str(), kFlags));
+/// An open folder that is the user's own and nobody else may write; made if it is not there. Through no link.
+Descriptor own_folder(const std::string& path) {
+  ::mkdir(path.c_str(), kOwnFolder);
+  Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+  struct stat found {};
+  if (!folder.is_open() || ::fstat(folder.number(), &found) != 0 || !is_own(found)) return {};
+  return folder;
+}
+
+/// The lock file of that place, open; none where no folder can be used.
+Descriptor lock_file(const std::string& place) {
+  for (const auto& path : folders()) {
+    const auto folder = own_folder(path);
+    if (!folder.is_open()) continue;
+    Descriptor file(::openat(folder.number(), (place + ".lock").c_str(),
+                             O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kOwnFile));
+    struct stat found {};
+    if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && is_own(found)) return file;
+  }
+  return {};
 }
 
 std::string content(int file) {
@@ -68,32 +82,45 @@ std::string value_of(const std::string& text, const std::string& key) {
   return text.substr(from, text.find('\n', from) - from);
 }
 
-std::string holder_in_words(int file) {
-  const auto text = content(file);
-  return fmt::format("process {}, record {}", value_of(text, "pid"), value_of(text, "record"));
-}
-
-/// False if the file has been removed meanwhile: then the lock on it means nothing.
-bool still_at(const std::string& path, int file) {
-  struct stat named {
-  }, held{};
-  return ::stat(path.c_str(), &named) == 0 && ::fstat(file, &held) == 0 && named.st_ino == held.st_ino &&
-         named.st_dev == held.st_dev;
-}
-
 void sign(int file, const std::string& record) {
-  std::string boot;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
-  const auto text = fmt::format("gyrotherm-lock/1\npid: {}\nboot: {}\nrecord: {}\n", ::getpid(), boot, record);
+  const auto text = fmt::format("gyrotherm-lock/1\npid: {}\nrecord: {}\n", ::getpid(), record);
   if (::ftruncate(file, 0) == 0) [[maybe_unused]]
     const auto written = ::pwrite(file, text.data(), text.size(), 0);
+}
+
+/// Of the process that signed the lock file, its record; where another one did, nothing.
+std::string record_of(const std::string& signature, std::int64_t pid) {
+  return value_of(signature, "pid") == std::to_string(pid) ? ", record " + value_of(signature, "record") : "";
+}
+
+ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
+  holder.words = holder.pid == 0 ? "a process that does not say who it is"
+                                 : fmt::format("process {} of {}{}", holder.pid, user_in_words(holder.uid),
+                                               record_of(signature, holder.pid));
+  return holder;
+}
+
+/// Of the lock file, if a program of this user holds it.
+std::optional<ChamberHolder> holder_of(int file) {
+  if (::flock(file, LOCK_SH | LOCK_NB) == 0) {
+    ::flock(file, LOCK_UN);
+    return {};
+  }
+  const auto signature = content(file);
+  return in_words({.pid = std::atoll(value_of(signature, "pid").c_str()), .uid = ::geteuid(), .words = {}}, signature);
+}
+
+tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& holder) {
+  return failure(FaultKind::refused, "chamber " + place, "another program drives it: " + holder.words);
 }
 
 }  // namespace
 
 std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
-  if (const auto* tcp = std::get_if<TcpLine>(&line))
-    return fmt::format("tcp-{}-{}-{}", as_file_name(tcp->host), tcp->port == 0 ? usual_port : tcp->port, unit);
+  if (const auto* tcp = std::get_if<TcpLine>(&line)) {
+    const auto host = is_own_address(tcp->host) ? std::string("this.machine") : as_file_name(tcp->host);
+    return fmt::format("tcp-{}-{}-{}", host, tcp->port == 0 ? usual_port : tcp->port, unit);
+  }
   if (const auto* serial = std::get_if<SerialLine>(&line)) {
     std::error_code error;
     const auto device = std::filesystem::weakly_canonical(serial->device, error).string();
@@ -103,35 +130,34 @@ std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8
 }
 
 Result<ChamberLock> ChamberLock::take(const std::string& place, const std::string& record) {
-  std::string why = "no folder for it can be used";
-  for (const auto& folder : folders()) {
-    if (!usable(folder)) continue;
-    const auto path = folder + "/" + place + ".lock";
-    for (int again = 0; again < 3; ++again) {
-      auto file = opened(path);
-      if (!file.is_open()) {
-        why = fmt::format("{}: {}", path, std::strerror(errno));
-        break;
-      }
-      if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0)
-        return failure(FaultKind::refused, "chamber " + place,
-                       fmt::format("another program drives it: {}", holder_in_words(file.number())));
-      if (!still_at(path, file.number())) continue;
-      sign(file.number(), record);
-      return ChamberLock(std::move(file));
-    }
+  auto name = take_name(place);
+  if (!name && name.error() == EADDRINUSE) return driven_by(place, holder(place).value_or(in_words({}, {})));
+  auto file = lock_file(place);
+  if (!name && !file.is_open())
+    return failure(FaultKind::storage, "chamber " + place,
+                   fmt::format("its lock cannot be made: {}", std::strerror(name.error())));
+  if (file.is_open()) {
+    if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0)
+      return driven_by(place, holder_of(file.number()).value_or(in_words({}, {})));
+    sign(file.number(), record);
   }
-  return failure(FaultKind::storage, "chamber " + place, "its lock cannot be made: " + why);
+  return ChamberLock(name ? std::move(*name) : Descriptor(), std::move(file));
 }
 
-std::optional<std::string> ChamberLock::holder(const std::string& place) {
-  for (const auto& folder : folders()) {
-    const auto path = folder + "/" + place + ".lock";
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
-    if (!file.is_open()) continue;
-    if (::flock(file.number(), LOCK_SH | LOCK_NB) != 0) return holder_in_words(file.number());
+std::optional<ChamberHolder> ChamberLock::holder(const std::string& place) {
+  const auto file = lock_file(place);
+  if (const auto owner = owner_of_name(place))
+    return in_words({.pid = owner->pid, .uid = owner->uid, .words = {}},
+                    file.is_open() ? content(file.number()) : std::string());
+  return file.is_open() ? holder_of(file.number()) : std::nullopt;
+}
+
+void ChamberLock::dismiss_callers() const {
+  constexpr int kMostAtOnce = 256;
+  for (int i = 0; i < kMostAtOnce && name_.is_open(); ++i) {
+    const Descriptor caller(::accept4(name_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!caller.is_open()) return;
   }
-  return {};
 }
 
 }  // namespace gyrotherm

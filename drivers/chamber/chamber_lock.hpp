@@ -1,5 +1,10 @@
-/// One program drives a chamber: a lock of the operating system, which ends with the program that holds it, however
+/// One program drives a chamber: two locks of the operating system, which end with the program that holds them, however
 /// that ends.
+///
+/// The first is a name in the abstract space of unix sockets, which every program on the machine's network sees,
+/// whatever user, folder or mount namespace it has; nobody can remove it, and the kernel says who holds it. The second
+/// is a lock file in a folder of the user's own, for programs of one user in two network namespaces; it also says for
+/// which record. What neither excludes (other machines) the run finds by the chamber's foreign set point.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +18,31 @@
 namespace gyrotherm {
 
 /// The chamber at the end of a line, however the line is written: "tcp-10.0.0.7-502-1" (with the unit's number, for
-/// several chambers may be behind one address), "serial-dev-ttyUSB0" (of the device that a link leads to).
+/// several chambers may be behind one address), "tcp-this.machine-502-1" (of any address of this machine's own),
+/// "serial-dev-ttyUSB0" (of the device that a link leads to).
 [[nodiscard]] std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit);
+
+/// Who holds a chamber.
+struct ChamberHolder {
+  std::int64_t pid = 0;   ///< 0: it cannot be told
+  std::int64_t uid = -1;  ///< −1: likewise
+  std::string words;      ///< "process 19233 of ada (uid 1000), record /data/run.db"
+};
 
 class ChamberLock {
  public:
   /// `record`: what is to be driven from here, for whoever is refused. At once; fails with refused if another program
-  /// holds it, and names that program, or with storage if no folder for locks can be used.
+  /// holds it, and names that program and its user, or with storage if neither lock can be made.
   [[nodiscard]] static Result<ChamberLock> take(const std::string& place, const std::string& record);
-  /// Who holds the lock of that place, in words; nothing if nobody does.
-  [[nodiscard]] static std::optional<std::string> holder(const std::string& place);
+  /// Nothing if nobody holds it.
+  [[nodiscard]] static std::optional<ChamberHolder> holder(const std::string& place);
+
+  /// Lets those go who asked who holds it. Now and then: too many of them would keep others from being told.
+  void dismiss_callers() const;
 
  private:
-  explicit ChamberLock(Descriptor file) : file_(std::move(file)) {}
-  Descriptor file_;
+  ChamberLock(Descriptor name, Descriptor file) : name_(std::move(name)), file_(std::move(file)) {}
+  Descriptor name_, file_;
 };
 
 }  // namespace gyrotherm

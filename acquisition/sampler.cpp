@@ -53,11 +53,6 @@ Sample empty_sample(std::int64_t slot, Instant at) {
   return sample;
 }
 
-Result<void> head_for_at_once(Chamber& chamber, Celsius target) {
-  chamber.insist();
-  return chamber.head_for(target);
-}
-
 Result<void> switched(Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
 
 class InlineSampler final : public Sampler {
@@ -75,7 +70,7 @@ class InlineSampler final : public Sampler {
     return sample;
   }
   Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
-  Result<void> insist(Celsius target) override { return head_for_at_once(instruments_.chamber, target); }
+  Result<void> insist(Celsius target) override { return instruments_.chamber.insist(target); }
   Result<void> switch_on(bool on) override { return switched(instruments_.chamber, on); }
 
  private:
@@ -94,7 +89,7 @@ class WorkerSampler final : public Sampler {
 
   Sample read(std::int64_t slot, const Clock& clock) override;
   Result<void> command(Celsius target) override;
-  Duration busy_for() override;
+  Duration stuck_for() override;
   Result<void> insist(Celsius target) override;
   Result<void> switch_on(bool on) override;
 
@@ -179,10 +174,9 @@ Result<void> WorkerSampler::order(const std::string& what, std::function<Result<
                              in_ms(within)));
 }
 
-Duration WorkerSampler::busy_for() {
-  auto longest = std::max(chamber_.busy_for(), gyro_.busy_for());
-  for (auto& worker : thermometers_) longest = std::max(longest, worker.busy_for());
-  return longest;
+Duration WorkerSampler::stuck_for() {
+  const auto busy = chamber_.busy_for();
+  return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
 }
 
 Result<void> WorkerSampler::command(Celsius target) {
@@ -191,7 +185,7 @@ Result<void> WorkerSampler::command(Celsius target) {
 }
 
 Result<void> WorkerSampler::insist(Celsius target) {
-  const auto head_for = [this, target] { return head_for_at_once(instruments_.chamber, target); };
+  const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
   return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
 }
 

@@ -10,6 +10,7 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
+#include "drivers/chamber/line_activity.hpp"
 #include "drivers/instruments.hpp"
 
 namespace gyrotherm {
@@ -25,6 +26,7 @@ struct Instruments {
   Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
   Gyro& gyro;
+  const LineActivity* chamber_line = nullptr;  ///< of the chamber's calls; null: none is kept
 };
 
 struct SamplerOptions {
@@ -58,9 +60,10 @@ class Sampler {
   /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
-  /// With workers: how long the longest call that is under way has lasted, zero if none is. A call without an end shows
-  /// here. Zero without workers.
-  [[nodiscard]] virtual Duration busy_for() { return {}; }
+  /// With workers: how long the chamber's call that is under way has not got on, zero if none is: since it began or,
+  /// if that is less, since its last exchange ended. A call that hangs shows here, one on a bad line does not. Zero
+  /// without workers. The other instruments are not judged: they cannot keep the chamber from being commanded.
+  [[nodiscard]] virtual Duration stuck_for() { return {}; }
 };
 
 }  // namespace gyrotherm

@@ -1,6 +1,7 @@
 /// What the rig sees of an instrument, whatever its protocol.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,14 +13,30 @@ namespace gyrotherm {
 
 struct ChamberProgram;  // drivers/chamber/program.hpp
 
+/// Set points that a controller takes; nothing: it does not say.
+struct SetPointRange {
+  std::optional<Celsius> lowest, highest;
+};
+
+/// How long it takes to speak to a chamber, where that can be told.
+struct ChamberEffort {
+  int each_second = 0;    ///< exchanges for its air and set point, in each second
+  int new_set_point = 0;  ///< … for a set point that is sent and read back
+  int status = 0;         ///< … for all else that it says of itself, in turns
+  Duration longest{};     ///< of an exchange, as seen lately
+};
+
 /// A temperature chamber that is driven by set points from the host, or carries out a program that the host gave it.
 class Chamber {
  public:
   virtual ~Chamber() = default;
   /// Who it is, in words; fails if the fingerprint of its register map does not fit.
   [[nodiscard]] virtual Result<std::string> identify() = 0;
-  /// One read of the air and of the set point that the controller holds.
+  /// One read of the air and of the set point that the controller holds, back within a second plus one exchange. What
+  /// need not be read in each second is read in turn, as far as there is time.
   [[nodiscard]] virtual Result<ChamberState> read() = 0;
+  /// The same with all that it says of itself, however long that takes: not within a tick.
+  [[nodiscard]] virtual Result<ChamberState> inspect() { return read(); }
   /// Makes `target` the controller's set point: written, then read back within the register's resolution.
   /// Fails with timeout, disconnected, refused or mismatch; then the set point is unknown.
   [[nodiscard]] virtual Result<void> head_for(Celsius target) = 0;
@@ -27,13 +44,27 @@ class Chamber {
   [[nodiscard]] virtual Result<void> start() = 0;
   /// Ends conditioning, verified likewise.
   [[nodiscard]] virtual Result<void> stop() = 0;
+  /// Zeros where nothing is known.
+  [[nodiscard]] virtual ChamberEffort effort() const { return {}; }
   /// Carries out another command that the instrument knows: "acknowledge" (its alarms), "pause", "resume" (its own
   /// program), … Fails with refused where it knows none of that name.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
     return failure(FaultKind::refused, "chamber " + command, "it has no such command");
   }
   /// The next call is tried at once, also on a line that rests after failures: for what cannot wait.
-  virtual void insist() {}
+  virtual void end_rest() {}
+  /// `target` as head_for() makes it, but at once, on a line that rests too, and with nothing asked that the write
+  /// itself does not need: where a line loses answers, each question more is one that it may lose. Only a program that
+  /// was started from here is ended before. Fails like head_for().
+  [[nodiscard]] virtual Result<void> insist(Celsius target) {
+    end_rest();
+    return head_for(target);
+  }
+  /// Ends a program that the controller carries out, whoever started it; nothing to do where none runs, or the
+  /// controller knows none.
+  [[nodiscard]] virtual Result<void> end_program() { return {}; }
+  /// What set points the controller takes, as it is set now.
+  [[nodiscard]] virtual Result<SetPointRange> limits() { return SetPointRange{}; }
 
   /// Puts `program` into the controller's own memory and compares what it kept; says so in words. Nothing moves yet.
   [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {

@@ -17,6 +17,8 @@ namespace {
 constexpr double kSameStep = 0.75;
 /// Between two looks at a register that is waited for.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
+/// What a controller's settings were read as counts for so long: about the second in which they were read.
+constexpr Duration kKnownFor = std::chrono::milliseconds(1500);
 
 Fault at(const RegisterItem& item, Fault fault) {
   if (fault.where == item.name) fault.where = place(item);
@@ -96,8 +98,35 @@ Result<CivilTime> ItemExchange::read_date(const RegisterItem& item) {
   return time;
 }
 
+void ItemExchange::know(const Snapshot& found) {
+  known_ = found;
+  known_since_ = pauses_.now();
+}
+
+bool ItemExchange::knows(const RegisterItem& item) const {
+  return pauses_.now() - known_since_ <= kKnownFor && !known_.words_of(item).empty();
+}
+
+Result<double> ItemExchange::context_value(const RegisterItem& item) {
+  return knows(item) ? value_in(known_, item) : read(item);
+}
+
+/// The item alone is read if all that it needs to be understood is known.
+Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
+  const RegisterItem* const self = &item;
+  const auto context = needed_by(std::span(&self, 1));
+  if (!std::ranges::all_of(context, [&](const auto* other) { return knows(*other); })) return read(item);
+  const auto in_context = in_its_context(item);
+  if (!in_context) return failure(in_context.error());
+  const auto span = span_of(item);
+  const auto found = look(std::span(&span, 1));
+  if (!found) return failure(found.error());
+  auto value = decode(*in_context, found->words_of(item));
+  return value ? value : failure(at(item, std::move(value.error())));
+}
+
 Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
-  return context_of(map_, item, [&](const RegisterItem& other) { return read(other); })
+  return context_of(map_, item, [&](const RegisterItem& other) { return context_value(other); })
       .map([&](const ItemContext& context) { return in_context(item, context); });
 }
 
@@ -118,7 +147,15 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
-Result<void> ItemExchange::write(const RegisterItem& item, double value) {
+Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries) {
+  for (;;) {
+    auto sent = write_words(item, words);
+    if (sent || sent.error().kind == FaultKind::refused || --tries == 0) return sent;
+    registers_.insist();
+  }
+}
+
+Result<void> ItemExchange::write(const RegisterItem& item, double value, int tries) {
   const auto set = in_its_context(item);
   if (!set) return failure(set.error());
   auto words = words_for(*set, value);
@@ -133,7 +170,7 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value) {
     const auto more = encode(this->item(item.companion->item), item.companion->value);
     words->insert(words->end(), more.begin(), more.end());
   }
-  if (auto sent = write_words(item, *words); !sent) return sent;
+  if (auto sent = write_words(item, *words, tries); !sent) return sent;
   const bool seen_elsewhere = !item.seen_in.empty();
   if (item.self_clearing || item.seen_later || (!item.readable && !seen_elsewhere)) return {};
   return wait_until_seen(*set, written);
@@ -144,7 +181,7 @@ Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double v
   const double tolerance = written.tolerance.value_or(kSameStep * finest_step(written));
   const auto end = pauses_.now() + written.seen_within;
   while (true) {
-    const auto found = read(shown);
+    const auto found = read_in_known_context(shown);
     if (!found) return failure(found.error());
     if (std::abs(*found - value) <= tolerance) return {};
     if (pauses_.now() >= end)

@@ -26,6 +26,9 @@ class ItemExchange {
 
   /// The items that `items` need to be understood: decimals and units.
   [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
+  /// What was just read holds for a second: contexts in it are not asked for again meanwhile.
+  void know(const Snapshot& found);
+
   /// Reads the spans; fails with the first that fails.
   [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
   /// The value of an item in a snapshot that holds it and its context.
@@ -39,7 +42,10 @@ class ItemExchange {
   /// Writes `value`, and what the item's map says with it, then waits until it shows where the map says, within its
   /// time. Fails with out_of_range, and writes nothing, if the register cannot hold it; with mismatch if something else
   /// is read back.
-  [[nodiscard]] Result<void> write(const RegisterItem& item, double value);
+  [[nodiscard]] Result<void> write(const RegisterItem& item, double value) { return write(item, value, 1); }
+  /// Likewise, on a bad line: what is not acknowledged is sent again at once, for it is the same whether it arrives
+  /// once or three times.
+  [[nodiscard]] Result<void> write_insisting(const RegisterItem& item, double value) { return write(item, value, 3); }
   [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
   /// As they are, in pieces of the link's limit.
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words);
@@ -51,6 +57,11 @@ class ItemExchange {
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
 
  private:
+  [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
+  [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
+  [[nodiscard]] bool knows(const RegisterItem& item) const;
+  [[nodiscard]] Result<double> context_value(const RegisterItem& item);
+  [[nodiscard]] Result<double> read_in_known_context(const RegisterItem& item);
   [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> read_words(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> words_for(const RegisterItem& item, double value);
@@ -62,6 +73,8 @@ class ItemExchange {
   const RegisterMap& map_;
   Registers& registers_;
   Pauses& pauses_;
+  Snapshot known_;
+  Duration known_since_{};
 };
 
 }  // namespace gyrotherm

@@ -10,11 +10,18 @@
 #include "drivers/chamber/chamber_status.hpp"
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/chamber/status_turns.hpp"
 #include "drivers/chamber/upload.hpp"
 
 namespace gyrotherm {
 
 namespace {
+
+/// A reading that has lasted so long is left: nobody waits for it any more.
+constexpr Duration kReading = std::chrono::milliseconds(900);
+/// On a line whose exchanges take so long, settings of the controller (unit, decimals) that were read in this second
+/// are not asked for again when a set point is sent in it.
+constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
 
 class ModbusChamber final : public Chamber {
  public:
@@ -22,11 +29,16 @@ class ModbusChamber final : public Chamber {
 
   Result<std::string> identify() override;
   Result<ChamberState> read() override;
+  Result<ChamberState> inspect() override;
   Result<void> head_for(Celsius target) override;
   Result<void> start() override;
   Result<void> stop() override;
   Result<void> perform(const std::string& command) override;
-  void insist() override { registers_->insist(); }
+  void end_rest() override { registers_->insist(); }
+  Result<void> insist(Celsius target) override;
+  Result<void> end_program() override;
+  Result<SetPointRange> limits() override;
+  ChamberEffort effort() const override;
   Result<std::string> upload(const ChamberProgram& program) override;
   Result<void> start_program() override;
 
@@ -34,11 +46,13 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] std::vector<const RegisterItem*> core_items() const;
   [[nodiscard]] Result<void> check_number(double found) const;
   [[nodiscard]] Result<ChamberState> look();
-  [[nodiscard]] Result<Snapshot> look_at_status();
+  [[nodiscard]] Result<Snapshot> look_at_core(Duration began);
+  [[nodiscard]] Result<double> set_point_in(const Snapshot& core);
+  void look_at_status(const Snapshot& core, Duration began);
   [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const;
   [[nodiscard]] Result<void> learn_limits();
   [[nodiscard]] Result<void> check_limits(Celsius target);
-  [[nodiscard]] Result<void> end_foreign_program();
+  [[nodiscard]] Result<void> end_own_program();
   [[nodiscard]] Result<void> switch_to(std::int64_t code);
 
   RegisterMap map_;
@@ -49,14 +63,15 @@ class ModbusChamber final : public Chamber {
   const RegisterItem& set_point_;
   const RegisterItem* identity_;
   std::vector<ReadSpan> core_plan_;
-  std::vector<ReadSpan> status_plan_;  ///< without what the unit refused
-  int until_status_ = 0;               ///< reads until the status is asked for
+  StatusTurns turns_{{}, 0};
   ChamberStatus status_;
-  std::optional<Celsius> lowest_, highest_;  ///< as the controller has them
-  bool limits_known_ = false;
-  std::optional<int> uploaded_;  ///< number of the program
-  bool program_runs_ = false;    ///< that was started from here
-  bool to_be_seen_ = false;      ///< the set point that was sent shall show at the next reading
+  bool unhurried_ = false;               ///< outside a tick
+  bool status_known_ = false;            ///< it is not older than a silence
+  Duration exchange_{};                  ///< how long one takes on this line
+  std::optional<SetPointRange> limits_;  ///< as the controller has them; nothing: not asked yet
+  std::optional<int> uploaded_;          ///< number of the program
+  bool program_runs_ = false;            ///< that was started from here
+  bool to_be_seen_ = false;              ///< the set point that was sent shall show at the next reading
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();  ///< the last set point that was acknowledged
 };
 
@@ -73,7 +88,8 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
   auto status = status_items(map_);
   const auto context = items_.needed_by(status);
   status.insert(status.end(), context.begin(), context.end());
-  status_plan_ = plan_reads(status, map_.holes, at_most);
+  const bool asks = !(map_.states.empty() && map_.alarms.empty());
+  turns_ = StatusTurns(plan_reads(status, map_.holes, at_most), asks ? map_.status_every : 0);
 }
 
 /// What each read() wants.
@@ -98,8 +114,8 @@ Result<void> ModbusChamber::check_number(double found) const {
 }
 
 Result<std::string> ModbusChamber::identify() {
-  limits_known_ = false;
-  until_status_ = 0;
+  limits_.reset();
+  turns_.begin_anew_at_once();
   const auto who = fmt::format("{} {}", map_.vendor, map_.name);
   if (identity_ && identity_->type == RegisterType::text) {
     const auto found = items_.read_text(*identity_);
@@ -115,19 +131,38 @@ Result<std::string> ModbusChamber::identify() {
   return fmt::format("{} ({} = {})", who, identity_->name, *found);
 }
 
-Result<Snapshot> ModbusChamber::look_at_status() {
-  Snapshot found;
-  for (auto span = status_plan_.begin(); span != status_plan_.end();) {
-    auto words = registers_->read(span->function, span->first, span->count);
-    if (!words && words.error().kind == FaultKind::refused) {
-      span = status_plan_.erase(span);
-      continue;
-    }
+/// Fails with the first piece that fails, or with timeout where there is no time for all of them.
+Result<Snapshot> ModbusChamber::look_at_core(Duration began) {
+  Snapshot core;
+  for (const auto& span : core_plan_) {
+    const auto before = pauses_->now();
+    if (before - began >= kReading && !unhurried_)
+      return failure(FaultKind::timeout, place(air_),
+                     "the line is too slow, or loses too much, for a reading a second");
+    auto words = registers_->read(span.function, span.first, span.count);
     if (!words) return failure(std::move(words.error()));
-    found.add(*span, std::move(*words));
-    ++span;
+    exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
+    core.add(span, std::move(*words));
   }
-  return found;
+  items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
+  return core;
+}
+
+/// A piece that is lost is asked for again by the next reading; the status stays as it was until all are there.
+void ModbusChamber::look_at_status(const Snapshot& core, Duration began) {
+  turns_.begin_reading();
+  while (const auto* span = turns_.next(pauses_->now() - began, exchange_)) {
+    auto words = registers_->read(span->function, span->first, span->count);
+    if (words)
+      turns_.found(std::move(*words));
+    else if (words.error().kind == FaultKind::refused)
+      turns_.refused();
+    else
+      return;
+  }
+  if (!turns_.is_complete()) return;
+  status_ = judge(core, turns_.take());
+  status_known_ = true;
 }
 
 ChamberStatus ModbusChamber::judge(const Snapshot& core, const Snapshot& more) const {
@@ -142,8 +177,19 @@ ChamberStatus ModbusChamber::judge(const Snapshot& core, const Snapshot& more) c
   });
 }
 
+Result<double> ModbusChamber::set_point_in(const Snapshot& core) {
+  const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
+  if (!set_point) return set_point;
+  const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
+  if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
+    return failure(FaultKind::mismatch, place(set_point_),
+                   fmt::format("reads {} after {} was written", *set_point, sent_c_));
+  return set_point;
+}
+
 Result<ChamberState> ModbusChamber::look() {
-  const auto core = items_.look(core_plan_);
+  const auto began = pauses_->now();
+  const auto core = look_at_core(began);
   if (!core) return failure(core.error());
   if (map_.one_block && identity_) {
     const auto same = items_.value_in(*core, *identity_).and_then([&](double found) { return check_number(found); });
@@ -151,30 +197,55 @@ Result<ChamberState> ModbusChamber::look() {
   }
   const auto air = items_.value_in(*core, air_);
   if (!air) return failure(air.error());
-  const auto set_point = set_point_.readable ? items_.value_in(*core, set_point_) : Result<double>(sent_c_);
+  const auto set_point = set_point_in(*core);
   if (!set_point) return failure(set_point.error());
-  const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
-  if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
-    return failure(FaultKind::mismatch, place(set_point_),
-                   fmt::format("reads {} after {} was written", *set_point, sent_c_));
-  const bool asks = map_.status_every > 0 && !(map_.states.empty() && map_.alarms.empty());
-  if (asks && until_status_-- <= 0) {
-    const auto more = look_at_status();
-    if (!more) return failure(more.error());
-    status_ = judge(*core, *more);
-    until_status_ = map_.status_every - 1;
-  }
+  look_at_status(*core, began);
+  if (turns_.is_overdue())
+    return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
   return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
 }
 
+/// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
 Result<ChamberState> ModbusChamber::read() {
   auto state = look();
-  if (!state) until_status_ = 0;
+  if (state) return state;
+  turns_.begin_anew();
+  status_.activity = ChamberActivity::unknown;
+  status_known_ = false;
   return state;
 }
 
+/// A piece that is lost is asked for again, a few times.
+Result<ChamberState> ModbusChamber::inspect() {
+  constexpr int kTries = 3;
+  unhurried_ = true;
+  status_known_ = false;
+  Result<ChamberState> state;
+  for (int i = 0; i < kTries && !(state && status_known_); ++i) {
+    turns_.begin_anew_at_once();
+    state = look();
+    status_known_ = status_known_ || turns_.pieces() == 0;
+  }
+  unhurried_ = false;
+  if (state && !status_known_) return failure(FaultKind::timeout, place(air_), "what it is doing could not be read");
+  return state;
+}
+
+Result<SetPointRange> ModbusChamber::limits() {
+  limits_.reset();
+  return learn_limits().map([&] { return *limits_; });
+}
+
+ChamberEffort ModbusChamber::effort() const {
+  const bool seen_at_once = set_point_.readable && !set_point_.seen_later;
+  return {.each_second = static_cast<int>(core_plan_.size()),
+          .new_set_point = seen_at_once ? 2 : 1,
+          .status = turns_.pieces(),
+          .longest = exchange_};
+}
+
 Result<void> ModbusChamber::learn_limits() {
-  if (limits_known_) return {};
+  if (limits_) return {};
   const auto limit = [&](const std::string& name, std::optional<Celsius> fixed) -> Result<std::optional<Celsius>> {
     if (name.empty()) return fixed;
     const auto found = items_.read(items_.item(name));
@@ -185,9 +256,7 @@ Result<void> ModbusChamber::learn_limits() {
   if (!lowest) return failure(lowest.error());
   const auto highest = limit(map_.limits.highest_item, map_.limits.highest);
   if (!highest) return failure(highest.error());
-  lowest_ = *lowest;
-  highest_ = *highest;
-  limits_known_ = true;
+  limits_ = SetPointRange{*lowest, *highest};
   return {};
 }
 
@@ -197,38 +266,52 @@ Result<void> ModbusChamber::check_limits(Celsius target) {
     return failure(FaultKind::out_of_range, place(set_point_),
                    fmt::format("{:g} °C is {} the controller's limit of {:g} °C", target.value, side, limit.value));
   };
-  if (lowest_ && target < *lowest_) return refuse("below", *lowest_);
-  if (highest_ && target > *highest_) return refuse("above", *highest_);
+  if (limits_->lowest && target < *limits_->lowest) return refuse("below", *limits_->lowest);
+  if (limits_->highest && target > *limits_->highest) return refuse("above", *limits_->highest);
   return {};
 }
 
-/// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
-/// overrule it.
-Result<void> ModbusChamber::end_foreign_program() {
-  if (!std::isnan(sent_c_) || !map_.sequences.contains("stop_program") || map_.states.empty()) return {};
-  until_status_ = 0;
-  const auto state = look();
+Result<void> ModbusChamber::end_program() {
+  if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
+  const auto state = inspect();
   if (!state) return failure(state.error());
   switch (state->activity) {
     case ChamberActivity::program:
     case ChamberActivity::ramping:
     case ChamberActivity::soaking:
     case ChamberActivity::waiting:
-    case ChamberActivity::holding: return perform("stop_program");
+    case ChamberActivity::holding: break;
     default: return {};
   }
+  return perform("stop_program").map([&] { program_runs_ = false; });
 }
 
+Result<void> ModbusChamber::end_own_program() {
+  if (!program_runs_) return {};
+  return perform("stop_program").map([&] { program_runs_ = false; });
+}
+
+/// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
+/// overrule it.
 Result<void> ModbusChamber::head_for(Celsius target) {
   if (auto allowed = check_limits(target); !allowed) return allowed;
-  if (auto free = end_foreign_program(); !free) return free;
-  if (program_runs_) {
-    if (auto ended = perform("stop_program"); !ended) return ended;
-    program_runs_ = false;
-  }
+  if (std::isnan(sent_c_))
+    if (auto free = end_program(); !free) return free;
+  if (auto free = end_own_program(); !free) return free;
   auto done = items_.write(set_point_, target.value);
   if (done) sent_c_ = target.value;
   to_be_seen_ = done && set_point_.seen_later && set_point_.readable;
+  return done;
+}
+
+Result<void> ModbusChamber::insist(Celsius target) {
+  end_rest();
+  if (auto free = end_own_program(); !free) return free;
+  auto seen_at_once = set_point_;
+  seen_at_once.seen_later = false;
+  auto done = items_.write_insisting(seen_at_once, target.value);
+  if (done) sent_c_ = target.value;
+  to_be_seen_ = false;
   return done;
 }
 
@@ -256,7 +339,7 @@ Result<void> ModbusChamber::stop() {
 }
 
 Result<void> ModbusChamber::perform(const std::string& command) {
-  until_status_ = 0;
+  turns_.begin_anew();
   const auto found = map_.sequences.find(command);
   if (found != map_.sequences.end()) return items_.perform(found->second, {});
   return failure(FaultKind::refused, "chamber " + command,
@@ -278,7 +361,7 @@ Result<std::string> ModbusChamber::upload(const ChamberProgram& program) {
 
 Result<void> ModbusChamber::start_program() {
   if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
-  until_status_ = 0;
+  turns_.begin_anew();
   auto started =
       items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
   program_runs_ = true;  // even if it only may: head_for() is to end it

@@ -115,15 +115,24 @@ class SlowUnit final : public Registers {
   std::function<void(std::uint16_t address, std::uint16_t word)> obey = [](auto, auto) {};
   std::uint16_t refused_from = 0xFFFF;
   int reads = 0;
+  std::vector<std::uint16_t> asked;                     ///< addresses that were read, in order
+  std::function<void()> each_exchange = [] {};          ///< how a line takes its time
+  std::function<bool()> loses = [] { return false; };   ///< this answer
+  std::function<bool()> arrives = [] { return true; };  ///< this write
 
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
     ++reads;
+    asked.push_back(address);
+    each_exchange();
+    if (loses()) return failure(FaultKind::timeout, "unit", "no reply");
     std::vector<std::uint16_t> found;
     for (std::uint16_t i = 0; i < count; ++i) found.push_back(words[static_cast<std::uint16_t>(address + i)]);
     if (address >= refused_from) return failure(FaultKind::refused, "unit", "exception 2, illegal data address");
     return found;
   }
   Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
+    each_exchange();
+    if (!arrives()) return failure(FaultKind::timeout, "unit", "no reply");
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto at = static_cast<std::uint16_t>(address + i);
       written.emplace_back(at, values[i]);
@@ -278,6 +287,82 @@ TEST_F(ChamberCommands, ARegisterOfTheStatusThatTheUnitRefusesIsNotAskedForAgain
   (void)chamber->read();
   (void)chamber->read();
   EXPECT_EQ(unit->reads - before, 4 + 5) << "air, set point, decimals, unit; then the state too";
+}
+
+TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {
+  ASSERT_TRUE(chamber->insist({23}));
+  EXPECT_EQ(unit->written, (Written{{3, 230}}));
+  EXPECT_EQ(unit->asked, (std::vector<std::uint16_t>{4, 5, 3, 4, 5})) << "its decimals and unit, and the read-back";
+  EXPECT_TRUE(chamber->insist({85})) << "the controller's limit is not asked for: it may clamp, and is read back";
+}
+
+TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
+  int requests = 0;
+  unit->arrives = [&] { return ++requests % 2 == 0; };
+  unit->loses = [&] {
+    return requests += requests % 2 == 0 ? 2 : 1, false;
+  };  // a read is asked again by the line itself
+  EXPECT_TRUE(chamber->insist({23}));
+  EXPECT_EQ(unit->words[3], 230);
+}
+
+TEST_F(ChamberCommands, ASlowLineBringsAirAndSetPointInEachReadingAndTheRestInTurn) {
+  unit->words[7] = 1;
+  unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(130)); };
+  int states = 0;
+  for (int second = 0; second < 12; ++second) {
+    const auto began = time->now();
+    const auto state = chamber->read();
+    ASSERT_TRUE(state) << text(state.error());
+    states += state->activity == ChamberActivity::running ? 1 : 0;
+    ASSERT_TRUE(chamber->head_for({20.0 + second}));
+    EXPECT_LE(time->now() - began, seconds(second == 0 ? 2 : 1)) << "second " << second;
+    time->rest(std::max(Duration{}, began + seconds(1) - time->now()));
+  }
+  EXPECT_GE(states, 8);
+}
+
+TEST_F(ChamberCommands, AReadingIsLeftWhenItsSecondIsOver) {
+  unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(400)); };
+  const auto began = time->now();
+  EXPECT_EQ(chamber->read().error().kind, FaultKind::timeout);
+  EXPECT_LE(time->now() - began, std::chrono::milliseconds(1300)) << "no longer than one exchange beyond";
+}
+
+TEST_F(ChamberCommands, ALostPieceOfTheStatusCostsNoReading) {
+  unit->words[7] = 1;
+  ASSERT_TRUE(chamber->read());
+  unit->loses = [&] { return unit->asked.back() >= 7; };
+  for (int second = 0; second < 30; ++second) EXPECT_TRUE(chamber->read()) << second;
+  for (int second = 0; second < 40; ++second) (void)chamber->read();
+  EXPECT_FALSE(chamber->read()) << "for a minute nobody knows whether it has an alarm";
+  unit->loses = [] { return false; };
+  EXPECT_TRUE(chamber->read());
+}
+
+TEST_F(ChamberCommands, WhatItDidBeforeASilenceItMayDoNoLonger) {
+  unit->words[7] = 1;
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
+  unit->loses = [] { return true; };
+  EXPECT_FALSE(chamber->read());
+  unit->loses = [&] { return unit->asked.back() >= 7; };
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::unknown);
+  unit->loses = [] { return false; };
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
+}
+
+TEST_F(ChamberCommands, TellsItsLimitsAndWhatItCostsToSpeakToIt) {
+  unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(20)); };
+  const auto limits = chamber->limits();
+  ASSERT_TRUE(limits);
+  EXPECT_EQ(limits->lowest, Celsius{-60});
+  EXPECT_EQ(limits->highest, Celsius{80});
+  ASSERT_TRUE(chamber->read());
+  const auto effort = chamber->effort();
+  EXPECT_EQ(effort.each_second, 4);
+  EXPECT_EQ(effort.new_set_point, 2);
+  EXPECT_EQ(effort.status, 2);
+  EXPECT_EQ(effort.longest, std::chrono::milliseconds(20));
 }
 
 }  // namespace

@@ -1,0 +1,55 @@
+/// Which pieces of a chamber's status one reading asks for. What a chamber says of itself beside its air and set point
+/// may take many exchanges; on a slow line they do not fit into a second, and are asked for in turn. Pure.
+#pragma once
+
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "drivers/chamber/read_plan.hpp"
+
+namespace gyrotherm {
+
+class StatusTurns {
+ public:
+  /// A round asks for all pieces; the next one begins `every` readings after it began, or when it is over if that is
+  /// later. 0: no round begins by itself.
+  StatusTurns(std::vector<ReadSpan> pieces, int every) : pieces_(std::move(pieces)), every_(every) {}
+
+  /// What was found is forgotten, and a new round begins with the next reading.
+  void begin_anew();
+  /// … which asks for all of it, however long that takes: not for use within a tick.
+  void begin_anew_at_once();
+
+  /// Once at the start of each reading.
+  void begin_reading();
+  /// The piece to be asked for now; null: none in this reading. `spent`: on this reading so far; `exchange`: how long
+  /// one takes on this line. Room is left for a set point that is sent and read back in the same second; every fifth
+  /// reading asks for one piece even so.
+  [[nodiscard]] const ReadSpan* next(Duration spent, Duration exchange);
+  /// The words of the piece that next() gave.
+  void found(std::vector<std::uint16_t> words);
+  /// The unit does not have that piece: it is never asked for again.
+  void refused();
+
+  /// Whether the round is complete now; then its snapshot is handed out, once.
+  [[nodiscard]] bool is_complete() const { return under_way_ && at_ == pieces_.size(); }
+  [[nodiscard]] Snapshot take();
+
+  /// For more than 60 readings no round was completed.
+  [[nodiscard]] bool is_overdue() const;
+  [[nodiscard]] int pieces() const { return static_cast<int>(pieces_.size()); }
+
+ private:
+  std::vector<ReadSpan> pieces_;
+  int every_;
+  std::size_t at_ = 0;      ///< the piece that is next
+  Snapshot so_far_;         ///< of the round under way
+  int until_round_ = 0;     ///< readings until the next one begins
+  int since_round_ = 0;     ///< readings since one was completed
+  int since_piece_ = 0;     ///< readings since a piece was asked for
+  bool under_way_ = false;  ///< a round is
+  bool at_once_ = false;    ///< the next reading asks for all
+  bool unhurried_ = false;  ///< the present one does
+};
+
+}  // namespace gyrotherm

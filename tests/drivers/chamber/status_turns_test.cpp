@@ -1,0 +1,109 @@
+/// What one reading of a chamber asks for beside its air and set point.
+#include "drivers/chamber/status_turns.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gyrotherm {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<ReadSpan> pieces(int count) {
+  std::vector<ReadSpan> all;
+  for (int i = 0; i < count; ++i)
+    all.push_back({ReadFunction::holding_registers, static_cast<std::uint16_t>(10 * i), 1});
+  return all;
+}
+
+/// A reading whose air and set point have taken `spent`, on a line with exchanges of that length; how many pieces it
+/// asked for.
+int reading(StatusTurns& turns, Duration spent, Duration exchange) {
+  turns.begin_reading();
+  int asked = 0;
+  for (; turns.next(spent, exchange) != nullptr; spent += exchange, ++asked) turns.found({0});
+  return asked;
+}
+
+TEST(StatusTurns, OfAFastLineAllIsAskedForAtOnce) {
+  StatusTurns turns(pieces(6), 3);
+  for (int round = 0; round < 3; ++round) {
+    EXPECT_EQ(reading(turns, 10ms, 5ms), 6);
+    EXPECT_TRUE(turns.is_complete());
+    static_cast<void>(turns.take());
+    EXPECT_EQ(reading(turns, 10ms, 5ms), 0);
+    EXPECT_EQ(reading(turns, 10ms, 5ms), 0);
+  }
+}
+
+TEST(StatusTurns, OfASlowLineThePiecesTakeTurnsAndASetPointHasItsTime) {
+  StatusTurns turns(pieces(6), 3);
+  EXPECT_EQ(reading(turns, 300ms, 100ms), 4)
+      << "300 ms for air, set point and unit, 400 for these, 200 for a set point";
+  EXPECT_FALSE(turns.is_complete());
+  EXPECT_EQ(reading(turns, 300ms, 100ms), 2);
+  EXPECT_TRUE(turns.is_complete());
+}
+
+TEST(StatusTurns, HoweverSlowALineIsSomePieceIsAskedForInEveryFifthReading) {
+  StatusTurns turns(pieces(2), 1);
+  int asked = 0;
+  for (int i = 0; i < 20; ++i) asked += reading(turns, 900ms, 300ms);
+  EXPECT_EQ(asked, 2 + 0) << "then the round is complete and waits to be taken";
+  static_cast<void>(turns.take());
+  for (int i = 0; i < 5; ++i) asked += reading(turns, 900ms, 300ms);
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(StatusTurns, ALostPieceIsAskedForAgain) {
+  StatusTurns turns(pieces(2), 1);
+  turns.begin_reading();
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
+  turns.found({1});
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);  // … and nothing comes
+  turns.begin_reading();
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
+}
+
+TEST(StatusTurns, APieceThatTheUnitDoesNotHaveIsNeverAskedForAgain) {
+  StatusTurns turns(pieces(3), 1);
+  turns.begin_reading();
+  static_cast<void>(turns.next(0ms, 1ms));
+  turns.refused();
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
+  turns.found({1}), turns.found({1});
+  EXPECT_TRUE(turns.is_complete());
+  static_cast<void>(turns.take());
+  EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
+}
+
+TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
+  StatusTurns turns(pieces(6), 1);
+  EXPECT_EQ(reading(turns, 400ms, 100ms), 3);
+  turns.begin_anew();
+  turns.begin_reading();
+  EXPECT_EQ(turns.next(0ms, 100ms)->first, 0);
+}
+
+TEST(StatusTurns, AllAtOnceIsForOneReading) {
+  StatusTurns turns(pieces(6), 1);
+  turns.begin_anew_at_once();
+  EXPECT_EQ(reading(turns, 400ms, 200ms), 6);
+  static_cast<void>(turns.take());
+  EXPECT_LT(reading(turns, 400ms, 200ms), 6);
+}
+
+TEST(StatusTurns, ARoundThatIsNotCompletedForAMinuteIsOverdue) {
+  StatusTurns turns(pieces(1), 3);
+  for (int i = 0; i < 60; ++i) {
+    turns.begin_reading();
+    EXPECT_FALSE(turns.is_overdue()) << i;
+  }
+  turns.begin_reading();
+  EXPECT_TRUE(turns.is_overdue());
+  StatusTurns none({}, 3);
+  for (int i = 0; i < 100; ++i) none.begin_reading();
+  EXPECT_FALSE(none.is_overdue()) << "there is nothing to ask for";
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -5,10 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 
 #include "app/interrupt.hpp"
+#include "app/screen.hpp"
 #include "core/clock.hpp"
 
 namespace gyrotherm {
@@ -17,12 +17,6 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kPlainPanelEvery = std::chrono::milliseconds(60000);
-
-/// What cannot be written is dropped: a closed log must not end a run, as fmt::print would.
-void put(std::FILE* file, std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), file);
-  std::fflush(file);
-}
 
 bool may_move() { return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr; }
 
@@ -40,28 +34,23 @@ std::size_t columns() {
   return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
 }
 
-/// The first characters of a line: one that wraps would leave its rest on the screen.
-std::string cut_to(const std::string& line, std::size_t width) {
-  std::size_t characters = 0;
-  for (std::size_t i = 0; i < line.size(); ++i)
-    if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80 && characters++ == width) return line.substr(0, i);
-  return line;
-}
-
 }  // namespace
 
-Console::Console() : moving_(may_move()) {}
+Console::Console() : out_(STDOUT_FILENO), err_(STDERR_FILENO), moving_(may_move()) {}
 
-void Console::clear_line() {
-  if (lines_open_ > 1) put(stderr, fmt::format("\033[{}A", lines_open_ - 1));
-  if (lines_open_ > 0) put(stderr, "\r\033[J");
-  lines_open_ = 0;
+void Console::never_wait() {
+  out_.never_wait();
+  err_.never_wait();
+}
+
+void Console::put_message(std::string text) {
+  err_.say([&](std::size_t dropped) {
+    return dropped == 0 ? text : fmt::format("({} messages could not be shown in time)\n{}", dropped, text);
+  });
 }
 
 void Console::say(std::string_view message) {
-  if (quiet) return;
-  clear_line();
-  put(stderr, fmt::format("{}\n", message));
+  if (!quiet) put_message(fmt::format("{}\n", message));
 }
 
 void Console::detail(std::string_view message) {
@@ -69,14 +58,16 @@ void Console::detail(std::string_view message) {
 }
 
 void Console::data(std::string_view text) {
-  clear_line();
-  put(stdout, text);
+  fact([&](std::size_t) { return std::string(text); });
 }
 
-void Console::complain(const Fault& fault) {
-  clear_line();
-  put(stderr, fmt::format("gyrotherm: {}\n", text(fault)));
+/// What is drawn on the terminal goes first, for stdout may be that terminal too.
+void Console::fact(const std::function<std::string(std::size_t missed)>& text) {
+  if (moving_) put_message({});
+  out_.say(text);
 }
+
+void Console::complain(const Fault& fault) { put_message(fmt::format("gyrotherm: {}\n", text(fault))); }
 
 void Console::progress(std::string_view stage, double fraction) {
   if (quiet) return;
@@ -90,10 +81,12 @@ void Console::progress(std::string_view stage, double fraction) {
   if (!new_stage && now - last_shown_ < rest && fraction < 1) return;
   if (new_stage && !moving_ && fraction >= 1) return;
   last_shown_ = now;
-  const auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
-                                time_left(fraction, now - stage_began_));
-  put(stderr, moving_ ? "\r\033[K" + line : line + "\n");
-  lines_open_ = moving_ ? 1 : 0;
+  auto line = fmt::format("{}: {:3.0f} %{}", stage_, 100 * std::clamp(fraction, 0.0, 1.0),
+                          time_left(fraction, now - stage_began_));
+  if (moving_)
+    err_.draw({std::move(line)});
+  else
+    put_message(line + "\n");
 }
 
 void Console::panel(const std::function<std::vector<std::string>()>& lines, bool at_once) {
@@ -102,13 +95,10 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   const auto rest = moving_ ? std::chrono::milliseconds(100) : kPlainPanelEvery;
   if (!(at_once && !moving_) && now - last_shown_ < rest) return;
   last_shown_ = now;
-  const auto shown = lines();
-  if (!moving_) return put(stderr, shown.front() + "\n");
-  clear_line();
-  std::string text;
-  for (const auto& line : shown) text += (text.empty() ? "" : "\n") + cut_to(line, columns());
-  put(stderr, text);
-  lines_open_ = static_cast<int>(shown.size());
+  auto shown = lines();
+  if (!moving_) return put_message(shown.front() + "\n");
+  for (auto& line : shown) line = cut_to(line, columns());
+  err_.draw(std::move(shown));
 }
 
 ProgressSink Console::sink() {

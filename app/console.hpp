@@ -7,11 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "app/outlet.hpp"
 #include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
 
+/// All calls come from the main thread.
 class Console {
  public:
   Console();
@@ -20,12 +22,18 @@ class Console {
   bool quiet = false;    ///< no messages, no progress
   bool verbose = false;  ///< more of them
 
+  /// From now on no call waits for whoever reads stdout or stderr. What cannot be shown in time is dropped, pictures
+  /// first; of messages and of facts the next ones say how many were.
+  void never_wait();
+
   /// One line for people, on stderr.
   void say(std::string_view message);
   /// One line of more detail, with --verbose.
   void detail(std::string_view message);
-  /// Data, on stdout, as it is; flushed. Whether all of it could be written is for main to ask at the end.
+  /// Data, on stdout, as it is.
   void data(std::string_view text);
+  /// One line of data; `text` is told how many such lines before it were dropped since the last one was not.
+  void fact(const std::function<std::string(std::size_t missed)>& text);
   /// A fault, on stderr, whole even with --quiet.
   void complain(const Fault& fault);
 
@@ -38,12 +46,16 @@ class Console {
   /// progress() as a sink that also asks for a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
 
+  /// Whether some data could not be written.
+  [[nodiscard]] bool data_was_lost() const { return out_.has_failed(); }
+
  private:
-  void clear_line();
+  void put_message(std::string text);
+
+  Outlet out_, err_;
   bool moving_;  ///< stderr is a terminal and may be redrawn
   std::string stage_;
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
-  int lines_open_ = 0;  ///< of a moving line or panel, the cursor in the last of them
 };
 
 }  // namespace gyrotherm

@@ -61,7 +61,7 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
   }
-  if (program.outcome && std::ferror(stdout) != 0)
+  if (program.outcome && (std::ferror(stdout) != 0 || program.console.data_was_lost()))
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());

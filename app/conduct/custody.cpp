@@ -7,11 +7,11 @@
 namespace gyrotherm {
 namespace {
 
-/// Every call ends in this time, but for a command that waits for the chamber to obey. With the 8 s of silence and the
+/// An exchange with the chamber ends in about this time; one that does not is a hang. With the 8 s of silence and the
 /// 10 s of make-safe it makes the 20 s within which the chamber is safe.
-constexpr Duration kLongestCall = std::chrono::seconds(2);
+constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
-Armed armed_for(const RigFile& rig, const std::string& record) {
+Armed armed_for(const RigFile& rig, const std::string& record, bool by_program) {
   std::error_code error;
   return {.record = std::filesystem::absolute(record, error).string(),
           .line = rig.chamber_line,
@@ -19,6 +19,7 @@ Armed armed_for(const RigFile& rig, const std::string& record) {
           .word_order = rig.chamber_word_order,
           .safe_set_point = rig.safe_set_point,
           .switch_off = rig.safe_off,
+          .by_program = by_program,
           .armed_by = own_identity(),
           .map_text = rig.chamber_map.text};
 }
@@ -30,10 +31,10 @@ std::string chamber_place(const RigFile& rig) {
   return chamber_place(parse_line(rig.chamber_line).value(), link.port, link.unit);
 }
 
-Result<Custody> Custody::take(const RigFile& rig, const std::string& record) {
+Result<Custody> Custody::take(const RigFile& rig, const std::string& record, bool by_program) {
   Custody custody;
   if (rig.simulated) return custody;
-  custody.armed_ = armed_for(rig, record);
+  custody.armed_ = armed_for(rig, record, by_program);
   auto lock = ChamberLock::take(chamber_place(rig), custody.armed_->record);
   if (!lock) return failure(lock.error());
   custody.lock_ = std::move(*lock);
@@ -48,8 +49,9 @@ Result<void> Custody::arm() {
   return {};
 }
 
-void Custody::beat(Duration busiest) {
-  if (life_line_ && busiest <= kLongestCall) life_line_->beat();
+void Custody::beat(Duration stuck) {
+  if (life_line_ && stuck <= kLongestExchange) life_line_->beat();
+  if (lock_) lock_->dismiss_callers();
 }
 
 void Custody::release() {

@@ -15,15 +15,18 @@ namespace gyrotherm {
 
 class Custody {
  public:
-  /// Takes the chamber's lock. Fails with refused if another program drives it.
-  [[nodiscard]] static Result<Custody> take(const RigFile& rig, const std::string& record);
+  /// Takes the chamber's lock. `by_program`: the controller is to carry the profile out. Fails with refused if another
+  /// program drives it.
+  [[nodiscard]] static Result<Custody> take(const RigFile& rig, const std::string& record, bool by_program = false);
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
   /// program dies or hangs. Fails like LifeLine::tie().
   [[nodiscard]] Result<void> arm();
-  /// At the end of a tick. `busiest`: how long the longest call to an instrument that is under way has lasted; past its
-  /// limit the watcher hears nothing.
-  void beat(Duration busiest);
+  /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
+  /// watcher hears nothing.
+  void beat(Duration stuck);
+  /// Why nobody would make the chamber safe; empty: somebody would, or there is nothing to guard.
+  [[nodiscard]] std::string trouble() const { return life_line_ ? life_line_->trouble() : ""; }
   /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.
   void release();
 

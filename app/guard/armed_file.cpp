@@ -47,11 +47,11 @@ std::string armed_path(const std::string& record) { return record + ".armed"; }
 
 std::string to_text(const Armed& armed) {
   return fmt::format(
-      "{}\nrecord: {}\nline: {}\nlink: {}\nword_order: {}\nsafe_set_point_c: {}\nswitch_off: {}\npid: {}\n"
-      "started: {}\nboot: {}\nmap_bytes: {}\n{}",
+      "{}\nrecord: {}\nline: {}\nlink: {}\nword_order: {}\nsafe_set_point_c: {}\nswitch_off: {}\nby_program: {}\n"
+      "pid: {}\nstarted: {}\nboot: {}\nmap_bytes: {}\n{}",
       kArmedSchema, armed.record, armed.line, name(armed.link), order_in_words(armed.word_order),
-      armed.safe_set_point.value, armed.switch_off ? "yes" : "no", armed.armed_by.pid, armed.armed_by.started,
-      armed.armed_by.boot, armed.map_text.size(), armed.map_text);
+      armed.safe_set_point.value, armed.switch_off ? "yes" : "no", armed.by_program ? "yes" : "no", armed.armed_by.pid,
+      armed.armed_by.started, armed.armed_by.boot, armed.map_text.size(), armed.map_text);
 }
 
 Result<Armed> parse_armed(std::string_view text, const std::string& file) {
@@ -63,6 +63,7 @@ Result<Armed> parse_armed(std::string_view text, const std::string& file) {
   armed.word_order = read_order(keyed);
   armed.safe_set_point = {keyed.number<double>("safe_set_point_c")};
   armed.switch_off = keyed.yes("switch_off");
+  armed.by_program = keyed.yes("by_program");
   armed.armed_by.pid = keyed.number<std::int32_t>("pid");
   armed.armed_by.started = keyed.number<std::uint64_t>("started");
   armed.armed_by.boot = keyed.text("boot");
@@ -73,7 +74,7 @@ Result<Armed> parse_armed(std::string_view text, const std::string& file) {
 }
 
 Result<std::optional<Armed>> read_armed(const std::string& file) {
-  const auto text = read_small_file(file);
+  const auto text = read_own_small_file(file);
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
   auto armed = parse_armed(**text, file);

@@ -13,7 +13,7 @@
 
 namespace gyrotherm {
 
-inline constexpr std::string_view kArmedSchema = "gyrotherm-armed/1";
+inline constexpr std::string_view kArmedSchema = "gyrotherm-armed/2";
 
 struct Armed {
   std::string record;                   ///< its path, absolute
@@ -22,6 +22,7 @@ struct Armed {
   std::optional<WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
   Celsius safe_set_point;
   bool switch_off{};         ///< then conditioning is ended too
+  bool by_program{};         ///< the controller carries the profile out: its program is ended first
   ProcessIdentity armed_by;  ///< who commands the chamber meanwhile
   std::string map_text;      ///< the register map
   bool operator==(const Armed&) const = default;
@@ -34,7 +35,8 @@ struct Armed {
 [[nodiscard]] std::string to_text(const Armed& armed);
 /// Fails with bad_file if the text is not what to_text() writes; `file` is its place.
 [[nodiscard]] Result<Armed> parse_armed(std::string_view text, const std::string& file);
-/// Nothing if there is no such file. Fails with bad_file.
+/// Nothing if there is no such file. Fails with bad_file, also if it belongs neither to this user nor to root, or
+/// others may write it: whoever wrote it says which process is killed, and where a chamber is sent.
 [[nodiscard]] Result<std::optional<Armed>> read_armed(const std::string& file);
 
 /// Writes the armed file of armed.record, mode 0640. Fails with storage.

@@ -1,10 +1,15 @@
 #include "app/guard/guard.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <chrono>
+
+#include "drivers/line/descriptor.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -22,7 +27,59 @@ bool readable(int descriptor) {
   }
 }
 
+/// One byte; a fault if none comes before the deadline.
+Result<char> take_byte(int descriptor, const Deadline& deadline) {
+  char byte = 0;
+  if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not come");
+  if (::read(descriptor, &byte, 1) == 1) return byte;
+  return failure(FaultKind::disconnected, "guard", "its orders end");
+}
+
+/// Digits up to a line break.
+Result<std::size_t> take_length(int descriptor, const Deadline& deadline) {
+  constexpr std::size_t kLongest = 4'000'000, kMostDigits = 8;
+  std::string digits;
+  for (;;) {
+    const auto byte = take_byte(descriptor, deadline);
+    if (!byte) return failure(byte.error());
+    if (*byte == '\n') break;
+    digits += *byte;
+    if (digits.size() > kMostDigits) break;
+  }
+  std::size_t length = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), length);
+  if (error != std::errc() || end != digits.data() + digits.size() || length > kLongest)
+    return failure(FaultKind::corrupted, "guard", "its orders have no length");
+  return length;
+}
+
+void answer(int descriptor) {
+  const char heard = kHeard;
+  [[maybe_unused]] const auto sent = ::send(descriptor, &heard, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+}
+
 }  // namespace
+
+std::string armed_message(std::string_view armed_text) {
+  return fmt::format("{}{}\n{}", kArmedFollows, armed_text.size(), armed_text);
+}
+
+Result<std::string> receive_armed(int descriptor, Duration within) {
+  const Deadline deadline(within);
+  const auto first = take_byte(descriptor, deadline);
+  if (!first) return failure(first.error());
+  if (*first != kArmedFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");
+  const auto length = take_length(descriptor, deadline);
+  if (!length) return failure(length.error());
+  std::string text(*length, '\0');
+  for (std::size_t have = 0; have < text.size();) {
+    if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not end");
+    const auto size = ::read(descriptor, text.data() + have, text.size() - have);
+    if (size <= 0) return failure(FaultKind::disconnected, "guard", "its orders end too early");
+    have += static_cast<std::size_t>(size);
+  }
+  return text;
+}
 
 WatchEnd watch(int descriptor, const WatchLimits& limits) {
   Duration silent{}, allowed = limits.preparing;
@@ -37,6 +94,7 @@ WatchEnd watch(int descriptor, const WatchLimits& limits) {
     if (count <= 0) return WatchEnd::closed;
     const char last = bytes[count - 1];
     if (last == kGoodBye) return WatchEnd::good_bye;
+    answer(descriptor);
     silent = {};
     allowed = last == kPreparing ? limits.preparing : limits.silence;
   }

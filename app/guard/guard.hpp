@@ -1,14 +1,30 @@
-/// Watches the program that drives a chamber by the bytes that it sends, and tells when it is time to act.
+/// The line between the program that drives a chamber and its guard: the program sends what the guard needs to make the
+/// chamber safe, then a byte a tick; the guard says that it watches, and answers each byte.
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "core/quantity.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm {
 
-/// What the program sends. Anything else counts as kAlive.
-inline constexpr char kPreparing = 'p';  ///< alive, and the next byte may take long
-inline constexpr char kAlive = '.';      ///< a tick is done; the next byte is due in a second
-inline constexpr char kGoodBye = 'q';    ///< ended in order; nothing is to be done
+/// What the program sends. Any other byte counts as kAlive.
+inline constexpr char kArmedFollows = 'A';  ///< then a length in digits, a line break, and the text of an armed file
+inline constexpr char kPreparing = 'p';     ///< alive, and the next byte may take long
+inline constexpr char kAlive = '.';         ///< a tick is done; the next byte is due in a second
+inline constexpr char kGoodBye = 'q';       ///< ended in order; nothing is to be done
+
+/// What the guard sends.
+inline constexpr char kWatching = 'w';  ///< it has understood the armed file's text, and listens from now on
+inline constexpr char kHeard = 'h';     ///< … something: no silence begins before this
+
+/// The bytes that give a guard the text of an armed file.
+[[nodiscard]] std::string armed_message(std::string_view armed_text);
+/// The text of the armed file, from a line that begins with it. Fails with timeout, disconnected or corrupted; nothing
+/// after it is taken.
+[[nodiscard]] Result<std::string> receive_armed(int descriptor, Duration within);
 
 enum class WatchEnd { good_bye, closed, silent };
 
@@ -17,8 +33,8 @@ struct WatchLimits {
   Duration preparing = std::chrono::minutes(15);  ///< an upload of a long program
 };
 
-/// Reads from the descriptor until the watch has an end. Silence is counted in slices of a second: a machine that stood
-/// still does not make a program late.
+/// Reads from the descriptor until the watch has an end, and answers what it hears where the descriptor is a socket.
+/// Silence is counted in slices of a second: a machine that stood still does not make a program late.
 [[nodiscard]] WatchEnd watch(int descriptor, const WatchLimits& limits = {});
 
 }  // namespace gyrotherm

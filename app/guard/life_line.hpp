@@ -1,10 +1,11 @@
-/// The life line of a run on a real rig: as long as it hears from this program, nobody else makes the chamber safe. Its
-/// other end is systemd, or else a guard of its own (gyrotherm-make-safe --guard).
+/// How a program that drives a real chamber is watched: the armed file beside the record, a guard in a process of its
+/// own, and systemd's watchdog where there is one. Whatever of it goes missing is told, and put back.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "app/conduct/notify_socket.hpp"
 #include "app/guard/armed_file.hpp"
@@ -12,30 +13,35 @@
 
 namespace gyrotherm {
 
+/// Calls come from the thread that ticks. Only tie() waits, some seconds, and good_bye(), one at most: two threads of
+/// its own start programs and look after files.
 class LifeLine {
  public:
-  /// Writes the armed file, then has itself watched. Before the first command to the chamber. From now on this program
-  /// does not stop for a terminal's Ctrl-Z, which would look like a hang. Fails with storage, or with bad_file if
-  /// gyrotherm-make-safe is not beside this program.
+  /// Writes the armed file, starts the guard and waits until it watches. Fails with storage, or with bad_file if no
+  /// guard can be started; then nothing is left of either.
   [[nodiscard]] static Result<std::unique_ptr<LifeLine>> tie(const Armed& armed);
+  /// Without a good-bye the guard takes it for a death.
+  ~LifeLine();
+  LifeLine(const LifeLine&) = delete;
+  LifeLine& operator=(const LifeLine&) = delete;
 
-  /// At the end of a tick, while everything that must live lives. A guard that has died is replaced. Never blocks.
+  /// A tick is done. Silence is a hang.
   void beat();
-  /// The run has ended in order and the chamber may be left as it is: the armed file goes. A program that
-  /// ends without this leaves it to the watcher.
+  /// The run has ended in order: nobody need make anything safe.
   void good_bye();
+  /// Why the chamber would not be made safe if this program died now, or hardly; empty: it would.
+  [[nodiscard]] std::string trouble() const;
 
  private:
-  explicit LifeLine(Armed armed) : armed_(std::move(armed)) {}
-  [[nodiscard]] Result<void> start_guard();
-  void send(char byte);
-  void hang_up();
+  struct Ties;
+  explicit LifeLine(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
+  void end_threads();
 
-  Armed armed_;
+  std::shared_ptr<Ties> ties_;  ///< shared with the threads, of which one may outlast this while a disk hangs
   std::optional<NotifySocket> systemd_;
-  std::optional<std::string> limit_;  ///< of silence, in µs, where systemd watches
+  std::optional<std::string> watchdog_limit_;  ///< how long systemd lets this program be silent
   bool beating_ = false;
-  int pipe_ = kNoDescriptor;  ///< closed by good_bye() or by the end of the program alone: its end is a reason to act
+  std::thread guard_tender_, file_tender_;
 };
 
 }  // namespace gyrotherm

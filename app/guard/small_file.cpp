@@ -1,6 +1,7 @@
 #include "app/guard/small_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -8,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/user_name.hpp"
 #include "drivers/line/descriptor.hpp"
 
 namespace gyrotherm {
@@ -50,9 +52,25 @@ Result<void> put_small_file(const std::string& path, std::string_view text) {
   return {};
 }
 
-Result<std::optional<std::string>> read_small_file(const std::string& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+namespace {
+
+/// Why a file that is open is not one to be read; empty: it is. `own`: nobody else may have written it.
+std::string objection(int file, bool own) {
+  struct stat found {};
+  if (::fstat(file, &found) != 0) return std::string("cannot be read: ") + std::strerror(errno);
+  if (!S_ISREG(found.st_mode)) return "is no regular file";
+  if (!own) return {};
+  if (found.st_uid != ::geteuid() && found.st_uid != 0)
+    return "belongs to " + user_in_words(found.st_uid) + ", who is neither root nor this user";
+  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : "may be written by others than its owner";
+}
+
+Result<std::optional<std::string>> read_file(const std::string& path, bool own) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (!file.is_open() && errno == ENOENT) return std::nullopt;
+  if (file.is_open())
+    if (auto why = objection(file.number(), own); !why.empty())
+      return failure(FaultKind::bad_file, path, std::move(why));
   std::string text;
   char piece[4096];
   ssize_t size = file.is_open() ? 1 : -1;
@@ -62,5 +80,11 @@ Result<std::optional<std::string>> read_small_file(const std::string& path) {
   if (text.size() > kLargest) return failure(FaultKind::bad_file, path, "larger than 4 MB");
   return text;
 }
+
+}  // namespace
+
+Result<std::optional<std::string>> read_small_file(const std::string& path) { return read_file(path, false); }
+
+Result<std::optional<std::string>> read_own_small_file(const std::string& path) { return read_file(path, true); }
 
 }  // namespace gyrotherm

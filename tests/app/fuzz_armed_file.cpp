@@ -25,6 +25,7 @@ std::string with_beginning(std::string_view bytes, std::size_t lines) {
                                    .word_order = {},
                                    .safe_set_point = {23},
                                    .switch_off = false,
+                                   .by_program = false,
                                    .armed_by = {.pid = 7, .started = 9, .boot = "b"},
                                    .map_text = "m"});
   std::size_t end = 0;
@@ -37,7 +38,7 @@ std::string with_beginning(std::string_view bytes, std::size_t lines) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  const auto text = with_beginning(bytes, data[0] % 12);
+  const auto text = with_beginning(bytes, data[0] % 13);
   if (const auto armed = parse_armed(text, "fuzz")) {
     require(std::isfinite(armed->safe_set_point.value) && armed->armed_by.pid > 0);
     const auto again = parse_armed(to_text(*armed), "again");

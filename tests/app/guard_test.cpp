@@ -10,6 +10,7 @@
 #include <csignal>
 
 #include "app/conduct/notify_socket.hpp"
+#include "app/guard/child_work.hpp"
 #include "app/guard/process_identity.hpp"
 #include "tests/app/folder.hpp"
 
@@ -48,6 +49,60 @@ TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
   pipe.say("p");
   EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
             WatchEnd::silent);
+}
+
+TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
+  int ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+  ASSERT_EQ(::write(ends[1], ".", 1), 1);
+  EXPECT_EQ(watch(ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::seconds(1)}),
+            WatchEnd::silent);
+  char heard = 0;
+  EXPECT_EQ(::recv(ends[1], &heard, 1, MSG_DONTWAIT), 1);
+  EXPECT_EQ(heard, kHeard);
+  ::close(ends[0]), ::close(ends[1]);
+}
+
+TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
+  Pipe pipe;
+  pipe.say((armed_message("some text") + ".q").c_str());
+  const auto orders = receive_armed(pipe.ends[0], std::chrono::seconds(5));
+  ASSERT_TRUE(orders) << text(orders.error());
+  EXPECT_EQ(*orders, "some text");
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
+}
+
+TEST(Guard, OrdersThatAreNoneAreRefused) {
+  for (const auto* orders : {"p", "A\n", "Ax\n", "A123456789\nx", "A-1\nx", "A5\nabc", ""}) {
+    Pipe pipe;
+    if (*orders != '\0') pipe.say(orders);
+    pipe.close();
+    EXPECT_FALSE(receive_armed(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
+  }
+  Pipe silent;
+  EXPECT_EQ(receive_armed(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
+}
+
+TEST(ChildWork, TellsItsLinesAndItsEnd) {
+  ChildWork work([](const auto& tell) { tell("first"), tell("second"); });
+  EXPECT_EQ(work.next(std::chrono::seconds(5)), "first");
+  EXPECT_EQ(work.next(std::chrono::seconds(5)), "second");
+  EXPECT_FALSE(work.next(std::chrono::seconds(5)));
+  EXPECT_TRUE(work.has_ended());
+}
+
+TEST(ChildWork, OneThatHangsHoldsUpNobody) {
+  const auto began = std::chrono::steady_clock::now();
+  {
+    ChildWork work([](const auto& tell) {
+      tell("begun");
+      for (;;) ::pause();
+    });
+    EXPECT_EQ(work.next(std::chrono::seconds(5)), "begun");
+    EXPECT_FALSE(work.next(std::chrono::milliseconds(50)));
+    EXPECT_FALSE(work.has_ended());
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(5));
 }
 
 /// A child that waits to be killed.

@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <string>
+#include <vector>
 
 #include "app/guard/made_safe_file.hpp"
 #include "core/text_file.hpp"
@@ -12,33 +13,52 @@
 namespace gyrotherm {
 namespace {
 
-/// A chamber that takes set points until it is told to break. Each call takes `slowness` of the clock.
+/// A chamber that takes set points until it is told to break. Each set point takes `slowness` of the clock. What it is
+/// told stands in `heard`.
 class FakeChamber final : public Chamber {
  public:
   struct State {
     VirtualClock clock;
     Duration slowness{};
     Celsius set_point{80};
-    bool off = false;
     int silent_tries = 0;  ///< that go by before it answers
+    FaultKind silence = FaultKind::timeout;
     bool ignores = false;  ///< acknowledges and does nothing
-    bool coarse = false;   ///< keeps whole kelvins
+    bool runs_program = false, keeps_program = false;
     bool refuses_to_stop = false;
+    bool drifts = false;  ///< shows another set point later
     int connections = 0;
+    std::string heard;
   };
   explicit FakeChamber(State& state) : state_(state) { ++state.connections; }
   Result<std::string> identify() override { return std::string("fake"); }
-  Result<ChamberState> read() override { return ChamberState{.air = {79}, .set_point = state_.set_point}; }
-  Result<void> head_for(Celsius target) override {
+  Result<ChamberState> read() override {
+    state_.heard += "look ";
+    return ChamberState{.air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point};
+  }
+  Result<void> head_for(Celsius) override {
+    ADD_FAILURE() << "asks for limits and programs first";
+    return {};
+  }
+  Result<void> insist(Celsius target) override {
+    state_.heard += "set ";
     state_.clock.advance(state_.slowness);
-    if (state_.silent_tries-- > 0) return failure(FaultKind::timeout, "chamber", "no reply");
-    if (!state_.ignores) state_.set_point = {state_.coarse ? std::round(target.value) : target.value};
+    if (state_.silent_tries-- > 0) return failure(state_.silence, "chamber", "no reply");
+    if (state_.ignores || state_.runs_program)
+      return failure(FaultKind::mismatch, "chamber", "reads 80 after 23 was written");
+    state_.set_point = target;
+    return {};
+  }
+  Result<void> end_program() override {
+    state_.heard += "program ";
+    if (state_.keeps_program) return failure(FaultKind::refused, "chamber", "no");
+    state_.runs_program = false;
     return {};
   }
   Result<void> start() override { return {}; }
   Result<void> stop() override {
     if (state_.refuses_to_stop) return failure(FaultKind::refused, "chamber stop", "no");
-    state_.off = true;
+    state_.heard += "off ";
     return {};
   }
 
@@ -46,68 +66,84 @@ class FakeChamber final : public Chamber {
   State& state_;
 };
 
-SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal) {
+SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}}) {
   return attempt_safe(goal, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
                              .wait = [&](Duration time) { state.clock.advance(time); },
+                             .told = [](const auto&) {},
                              .clock = state.clock});
 }
-SafeAttempt attempt(FakeChamber::State& state, bool switch_off = false) {
-  return attempt(state, {.set_point = {23}, .tolerance = {0.1}, .switch_off = switch_off});
+
+constexpr SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
+
+TEST(MakeSafe, SendsTheSetPointBeforeItAsksAnything) {
+  FakeChamber::State state;
+  EXPECT_EQ(attempt(state).reached, SafeStage::all);
+  EXPECT_EQ(state.heard, "set program set look ");
+  EXPECT_EQ(state.set_point, (Celsius{23}));
 }
 
 TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
   FakeChamber::State state;
-  EXPECT_TRUE(attempt(state).confirmed);
-  EXPECT_EQ(state.set_point, (Celsius{23}));
-  state.set_point = {80};
   state.ignores = true;
   const auto ignored = attempt(state);
-  EXPECT_FALSE(ignored.confirmed);
-  EXPECT_EQ(ignored.tries, 3);
+  EXPECT_EQ(ignored.reached, SafeStage::nothing);
   EXPECT_NE(ignored.details.find("reads 80 after 23 was written"), std::string::npos) << ignored.details;
+  state.ignores = false;
+  state.drifts = true;
+  const auto lost_again = attempt(state);
+  EXPECT_EQ(lost_again.reached, SafeStage::set_point) << "it was there, and is not any more";
+  EXPECT_NE(lost_again.details.find("reads 60 after 23 was written"), std::string::npos) << lost_again.details;
 }
 
-TEST(MakeSafe, ARoundedSetPointIsConfirmedWhereTheMapSaysThatItIsRounded) {
+TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
   FakeChamber::State state;
-  state.coarse = true;
-  EXPECT_FALSE(attempt(state, {.set_point = {23.4}, .tolerance = {0.1}}).confirmed);
-  const auto rounded = attempt(state, {.set_point = {23.4}, .tolerance = {1}});
-  EXPECT_TRUE(rounded.confirmed);
-  EXPECT_EQ(rounded.tries, 1);
-  state.ignores = true;
-  state.set_point = {25};
-  EXPECT_FALSE(attempt(state, {.set_point = {23.4}, .tolerance = {1}}).confirmed);
-}
-
-TEST(MakeSafe, TriesThreeTimesOnAConnectionOfItsOwnEach) {
-  FakeChamber::State state;
+  state.silent_tries = 5;
+  EXPECT_EQ(attempt(state).tries, 6);
+  EXPECT_EQ(state.connections, 1);
   state.silent_tries = 2;
-  const auto third = attempt(state);
-  EXPECT_TRUE(third.confirmed);
-  EXPECT_EQ(third.tries, 3);
-  EXPECT_EQ(state.connections, 3);
-  state.silent_tries = 3;
-  EXPECT_FALSE(attempt(state).confirmed);
+  state.silence = FaultKind::disconnected;
+  EXPECT_EQ(attempt(state).reached, SafeStage::all);
+  EXPECT_EQ(state.connections, 1 + 3);
 }
 
 TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
   FakeChamber::State state;
   state.silent_tries = 99;
-  state.slowness = std::chrono::milliseconds(2500);
+  state.slowness = std::chrono::milliseconds(1900);
   const auto began = state.clock.now().since_start;
-  const auto slow = attempt(state);
-  EXPECT_FALSE(slow.confirmed);
-  EXPECT_EQ(slow.tries, 2);
+  EXPECT_EQ(attempt(state).reached, SafeStage::nothing);
   EXPECT_LE(state.clock.now().since_start - began, kSafeWithin);
 }
 
-TEST(MakeSafe, EndsConditioningWhereTheRigWantsIt) {
+TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
   FakeChamber::State state;
-  EXPECT_TRUE(attempt(state, true).confirmed);
-  EXPECT_TRUE(state.off);
-  EXPECT_EQ(state.set_point, (Celsius{23}));
+  EXPECT_EQ(attempt(state, kOff).reached, SafeStage::all);
+  EXPECT_EQ(state.heard, "set program set off look ");
   state.refuses_to_stop = true;
-  EXPECT_FALSE(attempt(state, true).confirmed);
+  const auto refused = attempt(state, kOff);
+  EXPECT_EQ(refused.reached, SafeStage::set_point);
+  EXPECT_NE(refused.details.find("set point read back, but chamber stop: no"), std::string::npos) << refused.details;
+}
+
+TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
+  FakeChamber::State state;
+  state.runs_program = true;
+  constexpr SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
+  EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::all);
+  EXPECT_TRUE(state.heard.starts_with("program set ")) << state.heard;
+  state.keeps_program = true;
+  EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::nothing);
+}
+
+TEST(MakeSafe, TellsEachStageAsItComes) {
+  FakeChamber::State state;
+  state.silent_tries = 1;
+  std::vector<SafeStage> stages;
+  (void)attempt_safe(kOff, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
+                            .wait = [&](Duration time) { state.clock.advance(time); },
+                            .told = [&](const SafeAttempt& so_far) { stages.push_back(so_far.reached); },
+                            .clock = state.clock});
+  EXPECT_EQ(stages, (std::vector{SafeStage::nothing, SafeStage::set_point, SafeStage::all}));
 }
 
 TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
@@ -122,6 +158,7 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
                       .word_order = {},
                       .safe_set_point = {23},
                       .switch_off = false,
+                      .by_program = false,
                       .armed_by = own_identity(),
                       .map_text = map_text};
     const auto chamber = parse_armed(to_text(armed), "text").and_then(chamber_of);
@@ -138,6 +175,7 @@ TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
                                      .word_order = {},
                                      .safe_set_point = {23},
                                      .switch_off = false,
+                                     .by_program = false,
                                      .armed_by = own_identity(),
                                      .map_text = map_text});
     EXPECT_TRUE(chamber) << text(chamber.error());
@@ -160,6 +198,7 @@ TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
                              .word_order = {},
                              .safe_set_point = {23},
                              .switch_off = false,
+                             .by_program = false,
                              .armed_by = own_identity(),
                              .map_text = ""}))
         << line;

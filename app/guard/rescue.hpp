@@ -1,0 +1,24 @@
+/// One attempt at a chamber whose program has gone, in a process that may hang, and with regard to whoever else has the
+/// chamber by now.
+#pragma once
+
+#include <string>
+
+#include "app/guard/child_work.hpp"
+#include "app/guard/safe_attempt.hpp"
+
+namespace gyrotherm {
+
+struct Rescued {
+  SafeStage reached{};
+  std::string details;
+  bool in_use{};  ///< another program drives the chamber by now: nothing was tried
+};
+
+/// Holds the chamber's lock meanwhile. Without it, it acts all the same, unless a program of this user or of root that
+/// drives chambers has it by now, and is not the one that has gone: one that is dying keeps its lock while it hangs in
+/// the disk, and a stranger who holds it must not keep a chamber hot. An attempt that hangs is ended, after ten seconds
+/// or, once the chamber has shown the safe set point, after fifteen more.
+[[nodiscard]] Rescued attempt_once(const Armed& armed, const ArmedChamber& chamber, Voice& voice);
+
+}  // namespace gyrotherm

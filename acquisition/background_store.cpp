@@ -54,6 +54,7 @@ struct Desk {
   bool writing_ended{}, telling_ended{};
   std::int64_t acknowledged;
   std::string trouble;
+  std::string damage;
   int parts{1};
   RecordWriter writer;
 };
@@ -78,6 +79,7 @@ RunStatus told_of(const Desk& desk) {
   status.acknowledged = desk.acknowledged;
   status.backlog_s = std::max(desk.status.slot, desk.acknowledged) - desk.acknowledged;
   status.storage_trouble = trouble_of(desk);
+  status.record_damage = desk.damage;
   for (int part = 2; part <= desk.parts; ++part) status.parts.push_back(part_path(status.path, part));
   return status;
 }
@@ -101,6 +103,7 @@ void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
   desk.trouble = written ? "" : text(written.error());
   desk.acknowledged = desk.writer.acknowledged();
   desk.parts = desk.writer.part();
+  desk.damage = desk.writer.damage();
   desk.wanted = desk.wanted || (written && batch.size() == most);
   desk.busy_since.reset();
   desk.untold = true;
@@ -256,7 +259,10 @@ Result<void> BackgroundStore::finish() {
   told.finished = true;
   told.being_written = false;
   if (employed) (void)write_status(told);
-  return {};
+  if (!desk_->writer.is_spoiled()) return {};
+  return failure(FaultKind::storage, status().path,
+                 fmt::format("{}; the record is complete in {}", desk_->writer.damage(),
+                             part_path(status().path, desk_->writer.part())));
 }
 
 StoreHealth BackgroundStore::health() const {
@@ -264,7 +270,8 @@ StoreHealth BackgroundStore::health() const {
   return {.backlog_s = last() - desk_->acknowledged,
           .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
           .trouble = trouble_of(*desk_),
-          .parts = desk_->parts};
+          .parts = desk_->parts,
+          .damage = desk_->damage};
 }
 
 Result<Record> BackgroundStore::read_back() {

@@ -44,6 +44,8 @@ class Cursor {
     return {query_.integer(key_), rank_};
   }
   [[nodiscard]] bool at_end() const { return at_end_; }
+  [[nodiscard]] const Statement& row() const { return query_; }
+  [[nodiscard]] const char* table() const { return table_; }
   /// Whether the row fits what the chain makes of it.
   [[nodiscard]] bool fits(RowChain& chain) const {
     const int last = query_.columns() - 1;
@@ -127,19 +129,28 @@ Result<Seals> read_seals(Database& database) {
                .end = std::string(query->text(1))};
 }
 
-Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
+Result<void> each_cursor(Database& database, const RunInfo& info, const std::function<Result<void>(Cursor&)>& use) {
   auto cursors = cursors_of(database, info);
   if (!cursors) return failure(cursors.error());
-  CheckedChain checked{.chain = RowChain(start)};
   for (;;) {
     Cursor* next = &cursors->front();
     for (Cursor& cursor : *cursors)
       if (cursor.place() < next->place()) next = &cursor;
-    if (next->at_end()) return checked;
-    if (!next->fits(checked.chain)) return broken(path, fmt::format("{}, or what stood before it, is", next->name()));
-    ++checked.rows;
-    if (auto advanced = next->advance(); !advanced) return failure(advanced.error());
+    if (next->at_end()) return {};
+    if (auto used = use(*next); !used) return used;
+    if (auto advanced = next->advance(); !advanced) return advanced;
   }
+}
+
+Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
+  CheckedChain checked{.chain = RowChain(start)};
+  const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
+    if (!at.fits(checked.chain)) return broken(path, fmt::format("{}, or what stood before it, is", at.name()));
+    ++checked.rows;
+    return {};
+  });
+  if (!walked) return failure(walked.error());
+  return checked;
 }
 
 Result<Verified> verify_file(const std::string& path) {
@@ -170,6 +181,10 @@ Result<Digest> description_hash(Database& database) {
           .and_then([&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, position"); });
   if (!added) return failure(added.error());
   return chain.head();
+}
+
+Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use) {
+  return each_cursor(database, info, [&](Cursor& at) { return use(at.table(), at.place().first, at.row()); });
 }
 
 Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad) {

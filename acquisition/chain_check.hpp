@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <string_view>
 
 #include "acquisition/row_chain.hpp"
+#include "acquisition/run_info.hpp"
 #include "acquisition/sqlite.hpp"
 #include "core/result.hpp"
 
@@ -14,6 +17,11 @@ namespace gyrotherm {
 [[nodiscard]] Result<Digest> description_hash(Database& database);
 /// The hash that a finished file ends with.
 [[nodiscard]] Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad);
+
+/// Calls `use` with each chained row of one open file in the order in which they were written: its table, the slot that
+/// it belongs to, and its columns, the chain's own the last. Ends with the first fault.
+using UseRow = std::function<Result<void>(std::string_view table, std::int64_t slot, const Statement& row)>;
+[[nodiscard]] Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use);
 
 struct CheckedChain {
   RowChain chain;  ///< to go on with

@@ -31,8 +31,13 @@ Result<void> insert_all(RunFile& file, std::span<const EntryPointer> entries) {
 bool RecordWriter::will_pass(const Fault& fault) { return is_full(fault) || is_locked(fault); }
 
 void RecordWriter::give_up(const Fault& why) {
-  failed_ = text(why);
+  failed_ = why.what;
   file_->leave_untouched();
+  if (const auto& found = file_->interference()) {
+    damage_ = found->words;
+    spoiled_ = spoiled_ || !found->of_log;
+    if (!found->of_log && found->kind == Interference::Kind::taken_away) nameless_ = std::move(file_);
+  }
   file_.reset();
   locked_ = 0;
 }
@@ -62,6 +67,10 @@ Result<void> RecordWriter::put(std::span<const EntryPointer> entries, const Fram
 Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continuation,
                                      std::span<const EntryPointer> entries) {
   const std::vector<EntryPointer> kept(kept_.begin(), kept_.end());
+  if (nameless_) {
+    const auto in_memory_from = kept.empty() ? acknowledged_ + 1 : kept.front()->first;
+    if (auto copied = file.copy_rows(nameless_->database(), in_memory_from); !copied) return copied;
+  }
   const Event event{last_instant(entries, last_instant(kept, {})), EventKind::fault,
                     fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
                                 std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
@@ -72,7 +81,9 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
 Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, const FrameCount& frames) {
   const Continuation continuation{.part = next_part(path_),
                                   .before = std::filesystem::path(part_path(path_, options_.part)).filename().string(),
-                                  .from = kept_.empty() ? acknowledged_ + 1 : kept_.front()->first,
+                                  .from = nameless_       ? 0
+                                          : kept_.empty() ? acknowledged_ + 1
+                                                          : kept_.front()->first,
                                   .cause = failed_};
   const auto path = part_path(path_, continuation.part);
   auto file = RunFile::create(path, info_, continuation);
@@ -85,8 +96,10 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
     file->leave_untouched();
     file = failure(filled.error());
     for (const char* suffix : {"", "-wal"}) ::unlink((path + suffix).c_str());
+    if (nameless_ && !will_pass(filled.error())) nameless_.reset();  // what it held cannot be had
     return filled;
   }
+  nameless_.reset();
   file_ = std::move(*file);
   options_.part = continuation.part;
   return {};
@@ -109,7 +122,7 @@ Result<void> RecordWriter::finish() {
   auto finished = file_->finish();
   if (!finished) return finished;
   file_.reset();
-  return write_manifest(path_, options_.part);
+  return spoiled_ ? Result<void>{} : write_manifest(path_, options_.part);
 }
 
 }  // namespace gyrotherm

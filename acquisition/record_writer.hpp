@@ -32,8 +32,15 @@ class RecordWriter {
   /// to be handed in again later: on a full disk nothing else happens; a file that is locked for long, or that fails in
   /// any other way, is left untouched from then on, and a new part begins with the rows that are still in memory.
   [[nodiscard]] Result<void> write(std::span<const EntryPointer> entries, const FrameCount& frames);
-  /// Marks the run as finished, closes it and writes its manifest; only destruction may follow.
+  /// Marks the run as finished, closes it and writes its manifest, which a record of which another program has spoiled
+  /// a file does not get; only destruction may follow.
   [[nodiscard]] Result<void> finish();
+
+  /// What another program did to the record's files, in words; empty: nothing.
+  [[nodiscard]] const std::string& damage() const { return damage_; }
+  /// … and a file of which the record consists was spoiled by it. What was in that file is in the next one: all of it
+  /// where the file could still be read, else as much as was in memory.
+  [[nodiscard]] bool is_spoiled() const { return spoiled_; }
 
   [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }
   [[nodiscard]] int part() const { return options_.part; }
@@ -54,7 +61,10 @@ class RecordWriter {
   std::string path_;  ///< of the record; its parts stand beside it
   RunInfo info_;
   std::optional<RunFile> file_;
-  std::string failed_;             ///< why the part before was left
+  std::string failed_;               ///< why the part before was left
+  std::optional<RunFile> nameless_;  ///< the part before, if its name was taken from it: it can still be read
+  std::string damage_;
+  bool spoiled_ = false;
   std::deque<EntryPointer> kept_;  ///< acknowledged; begins with one that accounts for slots
   std::int64_t acknowledged_{-1};
   int locked_{};  ///< attempts in a row

@@ -190,16 +190,17 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
   if (!events) return failure(events.error());
   auto statements = prepare(database, info, *version);
   if (!statements) return failure(statements.error());
-  std::optional<WalGuard> guard;
+  std::optional<FileWatch> watch;
   if (!in_memory(path)) {
-    auto found = WalGuard::find(path);
+    auto found = FileWatch::begin(path);
     if (!found) return failure(found.error());
-    guard = std::move(*found);
+    watch = std::move(*found);
     database.watch_log();
     // What the file says of the run; on a full disk it stays in the log.
     if (auto folded = database.fold_log(); !folded && !is_full(folded.error())) return failure(folded.error());
+    watch->remember();
   }
-  RunFile file(std::move(database), std::move(*statements), std::move(guard), path, std::move(info));
+  RunFile file(std::move(database), std::move(*statements), std::move(watch), path, std::move(info));
   file.now_.chain = file.committed_.chain = *chain;
   file.now_.faults = file.committed_.faults = *faults;
   file.now_.events = file.committed_.events = *events;
@@ -239,19 +240,57 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   return ready(std::move(*database), path, std::move(*info));
 }
 
-Result<void> RunFile::begin() { return statements_->begin.run(); }
+Result<void> RunFile::refuse_if(std::optional<Interference> found) {
+  if (found) interference_ = std::move(found);
+  return interference_ ? failure(FaultKind::storage, path_, interference_->words) : Result<void>{};
+}
+
+Result<void> RunFile::begin() {
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
+  return statements_->begin.run();
+}
 
 Result<void> RunFile::commit() {
-  return statements_->commit.run().and_then([this] { return check_log(); }).map([this] { committed_ = now_; });
+  if (auto done = statements_->commit.run(); !done) return done;
+  if (watch_) {
+    if (auto refused = refuse_if(watch_->look_at_names()); !refused) return refused;
+    watch_->remember_log();
+  }
+  committed_ = now_;
+  return {};
+}
+
+Result<void> RunFile::prove() {
+  if (in_memory(path_) || !statements_->frames || !now_.chain) return {};
+  constexpr const char* kFrames = "SELECT seen || ' ' || lost || ' ' || bad || ' ' || head FROM frames";
+  const auto count = [this](const char* column) {
+    return database_.ask_integer(fmt::format("SELECT {} FROM frames", column), 0).value_or(0);
+  };
+  const FrameCount same{static_cast<std::uint64_t>(count("seen")), static_cast<std::uint64_t>(count("lost")),
+                        static_cast<std::uint64_t>(count("bad"))};
+  const auto done = begin().and_then([&] { return replace_frames(same); }).and_then([&] { return commit(); });
+  if (!done) return done;
+  database_.forget_pages();
+  const auto found = database_.ask(kFrames);
+  if (!found) return failure(found.error());
+  const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain->head()));
+  if (*found == wanted) return {};
+  return failure(FaultKind::storage, path_, "what was written to the record is not what is read back");
 }
 
 Result<void> RunFile::roll_back() {
   now_ = committed_;
-  return database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
+  auto done = database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
+  if (watch_) watch_->remember_log();  // a transaction that failed half-way has written into the log
+  return done;
 }
 
 Result<void> RunFile::fold_log() {
-  return database_.log_pages() < kLongLogPages ? Result<void>{} : database_.fold_log();
+  if (database_.log_pages() < kLongLogPages) return {};
+  auto done = database_.fold_log();
+  if (watch_) watch_->remember();
+  return done;
 }
 
 Result<void> RunFile::insert(const Entry& entry) {
@@ -309,6 +348,29 @@ Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::str
   return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(cause).run();
 }
 
+Result<void> RunFile::copy_row(std::string_view table, const Statement& row) {
+  auto& statement = table == "sample"  ? statements_->sample
+                    : table == "fault" ? statements_->fault
+                    : table == "event" ? statements_->event
+                                       : statements_->gap;
+  if (table == "fault") now_.faults = row.integer(0);
+  if (table == "event") now_.events = row.integer(0);
+  Row copy(statement, now_.chain, table);
+  for (int column = 0; column + 1 < row.columns(); ++column) switch (row.type(column)) {
+      case ColumnType::null: copy.put(kMissing); break;
+      case ColumnType::integer: copy.put(row.integer(column)); break;
+      case ColumnType::real: copy.put(row.real(column)); break;
+      case ColumnType::text: copy.put(row.text(column)); break;
+    }
+  return copy.run();
+}
+
+Result<void> RunFile::copy_rows(Database& other, std::int64_t slot) {
+  return each_chained_row(other, info_, [&](std::string_view table, std::int64_t at, const Statement& row) {
+    return at < slot ? copy_row(table, row) : Result<void>{};
+  });
+}
+
 Result<void> RunFile::replace_frames(const FrameCount& frames) {
   if (!statements_->frames) return {};
   if (!now_.chain) return statements_->frames->run(frames.seen, frames.lost, frames.bad);
@@ -332,8 +394,10 @@ Result<void> RunFile::seal() {
 Result<void> RunFile::finish() {
   statements_.reset();
   if (in_memory(path_)) return seal();
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
   return seal()
-      .and_then([this] { return check_log(); })
+      .and_then([this] { return watch_ ? refuse_if(watch_->look_at_names()) : Result<void>{}; })
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};

@@ -8,11 +8,11 @@
 #include <string>
 
 #include "acquisition/entry.hpp"
+#include "acquisition/file_watch.hpp"
 #include "acquisition/row_chain.hpp"
 #include "acquisition/run_info.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
-#include "acquisition/wal_guard.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
@@ -28,9 +28,16 @@ class RunFile {
   /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
+  /// Writes something that changes nothing, syncs it and reads it back from the file: nothing may depend on a record
+  /// that was not seen to work. Fails with storage.
+  [[nodiscard]] Result<void> prove();
+
+  /// Fails also, with nothing begun, if another program has done something to the files; interference() says what.
   [[nodiscard]] Result<void> begin();
-  /// Ends the transaction; once this returns it is on the disk, in a log that is still in its place.
+  /// Ends the transaction; once this returns it is on the disk, in files that are still in their places.
   [[nodiscard]] Result<void> commit();
+  /// What another program did to the files, once it was found.
+  [[nodiscard]] const std::optional<Interference>& interference() const { return interference_; }
   /// Nothing of the transaction remains, whether it was begun or not.
   [[nodiscard]] Result<void> roll_back();
   /// Outside a transaction: folds the log into the file once it is long. What was committed is on the disk either way.
@@ -42,6 +49,8 @@ class RunFile {
   [[nodiscard]] Result<void> insert(const SampleRow& row);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
+  /// Takes over the rows before `slot` of another file of the same run, which is open.
+  [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
   /// Of the whole run so far, the last before a commit: the chain's head goes with it. A record of an older program has
   /// no place for it.
@@ -60,20 +69,22 @@ class RunFile {
   };
   /// A row being put together: each value goes into the statement and into the chain.
   class Row;
-  RunFile(Database database, Statements statements, std::optional<WalGuard> guard, std::string path, RunInfo info)
+  RunFile(Database database, Statements statements, std::optional<FileWatch> watch, std::string path, RunInfo info)
       : database_(std::move(database)),
         statements_(std::move(statements)),
-        guard_(std::move(guard)),
+        watch_(std::move(watch)),
         path_(std::move(path)),
         info_(std::move(info)) {}
   [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info, int version);
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
   [[nodiscard]] Result<void> seal();
-  [[nodiscard]] Result<void> check_log() const { return guard_ ? guard_->check() : Result<void>{}; }
+  [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
+  [[nodiscard]] Result<void> copy_row(std::string_view table, const ::gyrotherm::Statement& row);
 
   Database database_;
   std::optional<Statements> statements_;  ///< gone after finish()
-  std::optional<WalGuard> guard_;         ///< nothing in memory
+  std::optional<FileWatch> watch_;        ///< nothing in memory
+  std::optional<Interference> interference_;
   std::string path_;
   RunInfo info_;
   /// What the next row continues.

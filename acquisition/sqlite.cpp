@@ -127,6 +127,8 @@ Result<void> Database::fold_log() {
   return failure(fault_of(connection_.get()));
 }
 
+void Database::forget_pages() { sqlite3_db_release_memory(connection_.get()); }
+
 void Database::keep_log_on_close() {
   sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
 }

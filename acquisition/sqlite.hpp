@@ -79,6 +79,8 @@ class Database {
   [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
   /// Copies the log into the file, so that it starts anew.
   [[nodiscard]] Result<void> fold_log();
+  /// What it keeps of the file in memory is read anew from now on.
+  void forget_pages();
   /// Closing leaves log and file as they are.
   void keep_log_on_close();
 

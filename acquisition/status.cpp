@@ -36,6 +36,7 @@ void read_outlook(const Json& json, RunStatus& status) {
   json.at("ended_by").get_to(status.ended_by);
   json.at("backlog_s").get_to(status.backlog_s);
   json.at("storage_trouble").get_to(status.storage_trouble);
+  if (json.contains("record_damage")) json.at("record_damage").get_to(status.record_damage);
   json.at("parts").get_to(status.parts);
 }
 
@@ -130,6 +131,7 @@ std::string to_json(const RunStatus& status) {
                   {"ended_by", status.ended_by},
                   {"backlog_s", status.backlog_s},
                   {"storage_trouble", status.storage_trouble},
+                  {"record_damage", status.record_damage},
                   {"parts", status.parts}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -46,6 +46,7 @@ struct RunStatus {
   std::string ended_by{};                 ///< the record's last word, where no program writes it: why the run stopped
   std::int64_t backlog_s{};               ///< seconds that wait for the disk
   std::string storage_trouble{};          ///< why the disk takes no rows; empty: it does
+  std::string record_damage{};            ///< what another program did to the record's files; empty: nothing
   std::vector<std::string> parts{};       ///< files that the record goes on in after a failure of its own
 };
 

@@ -118,6 +118,11 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
                                              const StoreOptions& options) {
   auto file = RunFile::create(path, info);
   if (!file) return failure(file.error());
+  if (auto proved = file->prove(); !proved) {
+    file = failure(proved.error());
+    remove_record(path);
+    return failure(proved.error());
+  }
   return opened(std::move(*file), first_status(path, info), options, 1);
 }
 
@@ -128,7 +133,13 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);
   if (!status) return failure(status.error());
+  if (auto proved = file->prove(); !proved) return failure(proved.error());
   return opened(std::move(*file), std::move(*status), options, *part);
+}
+
+void remove_record(const std::string& path) {
+  for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path + suffix).c_str());
+  ::unlink(status_path(path).c_str());
 }
 
 }  // namespace gyrotherm

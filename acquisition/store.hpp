@@ -37,12 +37,14 @@ struct StoreHealth {
   bool rows_dropped{};       ///< since the disk last took any; they are gaps with a cause
   std::string trouble{};     ///< why the disk takes no rows now; empty: it does
   int parts{1};              ///< files that the record consists of so far; each but the first followed a failure
+  std::string damage{};      ///< what another program did to the record's files; empty: nothing
   auto operator<=>(const StoreHealth&) const = default;
 };
 
 class Store {
  public:
-  /// Makes a new file. Fails with storage if it exists (a record is never overwritten) or cannot be made durable.
+  /// Makes a new file, and sees that what is written to it is read back. Fails with storage if it exists (a record is
+  /// never overwritten) or cannot be made durable; then there is none.
   [[nodiscard]] static Result<std::unique_ptr<Store>> create(const std::string& path, const RunInfo& info,
                                                              const StoreOptions& options = {});
   /// Takes up an unfinished run, where it ended. Fails with bad_file (no record, other version, finished) or storage
@@ -72,5 +74,8 @@ class Store {
   /// Everything appended so far, of a store without a worker; the way to a record in memory. Fails like read_record().
   [[nodiscard]] virtual Result<Record> read_back() = 0;
 };
+
+/// Takes away a record that holds nothing yet, with its log and its status file.
+void remove_record(const std::string& path);
 
 }  // namespace gyrotherm

@@ -12,8 +12,6 @@
 namespace gyrotherm {
 namespace {
 
-constexpr auto kLong = std::chrono::seconds(20);
-
 StoreOptions in_background() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
 
 /// The status file; the process that writes a record does not open it.

@@ -72,6 +72,9 @@ inline Sample sample_at(std::int64_t slot) {
   return sample;
 }
 
+/// For the disk of a busy machine.
+inline constexpr auto kLong = std::chrono::seconds(20);
+
 /// A store with slots 0…count−1 appended and synced.
 inline std::unique_ptr<Store> store_with(const std::string& path, std::int64_t count) {
   auto store = Store::create(path, two_thermometers());

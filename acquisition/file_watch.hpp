@@ -1,0 +1,69 @@
+/// Watches that the two files of a record being written, the database and its write-ahead log, are those that stand on
+/// the disk under their names, and that nobody else writes them. A file unlinked by another program takes every commit
+/// and keeps none of them, while SQLite reports success.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/result.hpp"
+#include "drivers/line/descriptor.hpp"
+
+namespace gyrotherm {
+
+/// What another program did to a file of the record.
+struct Interference {
+  enum class Kind {
+    taken_away,  ///< removed, moved or replaced: whoever has it open still sees what was written
+    spoiled,     ///< cut short, or written to
+  };
+  Kind kind{};
+  bool of_log{};      ///< of the log alone: what had been folded into the database is well
+  std::string words;  ///< "run.db was removed or moved by another program while it was being written"
+};
+
+class FileWatch {
+ public:
+  /// To be called after the first commit to the database at `path`: finds the descriptors by which this process holds
+  /// the two files, and opens neither (that would end SQLite's locks). Fails with storage if one is not found.
+  [[nodiscard]] static Result<FileWatch> begin(const std::string& path);
+
+  /// Compares names, lengths and times of writing with what they were at the last remember(), and the database's
+  /// content where its time alone is another: somebody may merely have touched it. To be called before writing.
+  [[nodiscard]] std::optional<Interference> look();
+  /// Compares the names alone. To be called after writing.
+  [[nodiscard]] std::optional<Interference> look_at_names() const;
+  /// What stands there now was written by this process: in the log alone, or in both.
+  void remember_log();
+  void remember();
+
+ private:
+  struct Seen {
+    std::uint64_t device{}, inode{};
+    std::int64_t length{}, written_ns{};
+    bool operator==(const Seen&) const = default;
+  };
+  struct File {
+    std::string name;  ///< in its folder
+    int held{};        ///< the descriptor, SQLite's own
+    Seen seen;
+    bool is_log{};
+    std::uint64_t content{};  ///< a sum of it, of the database alone
+  };
+  FileWatch(std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
+      : folder_(std::move(folder)), files_(std::move(files)) {}
+
+  [[nodiscard]] static std::optional<Seen> see(int descriptor);
+  static void remember(File& file);
+  [[nodiscard]] static bool was_merely_touched(File& file, const Seen& now);
+  [[nodiscard]] std::optional<Interference> judge_name(const File& file) const;
+  [[nodiscard]] static std::optional<Interference> judge_content(File& file);
+
+  std::shared_ptr<const Descriptor> folder_;  ///< a folder that is moved is still theirs
+  std::array<File, 2> files_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,195 @@
+/// What other programs may do to the files of a record that is being written: every second that was acknowledged stays.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <functional>
+
+#include "acquisition/chain_check.hpp"
+#include "acquisition/manifest.hpp"
+#include "acquisition/run_parts.hpp"
+#include "runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Attack {
+  const char* name;
+  std::function<void(const std::string& path)> act;
+  bool of_database;  ///< the record's main file is spoiled by it, not its log alone
+};
+
+void overwrite(const std::string& file, std::streamoff at, std::size_t size, char with) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.seekp(at);
+  stream << std::string(size, with);
+}
+
+std::size_t size_of(const std::string& file) { return fs::file_size(file); }
+
+std::vector<Attack> attacks() {
+  return {
+      {"Removed", [](const auto& path) { fs::remove(path); }, true},
+      {"RemovedWithItsLog", [](const auto& path) { fs::remove(path), fs::remove(path + "-wal"); }, true},
+      {"Moved", [](const auto& path) { fs::rename(path, path + ".away"); }, true},
+      {"ReplacedByACopy",
+       [](const auto& path) {
+         fs::copy_file(path, path + ".copy");
+         fs::rename(path + ".copy", path);
+       },
+       true},
+      {"ReplacedByALink",
+       [](const auto& path) {
+         fs::rename(path, path + ".away");
+         fs::create_symlink(path + ".away", path);
+       },
+       true},
+      {"ReplacedByAFolder",
+       [](const auto& path) {
+         fs::rename(path, path + ".away");
+         fs::create_directory(path);
+       },
+       true},
+      {"ReplacedByAFifo",
+       [](const auto& path) {
+         fs::remove(path);
+         ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+       },
+       true},
+      {"Emptied", [](const auto& path) { fs::resize_file(path, 0); }, true},
+      {"CutInHalf", [](const auto& path) { fs::resize_file(path, size_of(path) / 2); }, true},
+      {"BeginningOverwritten", [](const auto& path) { overwrite(path, 0, 100, 'x'); }, true},
+      {"MiddleOverwritten",
+       [](const auto& path) { overwrite(path, static_cast<std::streamoff>(size_of(path) / 2), 4096, 'x'); }, true},
+      {"AllOverwritten", [](const auto& path) { overwrite(path, 0, size_of(path), '\0'); }, true},
+      {"LogRemoved", [](const auto& path) { fs::remove(path + "-wal"); }, false},
+      {"LogMoved", [](const auto& path) { fs::rename(path + "-wal", path + "-away"); }, false},
+      {"LogReplaced",
+       [](const auto& path) {
+         fs::copy_file(path + "-wal", path + "-copy");
+         fs::rename(path + "-copy", path + "-wal");
+       },
+       false},
+      {"LogEmptied", [](const auto& path) { fs::resize_file(path + "-wal", 0); }, false},
+      {"LogCutInHalf", [](const auto& path) { fs::resize_file(path + "-wal", size_of(path + "-wal") / 2); }, false},
+      {"LogOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, size_of(path + "-wal"), 'x'); }, false},
+      {"LogsHeadOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, 32, '\0'); }, false},
+  };
+}
+
+class FileAttacks : public ::testing::TestWithParam<Attack> {};
+
+TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
+  constexpr std::int64_t kBefore = 450, kAfter = 20;  // the log is folded twice before
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store =
+      Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
+  for (std::int64_t slot = 0; slot < kBefore; ++slot) {
+    ASSERT_TRUE(store->append(sample_at(slot), {}));
+    ASSERT_TRUE(store->settle(kLong));
+  }
+  GetParam().act(path);
+  for (std::int64_t slot = kBefore; slot < kBefore + kAfter; ++slot) ASSERT_TRUE(store->append(sample_at(slot), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->health().parts, 2);
+  EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
+      << store->health().damage;
+  const auto finished = store->finish();
+  EXPECT_EQ(finished.has_value(), !GetParam().of_database) << "whoever asks how it ended is told";
+  store.reset();
+  EXPECT_EQ(is_there(manifest_path(path)), !GetParam().of_database);
+
+  const auto rest = read_record(part_path(path, 2));
+  ASSERT_TRUE(rest) << text(rest.error());
+  EXPECT_EQ(rest->slot.size(), static_cast<std::size_t>(kBefore + kAfter)) << "all that was in memory";
+  EXPECT_TRUE(verify_record(part_path(path, 2)));
+}
+
+INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
+                         [](const auto& of) { return std::string(of.param.name); });
+
+/// Whoever holds a file open still sees what was in it: nothing of a long run is lost with its name.
+TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(),
+                             {.background = true, .most_rows = 50, .retry = std::chrono::milliseconds(20)})
+                   .value();
+  const Event event{sample_at(0).at, EventKind::note, "a note"};
+  for (std::int64_t slot = 0; slot < 1000; ++slot) {
+    auto sample = sample_at(slot);
+    if (slot % 11 == 0) sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");
+    const bool late = slot >= 500 && slot < 510;
+    if (!late) {
+      ASSERT_TRUE(store->append(sample, std::span(&event, slot % 5 == 0 ? 1 : 0)));
+    } else if (slot == 509) {
+      ASSERT_TRUE(store->append_gap(500, 509, "late"));
+    }
+    if (slot % 20 == 19) {
+      ASSERT_TRUE(store->settle(kLong));
+    }
+  }
+  const auto kept = folder / "kept.db";
+  fs::rename(path, kept);
+  ASSERT_TRUE(store->append(sample_at(1000), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_FALSE(store->finish());
+  store.reset();
+
+  const auto record = read_record(part_path(path, 2));
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 991u);
+  ASSERT_EQ(record->gaps.size(), 1u);
+  EXPECT_EQ(record->gaps[0].first, 500);
+  EXPECT_EQ(record->events.size(), 198u + 1) << "and the one that tells of it";
+  EXPECT_TRUE(verify_record(part_path(path, 2)));
+}
+
+TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(), {.background = true}).value();
+  auto second = [&, slot = std::int64_t{0}]() mutable {
+    ASSERT_TRUE(store->append(sample_at(slot++), {}));
+    ASSERT_TRUE(store->settle(kLong));
+  };
+  for (int i = 0; i < 300; ++i) second();
+  fs::last_write_time(path, fs::file_time_type::clock::now());
+  second();
+  fs::permissions(path, fs::perms::none);
+  second();
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_hard_link(path, folder / "another-name");
+  second();
+  std::ofstream(path, std::ios::app | std::ios::binary) << "something at its end";
+  second();
+  EXPECT_EQ(store->health().parts, 1);
+  EXPECT_EQ(store->health().damage, "");
+  EXPECT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(read_record(path).value().slot.size(), 304u);
+  EXPECT_TRUE(verify_record(path));
+}
+
+TEST(FileAttack, AFolderThatIsMovedIsStillTheRecordsOwn) {
+  const Folder folder;
+  fs::create_directory(folder / "here");
+  auto store = Store::create(folder / "here/run.db", two_thermometers(), {.background = true}).value();
+  ASSERT_TRUE(store->append(sample_at(0), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  fs::rename(folder / "here", folder / "there");
+  ASSERT_TRUE(store->append(sample_at(1), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->health().parts, 1);
+  fs::rename(folder / "there", folder / "here");
+  ASSERT_TRUE(store->append(sample_at(2), {}));
+  EXPECT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(read_record(folder / "here/run.db").value().slot.size(), 3u);
+}
+
+}  // namespace
+}  // namespace gyrotherm

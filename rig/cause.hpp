@@ -19,7 +19,8 @@ enum class Cause {
   program,            ///< a controller no longer carries out the profile that it was given
   chamber_sensor,     ///< the chamber's own sensor contradicts the thermometers
   chamber_silent,
-  thermometers_lost,  ///< fewer answer than are needed
+  thermometers_lost,    ///< fewer answer than are needed
+  needed_channel_lost,  ///< a thermometer without which the run cannot be evaluated gives no reading
   gyro_silent,
   door,               ///< open
   supply,             ///< the chamber has lost its own
@@ -31,11 +32,14 @@ enum class Cause {
   not_taken,          ///< the chamber does not take set points
   slept,              ///< the machine stood still for longer than a run may be left alone
   storage,            ///< the record is behind, or loses rows
+  record_damaged,     ///< another program has removed, replaced or changed a file of the record
+  unguarded,          ///< nobody would make the chamber safe if this program died
+  channel_lost,       ///< a thermometer gives no reading
   disagreement,       ///< a thermometer is far from the others
   stuck,              ///< a thermometer does not move while the others do
   wall_clock,         ///< the time of day was stepped
 };
-inline constexpr std::size_t kCauses = 23;
+inline constexpr std::size_t kCauses = 27;
 
 /// The reaction unless the rig file's [policy] says otherwise.
 [[nodiscard]] Reaction usual_reaction(Cause cause);

@@ -17,13 +17,28 @@ constexpr Duration kTick = std::chrono::seconds(1);
 constexpr int kSafeTries = 3;
 constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
 
-/// The fault of each column, or null: chamber, thermometers, gyro.
-std::vector<const Fault*> faults_of(const Sample& sample) {
+/// What is read once a second, by name, and its fault or null.
+struct Channelled {
+  std::string name;
+  const Fault* fault;
+};
+
+std::vector<Channelled> faults_of(const Sample& sample, const std::vector<std::string>& names) {
   const auto of = [](const auto& reading) { return reading.value ? nullptr : &reading.value.error(); };
-  std::vector<const Fault*> faults{of(sample.chamber)};
-  for (const auto& reading : sample.thermometers) faults.push_back(of(reading));
-  faults.push_back(of(sample.gyro));
+  std::vector<Channelled> faults{{"chamber", of(sample.chamber)}};
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    faults.push_back({i < names.size() ? "thermometer " + names[i] : fmt::format("thermometer {}", i + 1),
+                      of(sample.thermometers[i])});
+  faults.push_back({"gyro", of(sample.gyro)});
   return faults;
+}
+
+/// A driver's own place is told too, where it is more than the name.
+std::string in_words(const Channelled& channel) {
+  const auto& [kind, where, what] = *channel.fault;
+  const bool adds_nothing = where.empty() || channel.name.ends_with(where);
+  return adds_nothing ? fmt::format("{}: {}", channel.name, what)
+                      : fmt::format("{}: {}: {}", channel.name, where, what);
 }
 
 std::string describe(const Profile& profile, const Progress& progress) {
@@ -69,10 +84,25 @@ void Experiment::note(EventKind kind, std::string text) {
   events_.push_back({rig_.clock().now(), kind, std::move(text)});
 }
 
+std::string Experiment::objection(OperatorCommand command) const {
+  if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
+  return watch_ && command == OperatorCommand::pause
+             ? "the controller carries the profile out; only its panel can pause it"
+             : "";
+}
+
 void Experiment::tell(OperatorCommand command, const std::string& who) {
-  told_ = command;
-  who_ = who;
+  requests_.add({command, who});
   note(EventKind::command, fmt::format("{} by {}", name(command), who));
+}
+
+std::optional<OperatorRequest> Experiment::take_request() {
+  auto taken = requests_.take();
+  for (const auto& dropped : taken.dropped)
+    note(EventKind::command,
+         fmt::format("{} by {} is not carried out: {} by {} came within the same second", name(dropped.command),
+                     dropped.who, name(taken.carried_out->command), taken.carried_out->who));
+  return taken.carried_out;
 }
 
 /// A controller that carries the profile out goes on in the meantime.
@@ -85,12 +115,13 @@ Result<void> Experiment::record_gap(std::int64_t slot) {
 }
 
 void Experiment::note_changes(const Sample& sample) {
-  const auto faults = faults_of(sample);
-  faulty_.resize(faults.size());
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    if (faults[i] && !faulty_[i]) note(EventKind::fault, text(*faults[i]));
-    if (!faults[i] && faulty_[i]) note(EventKind::recovered, fmt::format("column {} answers again", i));
-    faulty_[i] = faults[i] != nullptr;
+  const auto all = faults_of(sample, rig_.file().limits.channels);
+  faulty_.resize(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool is_faulty = all[i].fault != nullptr;
+    if (is_faulty && !faulty_[i]) note(EventKind::fault, in_words(all[i]));
+    if (!is_faulty && faulty_[i]) note(EventKind::recovered, all[i].name + " answers again");
+    faulty_[i] = is_faulty;
   }
   if (sample.chamber.value && sample.chamber.value->alarms != alarms_) {
     alarms_ = sample.chamber.value->alarms;
@@ -125,6 +156,8 @@ Circumstances Experiment::circumstances(const Sample& sample, Duration missed) c
   around.backlog = std::chrono::seconds(health.backlog_s);
   around.rows_dropped = health.rows_dropped;
   around.storage_trouble = health.trouble;
+  around.record_damage = health.damage;
+  around.guard_trouble = guard_trouble_;
   return around;
 }
 
@@ -172,17 +205,16 @@ void Experiment::change_to(Procedure procedure) {
 }
 
 void Experiment::step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed) {
-  auto command = std::exchange(told_, std::nullopt);
-  if (watch_ && command && *command == OperatorCommand::pause) {
+  auto request = take_request();
+  if (watch_ && request && request->command == OperatorCommand::pause) {
     note(EventKind::note, "it cannot be paused: the controller carries the profile out by itself");
-    command.reset();
+    request.reset();
   }
-  if (command == OperatorCommand::resume && stands(Cause::foreign_set_point)) taking_over_ = true;
+  if (request && request->command == OperatorCommand::resume && stands(Cause::foreign_set_point)) taking_over_ = true;
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
   const Happening now{.elapsed = elapsed,
                       .verdict = verdict,
-                      .command = command,
-                      .who = who_,
+                      .request = std::move(request),
                       .in_place = in_place(sample),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false};
@@ -228,7 +260,7 @@ void Experiment::step_profile(const Sample& sample) {
   note_soak(sample.progress);
   if (!std::holds_alternative<Complete>(state_)) return;
   change_to(next(rig_.file().procedure, procedure_,
-                 Happening{.elapsed = {}, .verdict = {}, .command = {}, .who = {}, .complete = true}));
+                 Happening{.elapsed = {}, .verdict = {}, .request = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
 }
 
@@ -314,7 +346,7 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   if (run_state() == RunState::aborted) note(EventKind::interlock, end_cause());
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());
-  events_.clear();
+  last_events_ = std::exchange(events_, {});
   last_ = std::move(sample);
   next_slot_ = slot + 1;
   switch (run_state()) {

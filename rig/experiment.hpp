@@ -39,8 +39,13 @@ class Experiment {
   /// stopped only after the chamber has shown that it is as it is to be left.
   [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
 
-  /// An operator's command, carried out and recorded with the next tick.
+  /// Why an operator's command would not be carried out with the next tick; empty: it will.
+  [[nodiscard]] std::string objection(OperatorCommand command) const;
+  /// An operator's command, recorded with the next tick, which carries out the most severe of those that came before
+  /// it.
   void tell(OperatorCommand command, const std::string& who);
+  /// An operator has asked for the run's end, and the next tick will begin it.
+  [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
 
   /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
   void make_safe(const std::string& cause);
@@ -49,6 +54,9 @@ class Experiment {
   /// an instrument is silent, and a controller that no longer does it ends the run. It cannot be paused from here.
   void leave_to_the_controller() { watch_.emplace(); }
   [[nodiscard]] bool is_left_to_the_controller() const { return watch_.has_value(); }
+
+  /// Why nobody would make the chamber safe if this program died now; empty: somebody would. From the next tick on.
+  void see_guard(std::string trouble) { guard_trouble_ = std::move(trouble); }
 
   /// Puts an event into the record with the next tick.
   void note(EventKind kind, std::string text);
@@ -61,6 +69,8 @@ class Experiment {
   [[nodiscard]] const State& state() const { return state_; }
   /// Of the last tick; an empty one before the first.
   [[nodiscard]] const Sample& last() const { return last_; }
+  /// What the last tick put into the record, in order.
+  [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(procedure_); }
   [[nodiscard]] Outlook outlook() const;
 
@@ -72,6 +82,7 @@ class Experiment {
   [[nodiscard]] Circumstances circumstances(const Sample& sample, Duration missed) const;
   [[nodiscard]] Verdict judge_second(const Sample& sample, Duration missed);
   [[nodiscard]] bool in_place(const Sample& sample) const;
+  [[nodiscard]] std::optional<OperatorRequest> take_request();
   void step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed);
   void change_to(Procedure procedure);
   void step_profile(const Sample& sample);
@@ -97,14 +108,15 @@ class Experiment {
   bool approaching_ = false;           ///< the air has to come back first
   std::optional<Celsius> air_before_;  ///< where it was when the run stopped
   std::optional<ProgramWatch> watch_;  ///< of a controller that carries the profile out
-  std::optional<OperatorCommand> told_;
-  std::string who_;  ///< told it
+  OperatorRequests requests_;
   bool taking_over_ = false;
   int last_segment_ = -1;
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
   std::vector<std::string> alarms_;  ///< of the chamber, last seen
   std::vector<Event> events_;        ///< of the tick under way
-  Sample last_;                      ///< of the last tick
+  std::vector<Event> last_events_;   ///< of the last tick
+  std::string guard_trouble_;
+  Sample last_;  ///< of the last tick
 };
 
 }  // namespace gyrotherm

@@ -38,6 +38,27 @@ std::string text(const RoundTrips& trips) {
                      in_ms(trips.median), in_ms(trips.most));
 }
 
+/// The same shares of a second as in drivers/chamber/status_turns.cpp.
+std::string in_words(const ChamberEffort& effort) {
+  constexpr double kSecondsWork = 0.95;
+  constexpr int kReadingsAPiece = 5;
+  if (effort.each_second == 0 || effort.longest == Duration{}) return {};
+  const double exchange = to_seconds(effort.longest);
+  const int needed = effort.each_second + effort.new_set_point;
+  const auto spare = static_cast<int>((kSecondsWork - needed * exchange) / exchange);
+  const int status_s = spare > 0 ? (effort.status + spare - 1) / spare : effort.status * kReadingsAPiece;
+  const auto status = effort.status == 0 ? std::string()
+                                         : fmt::format("; its state and alarms, {} more, are read in turn within {} s",
+                                                       effort.status, std::max(status_s, 1));
+  const auto what = fmt::format("{} exchanges of {:.3f} s for air, set point and a new one", needed, exchange);
+  if (needed * exchange <= kSecondsWork) return what + " fit into a second" + status;
+  return fmt::format(
+      "WARNING: {} do NOT fit into a second{}. Readings and set points will be missing: use Modbus TCP or a faster "
+      "serial line; where the unit allows it, let its register map say one_block or holes (fewer reads), or seen_later "
+      "for the set point",
+      what, status);
+}
+
 Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
@@ -60,7 +81,8 @@ Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock) {
   auto line = fmt::format("{}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
-  return line + "; " + text(trips);
+  const auto effort = in_words(chamber.effort());
+  return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }
 
 Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<std::string>& channels,

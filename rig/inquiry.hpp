@@ -23,6 +23,10 @@ struct RoundTrips {
 /// "10 reads: 0.210, 0.230, 0.410 ms (least, median, most)".
 [[nodiscard]] std::string text(const RoundTrips& trips);
 
+/// Whether a second suffices to speak to the chamber on its line, and what to do if not; empty where nothing is known
+/// of the effort.
+[[nodiscard]] std::string in_words(const ChamberEffort& effort);
+
 /// Which word orders make sense of the unit's air temperature and set point (word_order_probe.hpp); empty where the map
 /// leaves nothing to find.
 [[nodiscard]] Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers);

@@ -104,6 +104,19 @@ class Look {
                                           ? "every thermometer silent"
                                           : fmt::format("{} thermometers answer, {} are needed", answer, needed));
     if (!sample_.gyro.value) found(Cause::gyro_silent, "gyro silent");
+    at_lost_channels();
+  }
+
+  void at_lost_channels() {
+    std::vector<std::string> lost, needed;
+    for (std::size_t i = 0; i < sample_.thermometers.size(); ++i) {
+      if (sample_.thermometers[i].value) continue;
+      lost.push_back(channel(i));
+      if (std::ranges::count(limits_.needed_thermometers, i) > 0) needed.push_back(channel(i));
+    }
+    const auto in_words = [](const auto& names) { return fmt::format("no reading of {}", fmt::join(names, ", ")); };
+    if (!lost.empty()) found(Cause::channel_lost, in_words(lost));
+    if (!needed.empty()) found(Cause::needed_channel_lost, in_words(needed) + ", which the analysis needs");
   }
 
   /// Somebody else's set point is not known to be gone: after the silence it is still that, and no restart.
@@ -135,7 +148,8 @@ class Look {
     const auto what = off ? std::string("is switched off")
                           : fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value,
                                         around_.sent->value);
-    const bool was_silent = !memory_.chamber_answered && !stands(Cause::foreign_set_point);
+    const bool silent_before = !memory_.chamber_answered || (off && !memory_.activity_seen);
+    const bool was_silent = silent_before && !stands(Cause::foreign_set_point);
     if (was_silent || stands(Cause::restarted))
       found(Cause::restarted, "the chamber was restarted: it " + what);
     else if (around_.refusals == 0)
@@ -202,6 +216,8 @@ class Look {
     else if (around_.backlog > limits_.backlog)
       found(Cause::storage, fmt::format("the record is {} behind{}{}", spoken(around_.backlog),
                                         around_.storage_trouble.empty() ? "" : ": ", around_.storage_trouble));
+    if (!around_.record_damage.empty()) found(Cause::record_damaged, around_.record_damage);
+    if (!around_.guard_trouble.empty()) found(Cause::unguarded, around_.guard_trouble);
     if (!memory_.utc_minus_run) return;
     const auto step = sample_.at.utc - sample_.at.since_start - *memory_.utc_minus_run;
     if (std::chrono::abs(step) > kWallStep)

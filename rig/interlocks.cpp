@@ -22,6 +22,7 @@ Confirmation confirmation(const InterlockLimits& limits, Cause cause) {
     case Cause::thermometer_limit: return {{}, limits.confirming_samples};
     case Cause::chamber_silent:
     case Cause::thermometers_lost:
+    case Cause::needed_channel_lost:
     case Cause::gyro_silent: return {limits.suspend_after, 1};
     case Cause::foreign_set_point: return {{}, 2};
     case Cause::chamber_sensor: return {seconds(30), 2};
@@ -83,7 +84,9 @@ Judgement judge(const InterlockLimits& limits, InterlockMemory memory, const Sam
   remember(limits, sample, elapsed, circumstances, memory);
   const auto findings = look_for_causes(limits, memory, sample, circumstances);
   memory.utc_minus_run = sample.at.utc - sample.at.since_start;
-  memory.chamber_answered = sample.chamber.value.has_value();
+  const auto& chamber = sample.chamber.value;
+  memory.chamber_answered = chamber.has_value();
+  memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
   Judgement judged{.verdict = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
   for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<Cause>(i), findings[i], elapsed, judged);
   return judged;

@@ -41,7 +41,8 @@ struct InterlockLimits {
   Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
-  int thermometers_needed = 1;  ///< fewer that answer are a silence
+  int thermometers_needed = 1;                   ///< fewer that answer are a silence
+  std::vector<std::size_t> needed_thermometers;  ///< columns of those that the analysis cannot do without
 
   Duration chamber_lag = std::chrono::minutes(2);  ///< first-order, of the air behind the set point
   Kelvins follow_band{2};
@@ -65,6 +66,8 @@ struct Circumstances {
   Duration backlog{};  ///< of the record
   bool rows_dropped{};
   std::string storage_trouble{};  ///< why the disk takes no rows
+  std::string record_damage{};    ///< what another program did to the record's files
+  std::string guard_trouble{};    ///< why nobody would make the chamber safe
 };
 
 /// What the interlocks remember from second to second.
@@ -79,6 +82,7 @@ struct InterlockMemory {
   std::array<Watch, kCauses> watches{};
   [[nodiscard]] const Watch& of(Cause cause) const { return watches[static_cast<std::size_t>(cause)]; }
   bool chamber_answered = true;  ///< in the sample before
+  bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
   Trend air;
   std::vector<Trend> thermometers;
   std::optional<Celsius> expected{};  ///< the air, as it would follow the set point

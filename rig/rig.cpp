@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <cmath>
 #include <utility>
 
+#include "drivers/chamber/line_activity.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
 #include "rig/inquiry.hpp"
@@ -106,7 +108,8 @@ class AssembledRig : public Rig {
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers) : file_(std::move(file)), drivers_(std::move(drivers)) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
-    chamber_ = make_modbus_chamber(map, drivers_->registers(map), drivers_->pauses());
+    chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
+                                   noting(drivers_->pauses(), chamber_line_));
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
       thermometers_.push_back(drivers_->thermometer(file_, i, fmt::format("thermometer {}", i + 1)));
   }
@@ -129,32 +132,32 @@ class AssembledRig : public Rig {
   Result<std::vector<std::string>> prepare(const Entrance& entrance, const ChamberProgram* program) override {
     auto names = ask_names();
     if (!names) return names;
-    const auto state = chamber_->read();
-    if (!state) return failure(state.error());
-    const auto first = entrance(*state);
+    const auto found = look_at_chamber();
+    if (!found) return failure(found.error());
+    const auto first = entrance(*found);
     if (!first) return failure(first.error());
     gyro_ = drivers_->gyro(file_, kGyroWithin);
-    // The gyro's line first, for nothing shall move if it is dead; never start() at a set point that was not taken.
-    const auto moved =
-        gyro_->open().and_then([&] { return chamber_->head_for(*first); }).and_then([&] { return chamber_->start(); });
-    if (!moved) return failure(moved.error());
-    const auto kept = program ? chamber_->upload(*program) : Result<std::string>();
-    if (!kept) return failure(kept.error());
+    // The gyro's line first, for nothing shall move if it is dead.
+    if (const auto open = gyro_->open(); !open) return failure(open.error());
+    as_found_ = false;
+    const auto kept = set_out(*first, program);
+    if (!kept) {
+      as_found_ = put_back(found->state, program != nullptr);
+      return failure(kept.error());
+    }
     if (program) names->push_back(*kept);
-    let_pass(1);
-    if (const auto origin = take_origin(); !origin) return failure(origin.error());
-    if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
-      return failure(started.error());
     sampler_ = make_sampler();
     return names;
   }
+  bool is_as_found() const override { return as_found_; }
+  Result<SetPointRange> controller_limits() override { return chamber_->limits(); }
 
   Sampler& sampler() override { return *sampler_; }
   const RigFile& file() const override { return file_; }
 
  protected:
   [[nodiscard]] Instruments instruments() {
-    Instruments all{.chamber = *chamber_, .thermometers = {}, .gyro = *gyro_};
+    Instruments all{.chamber = *chamber_, .thermometers = {}, .gyro = *gyro_, .chamber_line = chamber_line_.get()};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
     return all;
@@ -172,6 +175,36 @@ class AssembledRig : public Rig {
     auto answer = gyrotherm::ask_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
     return answer;
+  }
+
+  Result<ChamberAsFound> look_at_chamber() {
+    const auto state = chamber_->inspect();
+    if (!state) return failure(state.error());
+    const auto limits = chamber_->limits();
+    if (!limits) return failure(limits.error());
+    return ChamberAsFound{*state, *limits};
+  }
+
+  /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
+  Result<std::string> set_out(Celsius first, const ChamberProgram* program) {
+    const auto moved = chamber_->head_for(first).and_then([&] { return chamber_->start(); });
+    if (!moved) return failure(moved.error());
+    auto kept = program ? chamber_->upload(*program) : Result<std::string>();
+    if (!kept) return kept;
+    let_pass(1);
+    if (const auto origin = take_origin(); !origin) return failure(origin.error());
+    if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
+      return failure(started.error());
+    return kept;
+  }
+
+  /// Whether the chamber is as it was found, by its own word.
+  bool put_back(const ChamberState& found, bool may_run_program) {
+    chamber_->end_rest();
+    bool done = !may_run_program || chamber_->end_program();
+    if (!std::isnan(found.set_point.value)) done = chamber_->insist(found.set_point) && done;
+    if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;
+    return done;
   }
 
   Result<std::vector<std::string>> ask_names() {
@@ -193,9 +226,11 @@ class AssembledRig : public Rig {
 
   RigFile file_;
   std::unique_ptr<Drivers> drivers_;
+  std::shared_ptr<LineActivity> chamber_line_ = std::make_shared<LineActivity>();
   std::unique_ptr<Chamber> chamber_;
   std::vector<std::unique_ptr<Thermometer>> thermometers_;
   std::unique_ptr<Gyro> gyro_;
+  bool as_found_ = true;
   std::unique_ptr<Sampler> sampler_;  // last: it stops before its instruments go
 };
 
@@ -208,6 +243,7 @@ class RealRig final : public AssembledRig {
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
   const Clock& clock() const override { return clock_; }
+  Duration will_start_utc() const override { return clock_.now().utc; }
 
  private:
   std::unique_ptr<Sampler> make_sampler() override {
@@ -235,6 +271,7 @@ class VirtualRig final : private OwnedWorld, public AssembledRig {
     clock_.advance(std::chrono::seconds(seconds));
   }
   const Clock& clock() const override { return clock_; }
+  Duration will_start_utc() const override { return clock_.now().utc + kSecond; }
 
  private:
   std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
@@ -248,6 +285,7 @@ class WiredRig final : public AssembledRig {
 
   void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
   const Clock& clock() const override { return wires_.clock(); }
+  Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
  private:
   std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }

@@ -35,9 +35,14 @@ struct RigStart {
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };
 
+/// The chamber before anything of it was moved.
+struct ChamberAsFound {
+  ChamberState state;
+  SetPointRange limits;  ///< as its controller is set
+};
 /// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
 /// moved at all.
-using Entrance = std::function<Result<Celsius>(const ChamberState&)>;
+using Entrance = std::function<Result<Celsius>(const ChamberAsFound&)>;
 
 class Rig {
  public:
@@ -51,18 +56,25 @@ class Rig {
   /// Asks each instrument who it is and reads it a few times, moving nothing: one line each (inquiry.hpp), like
   /// "chamber: Virtual chamber, air 20.01 °C, …". A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
+  /// What set points the chamber's controller takes, as it is set now.
+  [[nodiscard]] virtual Result<SetPointRange> controller_limits() = 0;
 
   /// Asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be moved, and to where; then
   /// sends the chamber there, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once,
   /// before the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been
-  /// moved if chamber or thermometers are silent, the gyro's line is dead, or `entrance` refuses. Returns what the
-  /// instruments say they are. `program`, if there is one, goes into the chamber's own memory, is compared and started:
-  /// the last thing before the run's clock starts.
+  /// moved if chamber or thermometers are silent, the gyro's line is dead, or `entrance` refuses; after that the
+  /// chamber is put back to where it was found. Returns what the instruments say they are. `program`, if there is one,
+  /// goes into the chamber's own memory, is compared and started: the last thing before the run's clock starts.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
                                                                  const ChamberProgram* program) = 0;
   [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const ChamberProgram* program = nullptr) {
-    return prepare([first](const ChamberState&) -> Result<Celsius> { return first; }, program);
+    return prepare([first](const ChamberAsFound&) -> Result<Celsius> { return first; }, program);
   }
+  /// After a prepare() that failed: nothing was moved, or all of it has been put back.
+  [[nodiscard]] virtual bool is_as_found() const = 0;
+  /// When the run's clock will start, by the clock on the wall: before prepare() exactly on a virtual rig, on a real
+  /// one as if it started now.
+  [[nodiscard]] virtual Duration will_start_utc() const = 0;
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
 

@@ -88,6 +88,16 @@ std::vector<std::string> names_of(const std::vector<Channel>& channels) {
   return names;
 }
 
+/// Of the thermometers without which nothing can be trained on the record.
+std::vector<std::size_t> columns_of_analysis(const RigFile& rig) {
+  std::vector<std::size_t> columns;
+  const auto& channels = rig.limits.channels;
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (std::ranges::count(rig.gradients, channels[i]) + std::ranges::count(rig.three_point, channels[i]) > 0)
+      columns.push_back(i);
+  return columns;
+}
+
 /// All lines virtual, or none.
 void settle_simulated(const TomlTable& root, RigFile& rig) {
   std::vector<std::string> lines{rig.chamber_line, rig.gyro.line};
@@ -123,6 +133,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_analysis(root->table("analysis"), seen, rig);
   read_safe(root->table("safe"), rig);
   rig.limits = read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
+  rig.limits.needed_thermometers = columns_of_analysis(rig);
   rig.procedure = read_procedure_limits(*root);
   if (gyro)
     settle_simulated(*root, rig);

@@ -116,8 +116,10 @@ nlohmann::ordered_json timeline_json(const Profile& profile, const Timeline& tim
   return json;
 }
 
-/// Asks each instrument who it is and reads it once; fails with the first fault, after all have been asked.
-Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed) {
+/// Asks each instrument who it is and reads it once, and the chamber which set points it takes; fails with the first
+/// fault, after all have been asked.
+Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed,
+                                                 SetPointRange& limits) {
   auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   Result<std::vector<std::string>> all;
@@ -129,6 +131,10 @@ Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile
     else if (!answer)
       console.complain(answer.error());
   }
+  if (!all) return all;
+  const auto found = (*rig)->controller_limits();
+  if (!found) return failure(found.error());
+  limits = *found;
   return all;
 }
 
@@ -136,6 +142,7 @@ Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile
 struct Findings {
   std::string words;
   nlohmann::ordered_json json;
+  SetPointRange controller;  ///< where it was asked
 };
 
 /// Checks the rig and, if asked to, its instruments.
@@ -150,8 +157,8 @@ Result<RigFile> check_rig(Console& console, const CheckArguments& options, Findi
   if (!options.connect) return rig;
   if (!rig->simulated)
     if (const auto holder = ChamberLock::holder(chamber_place(*rig)))
-      return failure(FaultKind::refused, rig->file, "the chamber is in use: " + *holder);
-  const auto answers = ask_instruments(console, *rig, options.seed);
+      return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
+  const auto answers = ask_instruments(console, *rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());
   for (const auto& answer : *answers) found.words += "  " + answer + "\n";
   found.json["instruments"] = *answers;
@@ -170,9 +177,13 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (!checked) return failure(checked.error());
     rig = std::move(*checked);
   }
+  if (rig && options.profile.empty())
+    if (const auto taken = check_controller(found.controller, {}, *rig); !taken) return failure(taken.error());
   if (!options.profile.empty()) {
     const auto profile = read_profile(options.profile, rig ? &*rig : nullptr);
     if (!profile) return failure(profile.error());
+    if (rig)
+      if (const auto taken = check_controller(found.controller, *profile, *rig); !taken) return failure(taken.error());
     const auto timeline = plan(*profile);
     found.words += describe(*profile, timeline);
     found.json["profile"] = timeline_json(*profile, timeline);

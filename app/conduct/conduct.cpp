@@ -61,6 +61,15 @@ Duration time_since_last(const Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
+/// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe.
+tl::unexpected<Fault> not_begun(Custody& custody, const Rig& rig, Fault why) {
+  if (rig.is_as_found())
+    custody.release();
+  else
+    why.what += "; the chamber could not be put back to where it was found, and is made safe";
+  return failure(std::move(why));
+}
+
 /// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
 Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, const std::string& path, bool accepted) {
   const auto goal = command(on.profile, on.state);
@@ -93,6 +102,12 @@ Result<void> recall_guard(Console& console, Store& store, const Instant& now, co
   return {};
 }
 
+/// What it holds is its description alone.
+void remove_unbegun(std::unique_ptr<Store> store, const std::string& path) {
+  store.reset();
+  remove_record(path);
+}
+
 Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
   return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
 }
@@ -112,6 +127,22 @@ Result<Profile> read_profile(const std::string& path, const RigFile* rig) {
   return failure(std::move(checked.error()));
 }
 
+Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig) {
+  auto lowest = rig.safe_set_point, highest = rig.safe_set_point;
+  for (const auto& segment : profile.segments) {
+    lowest = std::min(lowest, segment.target);
+    highest = std::max(highest, segment.target);
+  }
+  const auto refuse = [](const char* side, Celsius limit, Celsius wanted) {
+    return failure(FaultKind::out_of_range, "chamber",
+                   fmt::format("its controller is set to take nothing {} {:g} °C, the run needs {:g} °C", side,
+                               limit.value, wanted.value));
+  };
+  if (limits.lowest && lowest < *limits.lowest) return refuse("below", *limits.lowest, lowest);
+  if (limits.highest && highest > *limits.highest) return refuse("above", *limits.highest, highest);
+  return {};
+}
+
 Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
                        const std::string& path, bool upload) {
   std::optional<OneCore> one_core;
@@ -119,7 +150,7 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
-  auto custody = Custody::take(file, path);
+  auto custody = Custody::take(file, path, upload);
   if (!custody) return failure(custody.error());
   auto rig =
       Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
@@ -131,17 +162,22 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
   if (!program) return failure(program.error());
   EntryPoint entry;
-  const auto entrance = [&](const ChamberState& now) {
-    const auto goal = command(profile, first);
-    entry = entry_at(goal, now.air, upload || is_in_place(now.air, goal, {}), file.chamber_limits);
+  Result<std::unique_ptr<Store>> store = nullptr;
+  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+    if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
+    store = Store::create(path, run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->will_start_utc()),
+                          {.background = !file.simulated});
+    if (!store) return failure(store.error());
+    const auto goal = command(profile, first), air = found.state.air;
+    entry = entry_at(goal, air, upload || is_in_place(air, goal, {}), file.chamber_limits);
     return custody->arm().map([&] { return entry.set_point; });
   };
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
-  if (!names) return failure(names.error());
+  if (!names) {
+    if (store && *store) remove_unbegun(std::move(*store), path);
+    return not_begun(*custody, **rig, names.error());
+  }
   for (const auto& who : *names) console.detail(who);
-  auto store = Store::create(path, run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->clock().now().utc),
-                             {.background = !file.simulated});
-  if (!store) return failure(store.error());
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);
   if (entry.away) experiment.begin_away(entry.set_point, "the air is not where the profile begins", {});
@@ -166,15 +202,17 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
   EntryPoint entry;
-  const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
-    const auto at = reentry(*on, now, path, options.accept);
+  Result<std::unique_ptr<Store>> store = nullptr;
+  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+    const auto at = reentry(*on, found.state, path, options.accept);
     if (!at) return failure(at.error());
     entry = *at;
+    if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
+    store = Store::reopen(path, {.background = !on->rig.simulated});
+    if (!store) return failure(store.error());
     return custody->arm().map([&] { return entry.set_point; });
   };
-  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return failure(names.error());
-  auto store = Store::reopen(path, {.background = !on->rig.simulated});
-  if (!store) return failure(store.error());
+  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*custody, **rig, names.error());
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
   Experiment experiment(on->profile, **rig, **store, on->state, first);

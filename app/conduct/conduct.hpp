@@ -6,6 +6,7 @@
 
 #include "app/command.hpp"
 #include "core/result.hpp"
+#include "drivers/instruments.hpp"
 #include "rig/rig_file.hpp"
 #include "sequencer/profile.hpp"
 
@@ -14,6 +15,10 @@ namespace gyrotherm {
 /// Reads a profile and checks it against what the rig's chamber can do, and for soaks on sensors that it does not have.
 /// Without a rig it is checked by itself. Fails with bad_file, every mistake with its place.
 [[nodiscard]] Result<Profile> read_profile(const std::string& path, const RigFile* rig);
+
+/// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
+/// the rig's safe one.
+[[nodiscard]] Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig);
 
 /// Records a new run of a profile that was read for this rig into `path`. `upload`: the chamber's controller is given
 /// the whole profile and carries it out; otherwise it is sent set points. Fails with interrupted (the record is kept;

@@ -13,6 +13,7 @@
 #include "app/conduct/obey.hpp"
 #include "app/conduct/tell_socket.hpp"
 #include "app/interrupt.hpp"
+#include "core/clock.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -52,7 +53,11 @@ Result<void> sync(const UnderWay& run) {
   run.store.publish(run.experiment.outlook());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
-  if (run.console.json && *last >= 0) run.console.data(fmt::format("{{\"acknowledged\": {}}}\n", *last));
+  if (!run.console.json || *last < 0) return {};
+  run.console.fact([&](std::size_t missed) {
+    return missed == 0 ? fmt::format("{{\"acknowledged\": {}}}\n", *last)
+                       : fmt::format("{{\"acknowledged\": {}, \"missed\": {}}}\n", *last, missed);
+  });
   return {};
 }
 
@@ -65,8 +70,13 @@ Result<Outcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// A signal while the chamber is being made safe: the first is not obeyed, and it is said why.
+/// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
+/// obeyed, and it is said why.
 bool must_stay(const UnderWay& run) {
+  if (run.experiment.is_told_to_end()) {
+    run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
+    return true;
+  }
   if (run.experiment.run_state() != RunState::aborting || interrupts() > 1) return false;
   run.console.say(
       "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
@@ -79,11 +89,25 @@ Result<Outcome> left_to_the_guard(const UnderWay& run) {
   return failure(FaultKind::interlock, "", run.experiment.end_cause());
 }
 
-/// One real-time tick and what follows from it.
+/// Alarms and changes of state are told at once, each by itself: who is not there now reads them later.
+void tell_events(const UnderWay& run) {
+  for (const auto& event : run.experiment.last_events()) switch (event.kind) {
+      case EventKind::fault:
+      case EventKind::recovered:
+      case EventKind::interlock:
+      case EventKind::state:
+        run.console.say(fmt::format("{} {}: {}", civil_time(event.at.utc), name(event.kind), event.text));
+        break;
+      default: break;
+    }
+}
+
+/// One real-time tick and what follows from it. Nothing in it waits for a person, a terminal, a disk or a lock.
 class RealTime {
  public:
   explicit RealTime(const UnderWay& run)
       : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
+    run_.console.never_wait();
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -134,11 +158,13 @@ class RealTime {
     listen(run_, ears_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= run_.experiment.next_slot()) {
+      run_.experiment.see_guard(run_.custody.trouble());
       auto outcome = run_.experiment.tick(slot);
+      run_.custody.beat(run_.rig.sampler().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.see(run_.experiment.last());
+      tell_events(run_);
       display_.show(run_.experiment.last(), outlook_of(run_));
-      run_.custody.beat(run_.rig.sampler().busy_for());
       if (!outcome || *outcome != Outcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
@@ -171,7 +197,8 @@ Result<Outcome> drive_virtual(const UnderWay& run) {
     display.see(run.experiment.last());
     const bool ended = *outcome != Outcome::going_on;
     if (!ended && run.experiment.next_slot() % kTicksPerLook != 0) continue;
-    if (interrupted() && !ended && (run.experiment.run_state() != RunState::aborting || interrupts() > 1))
+    if (interrupted() && !ended && !run.experiment.is_told_to_end() &&
+        (run.experiment.run_state() != RunState::aborting || interrupts() > 1))
       return stopped(run);
     listen(run, ears);
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;

@@ -105,6 +105,9 @@ class BenchRig final : public Rig {
   BenchSampler& sampler() override { return sampler_; }
   const RigFile& file() const override { return file_; }
   RigFile& file() { return file_; }
+  Result<SetPointRange> controller_limits() override { return SetPointRange{}; }
+  bool is_as_found() const override { return true; }
+  Duration will_start_utc() const override { return clock_.now().utc; }
 
   BenchChamber chamber;
 

@@ -69,8 +69,8 @@ TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
   auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
-  const auto refuse = [&](const ChamberState& now) -> Result<Celsius> {
-    before = now;
+  const auto refuse = [&](const ChamberAsFound& now) -> Result<Celsius> {
+    before = now.state;
     return failure(FaultKind::interrupted, "chamber", "not now");
   };
   EXPECT_EQ((*rig)->prepare(refuse, nullptr).error().what, "not now");

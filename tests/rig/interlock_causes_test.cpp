@@ -372,5 +372,53 @@ TEST(Cause, NoiseAloneRaisesNothing) {
   EXPECT_EQ(bench.alarms, 0);
 }
 
+TEST(Cause, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
+  Bench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.sample.thermometers[1].value = silence();
+  bench.sample.thermometers[8].value = silence();
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_EQ(standing(bench.memory), std::vector<std::string>{"no reading of thermometer B, thermometer shell"});
+  EXPECT_EQ(bench.seconds(1000).reaction, Reaction::warn);
+  EXPECT_EQ(bench.alarms, 1);
+}
+
+TEST(Cause, ALostChannelThatTheAnalysisNeedsSuspends) {
+  Bench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.limits.needed_thermometers = {0, 3};
+  bench.sample.thermometers[1].value = silence();
+  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1) << "B is not needed";
+  bench.sample.thermometers[3].value = silence();
+  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), 5);
+  EXPECT_EQ(bench.memory.of(Cause::needed_channel_lost).text, "no reading of thermometer D, which the analysis needs");
+  bench.limits.policy[static_cast<std::size_t>(Cause::needed_channel_lost)] = Reaction::warn;
+  EXPECT_EQ(bench.second().reaction, Reaction::warn) << "as the rig file says";
+}
+
+TEST(Cause, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
+  Bench bench;
+  bench.around.record_damage = "run.db was removed or moved by another program while it was being written";
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_TRUE(bench.has(Cause::record_damaged));
+  bench.around.guard_trouble = "the guard has ended, and is replaced";
+  bench.second();
+  EXPECT_TRUE(bench.has(Cause::unguarded));
+  EXPECT_EQ(bench.alarms, 2);
+}
+
+/// On a line that loses much, what the chamber does is known some seconds after its air.
+TEST(Cause, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
+  Bench bench;
+  bench.sample.chamber.value = silence();
+  bench.second();
+  bench.sample.chamber.value = ChamberState{{20}, {20}};
+  bench.seconds(3);
+  bench.chamber().activity = ChamberActivity::off;
+  bench.second();
+  EXPECT_GT(bench.memory.of(Cause::restarted).samples, 0);
+  EXPECT_EQ(bench.memory.of(Cause::foreign_set_point).samples, 0);
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -19,7 +19,9 @@ struct BrokenThing {
   void (*mends)(Demonstration&) = {};  ///< nothing: it passes by itself
   int over_within = 60;                ///< seconds, once it is mended
   Setting setting = {};
-  bool brought_back = false;  ///< the set point is not left where it was found
+  bool brought_back = false;     ///< the set point is not left where it was found
+  std::vector<Cause> also = {};  ///< milder ones that it raises besides, earlier or at once
+  bool for_good = false;         ///< its alarm stands until the run ends
 };
 inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }
 

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "acquisition/run_parts.hpp"
 #include "core/text_file.hpp"
 #include "rig/uploaded_program.hpp"
 #include "tests/rig/faults/trial.hpp"
@@ -73,6 +76,11 @@ void Demonstration::make_room_on_disk() {
   disk_->heal();
   disk_is_full_ = false;
   EXPECT_TRUE(store_->settle(kLongestWrite));
+}
+
+void Demonstration::take_record_away() {
+  std::filesystem::rename(path_, path_ + ".away");
+  path_ = part_path(path_, 2);
 }
 
 /// A disk that works keeps up with virtual time; of one that does not, nobody waits for the worker.

@@ -62,6 +62,8 @@ class Demonstration {
   TrialClock& clock() { return clock_; }
   void fill_disk();
   void make_room_on_disk();
+  /// Another program moves its file.
+  void take_record_away();
   [[nodiscard]] Experiment& experiment() { return *experiment_; }
   [[nodiscard]] const RigFile& file() const { return file_; }
   void break_plant(const std::function<void(WorldFaults&)>& fault) { fault(plant_->faults), plant_->apply_faults(); }

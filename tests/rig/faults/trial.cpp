@@ -150,11 +150,11 @@ void Trial::resume_run() {
   assemble();
   const auto goal = command(on->profile, on->state);
   EntryPoint entry;
-  const auto entrance = [&](const ChamberState& now) -> Result<Celsius> {
-    const auto verdict = judge_reentry(on->stood, file_.safe_set_point, now.air);
+  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+    const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
     if (verdict.way == Reentry::ask && !std::exchange(accepted_, true))
       return failure(FaultKind::interrupted, path_, verdict.why);
-    entry = entry_at(goal, now.air, is_in_place(now.air, goal, on->stood.air), file_.chamber_limits);
+    entry = entry_at(goal, found.state.air, is_in_place(found.state.air, goal, on->stood.air), file_.chamber_limits);
     return entry.set_point;
   };
   if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared)

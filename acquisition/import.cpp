@@ -87,7 +87,7 @@ Result<ImportSummary> import_record(const std::string& table_path, const std::st
                                     const std::string& record_path, const std::string& program_version) {
   const auto map = load_import_map(map_path);
   if (!map) return failure(map.error());
-  const auto table = read_text_file(table_path);
+  const auto table = read_text_file(table_path, kLargestTable);
   if (!table) return failure(table.error());
   const auto rows = parse_foreign_rows(*table, *map, table_path);
   if (!rows) return failure(rows.error());

@@ -1,10 +1,13 @@
 #include "acquisition/manifest.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "acquisition/run_parts.hpp"
@@ -17,13 +20,18 @@ namespace {
 std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 Result<std::string> hash_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return failure(FaultKind::bad_file, path, "cannot be read");
+  const auto file = open_regular_file(path);
+  if (!file) return failure(file.error());
   Sha256 hash;
   std::array<char, 65536> piece;
-  while (file.read(piece.data(), piece.size()) || file.gcount() > 0)
-    hash.add({piece.data(), static_cast<std::size_t>(file.gcount())});
-  if (file.bad()) return failure(FaultKind::bad_file, path, "cannot be read");
+  for (std::uint64_t left = file->size; left > 0;) {
+    const auto count = ::read(file->descriptor.number(), piece.data(), std::min<std::uint64_t>(piece.size(), left));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(FaultKind::bad_file, path, std::string("cannot be read: ") + std::strerror(errno));
+    if (count == 0) return failure(FaultKind::bad_file, path, "cannot be read: it became shorter meanwhile");
+    hash.add({piece.data(), static_cast<std::size_t>(count)});
+    left -= static_cast<std::uint64_t>(count);
+  }
   return hex(hash.digest());
 }
 
@@ -41,7 +49,7 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
       text += fmt::format("{}  {}\n", *hash, name_of(path));
     }
-  return replace_text_file(manifest_path(record_path), text);
+  return replace_own_file(manifest_path(record_path), text);
 }
 
 Result<bool> check_manifest(const std::string& record_path) {

@@ -150,7 +150,7 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
 /// Not synced: it is for those who look while the program lives, and a sync that does not come back must not keep from
 /// them that it does not.
 Result<void> write_status(const RunStatus& status) {
-  return replace_passing_text_file(status_path(status.path), to_json(status) + '\n');
+  return replace_own_file(status_path(status.path), to_json(status) + '\n', Disk::not_awaited);
 }
 
 Result<RunStatus> read_status(const std::string& path) {

@@ -58,7 +58,8 @@ struct RunStatus {
 /// Fails with bad_file if the text is not what to_json() writes; `where` names its place.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);
 
-/// Replaces the status file of status.path as a whole: a reader sees the old one or the new one. Fails with storage.
+/// Replaces the status file of status.path as a whole: a reader sees the old one or the new one; for owner and group
+/// (0640). Fails with storage.
 [[nodiscard]] Result<void> write_status(const RunStatus& status);
 
 /// Of the status file if a program is writing the record, else of the record itself. Fails with bad_file (no record) or

@@ -38,7 +38,7 @@ Result<Evidence> load_evidence(const std::string& path, const std::optional<Clus
 }
 
 Result<Model> load_model(const std::string& path) {
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
   return model_from_json(*text, path);
 }

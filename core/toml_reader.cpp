@@ -5,31 +5,64 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <set>
 #include <span>
+#include <unordered_map>
+#include <utility>
 
 #include "core/nearest.hpp"
 #include "core/toml_text.hpp"
 
 namespace gyrotherm {
 
+namespace {
+
+constexpr std::size_t kMostMistakes = 100;  ///< that are told of one file
+
+}  // namespace
+
 struct TomlTable::Document {
-  std::string file;
-  toml::table root;
   struct Mistake {
     toml::source_position at;
     std::string what;
     bool operator==(const Mistake&) const = default;
   };
-  std::vector<Mistake> mistakes;
-  std::vector<std::shared_ptr<Node>> nodes;  ///< one per table that was asked for
+
+  /// The first mistakes that were found; whether there are more.
+  class Mistakes {
+   public:
+    void note(Mistake mistake) {
+      if (std::find(noted_.begin(), noted_.end(), mistake) != noted_.end()) return;
+      more_ = more_ || is_full();
+      if (!is_full()) noted_.push_back(std::move(mistake));
+    }
+    [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
+    [[nodiscard]] bool more() const { return more_; }
+    [[nodiscard]] bool empty() const { return noted_.empty(); }
+    [[nodiscard]] std::vector<Mistake> in_order() const {
+      auto sorted = noted_;
+      std::stable_sort(sorted.begin(), sorted.end(), [](auto& a, auto& b) { return a.at < b.at; });
+      return sorted;
+    }
+
+   private:
+    std::vector<Mistake> noted_;
+    bool more_ = false;
+  };
+
+  std::string file;
+  toml::table root;
+  Mistakes mistakes;
+  std::vector<std::shared_ptr<Node>> nodes;                               ///< one per table that was asked for
+  std::unordered_map<const toml::table*, std::shared_ptr<Node>> known{};  ///< the same, by their tables
 
   [[nodiscard]] std::string place(toml::source_position at) const {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
   }
+  /// Those that were noted, and the keys that nobody asked for.
+  [[nodiscard]] Mistakes all_mistakes() const;
 };
 
 struct TomlTable::Node {
@@ -38,73 +71,26 @@ struct TomlTable::Node {
   std::set<std::string, std::less<>> asked;
 };
 
-namespace {
-
-struct Quantity {
-  double value;
-  std::string unit;
-};
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-/// The leading number of a text and what follows it up to the next digit or the end.
-std::optional<Quantity> take_quantity(std::string_view& text) {
-  text = trimmed(text);
-  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  double value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
-  text = trimmed(text.substr(static_cast<std::size_t>(end - text.data())));
-  const auto length = std::min(text.find_first_of("0123456789+-."), text.size());
-  Quantity q{value, std::string(trimmed(text.substr(0, length)))};
-  text = trimmed(text.substr(length));
-  return q;
-}
-
-std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units) {
-  const auto q = take_quantity(text);
-  if (!q || !text.empty()) return std::nullopt;
-  if (std::find(units.begin(), units.end(), q->unit) == units.end()) return std::nullopt;
-  return q->value;
-}
-
-}  // namespace
-
-Result<Duration> parse_duration(std::string_view whole) {
-  constexpr std::array<std::pair<std::string_view, double>, 5> kUnits{
-      {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}}};
-  auto rest = trimmed(whole);
-  double seconds = 0;
-  bool any = false;
-  while (!rest.empty()) {
-    const auto q = take_quantity(rest);
-    const auto* unit =
-        q ? std::find_if(kUnits.begin(), kUnits.end(), [&](auto& u) { return u.first == q->unit; }) : kUnits.end();
-    if (unit == kUnits.end() || q->value < 0) {
-      any = false;
-      break;
+TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
+  auto all = mistakes;
+  for (const auto& node : nodes)
+    for (const auto& [key, value] : *node->table) {
+      if (node->asked.contains(key.str())) continue;
+      const std::vector<std::string> asked(node->asked.begin(), node->asked.end());
+      const auto near = all.is_full() ? std::string() : nearest(key.str(), asked);
+      const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
+      all.note({key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
+      if (all.more()) return all;
     }
-    seconds += q->value * unit->second;
-    any = true;
-  }
-  if (!any || seconds > 1e8)
-    return failure(FaultKind::bad_file, "",
-                   fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
-  return from_seconds(seconds);
+  return all;
 }
 
 TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
     : document_(std::move(document)), node_(std::move(node)) {
-  const auto known = std::find_if(document_->nodes.begin(), document_->nodes.end(),
-                                  [&](const auto& other) { return node_->table && other->table == node_->table; });
-  if (known != document_->nodes.end())
-    node_ = *known;
-  else
-    document_->nodes.push_back(node_);
+  if (!node_->table) return;
+  const auto [known, is_new] = document_->known.emplace(node_->table, node_);
+  node_ = known->second;
+  if (is_new) document_->nodes.push_back(node_);
 }
 
 Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
@@ -362,28 +348,17 @@ std::string TomlTable::place(std::string_view key) const {
 
 void TomlTable::mistake(std::string_view key, std::string what) const {
   const auto* node = key.empty() ? nullptr : find(node_->table, key);
-  Document::Mistake found{node ? node->source().begin : node_->at, std::move(what)};
-  auto& known = document_->mistakes;
-  if (std::find(known.begin(), known.end(), found) == known.end()) known.push_back(std::move(found));
+  document_->mistakes.note({node ? node->source().begin : node_->at, std::move(what)});
 }
 
 Result<void> TomlTable::verdict() const {
-  auto mistakes = document_->mistakes;
-  for (const auto& node : document_->nodes) {
-    if (!node->table) continue;
-    for (const auto& [key, value] : *node->table) {
-      if (node->asked.contains(key.str())) continue;
-      const auto near = nearest(key.str(), std::vector<std::string>(node->asked.begin(), node->asked.end()));
-      mistakes.push_back(
-          {key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(),
-                                           near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near))});
-    }
-  }
+  const auto all = document_->all_mistakes();
+  const auto mistakes = all.in_order();
   if (mistakes.empty()) return {};
-  std::stable_sort(mistakes.begin(), mistakes.end(), [](auto& a, auto& b) { return a.at < b.at; });
   std::string what = mistakes.front().what;
   for (std::size_t i = 1; i < mistakes.size(); ++i)
     what += fmt::format("\n{}: {}", document_->place(mistakes[i].at), mistakes[i].what);
+  if (all.more()) what += fmt::format("\n{}: more mistakes than the {} told here", document_->file, kMostMistakes);
   return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/quantity.hpp"
+#include "core/quantity_text.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -18,7 +19,8 @@ namespace gyrotherm {
 /// for are mistakes too ("unknown key, did you mean …"). Copies share one list of mistakes.
 class TomlTable {
  public:
-  /// Parses a whole file's text. `file` is what places are reported under. Fails with bad_file on a syntax error.
+  /// Parses a whole file's text. `file` is what places are reported under. Fails with bad_file on a syntax error, and
+  /// where the text passes a bound (toml_text.hpp).
   [[nodiscard]] static Result<TomlTable> parse(std::string_view text, std::string file);
 
   [[nodiscard]] bool has(std::string_view key) const;
@@ -68,7 +70,7 @@ class TomlTable {
   void mistake(std::string_view key, std::string what) const;
 
   /// Fails with bad_file if any table of the file has a mistake: the first in `where`, all of them in `what`, one a
-  /// line (each further line is a whole "file:line:column: what, what was expected").
+  /// line (each further line is a whole "file:line:column: what, what was expected"); of more than 100 only so many.
   [[nodiscard]] Result<void> verdict() const;
 
  private:
@@ -80,8 +82,5 @@ class TomlTable {
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };
-
-/// "2 h", "90 s", "1 h 30 min", "250 ms" → a duration; fails with bad_file naming the text.
-[[nodiscard]] Result<Duration> parse_duration(std::string_view text);
 
 }  // namespace gyrotherm

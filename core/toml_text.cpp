@@ -1,27 +1,18 @@
 #include "core/toml_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/plain_text.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; }
-
-/// Bytes of the character that `text` begins with; 0 if it is not UTF-8 (RFC 3629: no overlong form, no surrogate,
-/// nothing beyond U+10FFFF).
-std::size_t character_size(std::string_view text) {
-  const auto first = static_cast<unsigned char>(text[0]);
-  if (first < 0x80) return 1;
-  const std::size_t size = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  if (first < 0xC2 || first > 0xF4 || text.size() < size) return 0;
-  if (!std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(size), continues)) return 0;
-  const auto second = static_cast<unsigned char>(text[1]);
-  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
-  const bool beyond = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
-  return overlong || beyond ? 0 : size;
-}
 
 enum class Inside { plain, comment, text, literal, long_text, long_literal };
 
@@ -34,6 +25,7 @@ class Scanner {
   [[nodiscard]] bool takes_any() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
   /// The text that began on this line was not ended on it.
   [[nodiscard]] bool torn() const { return torn_; }
+  [[nodiscard]] Inside inside() const { return inside_; }
 
  private:
   std::size_t open(std::string_view rest);
@@ -58,11 +50,12 @@ std::size_t Scanner::open(std::string_view rest) {
 
 /// A long text ends with three quotes; up to two more before them are its own.
 std::size_t Scanner::close(std::string_view rest) {
+  rest = rest.substr(0, 5);
   const auto quotes = std::min(rest.find_first_not_of(quote_), rest.size());
   const bool is_long = inside_ == Inside::long_text || inside_ == Inside::long_literal;
   if (is_long && quotes < 3) return quotes;
   inside_ = Inside::plain;
-  return is_long ? std::min<std::size_t>(quotes, 5) : 1;
+  return is_long ? quotes : 1;
 }
 
 std::size_t Scanner::take(std::string_view rest, std::size_t size) {
@@ -85,11 +78,117 @@ std::size_t Scanner::take(std::string_view rest, std::size_t size) {
   return c == quote_ ? close(rest) : size;
 }
 
+/// What there is too much of.
+enum class Excess { none, depth, keys, values, text, word };
+
+std::string in_words(Excess excess) {
+  switch (excess) {
+    case Excess::none: break;
+    case Excess::depth:
+      return fmt::format("lies more than {} keys, tables and arrays deep, expected fewer", TomlBounds::kDepth);
+    case Excess::keys: return fmt::format("more than {} keys and tables, expected fewer", TomlBounds::kKeys);
+    case Excess::values: return fmt::format("more than {} values in arrays, expected fewer", TomlBounds::kValues);
+    case Excess::text: return fmt::format("a text of more than {} bytes, expected a shorter one", TomlBounds::kText);
+    case Excess::word: return fmt::format("a word of more than {} bytes, expected a shorter one", TomlBounds::kWord);
+  }
+  return {};
+}
+
+/// Goes along with the scanner and knows how much of everything there has been.
+class Measure {
+ public:
+  /// One step of the scanner over `text`, which led from inside one thing into another.
+  Excess step(Inside before, Inside after, std::string_view text);
+
+ private:
+  Excess take(char c);
+  Excess take_text(std::size_t size);
+  void open(char bracket);
+  void close();
+  void end_line();
+  [[nodiscard]] std::size_t depth() const { return header_ + around_ + brackets_ + dots_; }
+
+  std::array<std::size_t, TomlBounds::kDepth + 1> dots_of_{};  ///< of each open bracket, in the key that it belongs to
+  std::size_t brackets_{};                                     ///< open ones
+  std::size_t around_{};                                       ///< the sum of their dots
+  std::size_t header_{};                                       ///< dots of the table header above
+  std::size_t dots_{};                                         ///< of the key, or the number, that is being read
+  std::size_t key_{};                                          ///< dots of the key whose value is being read
+  std::size_t keys_{}, values_{}, word_{}, text_{};
+  bool line_is_new_ = true;  ///< nothing but blanks so far
+  bool is_header_ = false;
+};
+
+Excess Measure::take_text(std::size_t size) {
+  line_is_new_ = false;
+  text_ += size;
+  return text_ > TomlBounds::kText ? Excess::text : Excess::none;
+}
+
+void Measure::open(char bracket) {
+  if (bracket == '[' && line_is_new_ && brackets_ == 0) {
+    is_header_ = true;
+    header_ = 0;
+    ++keys_;
+  }
+  if (brackets_ == dots_of_.size()) return;  // too deep for long
+  around_ += dots_of_[brackets_++] = key_;
+  key_ = dots_ = 0;
+}
+
+void Measure::close() {
+  if (is_header_ && dots_ > 0) header_ = dots_;
+  if (brackets_ > 0) around_ -= dots_of_[--brackets_];
+  dots_ = key_ = 0;
+}
+
+void Measure::end_line() {
+  line_is_new_ = true;
+  is_header_ = false;
+  dots_ = 0;
+  if (brackets_ == 0) key_ = 0;
+}
+
+Excess Measure::take(char c) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  constexpr std::string_view kBetween = "=,[]{}";
+  const bool blank = kBlanks.find(c) != std::string_view::npos;
+  word_ = blank || kBetween.find(c) != std::string_view::npos ? 0 : word_ + 1;
+  if (c == '.') ++dots_;
+  if (c == '=') {
+    ++keys_;
+    key_ = std::exchange(dots_, 0);
+  }
+  if (c == ',') {
+    ++values_;
+    dots_ = key_ = 0;
+  }
+  if (c == '[' || c == '{') open(c);
+  if (c == ']' || c == '}') close();
+  line_is_new_ = line_is_new_ && blank;
+  if (c == '\n') end_line();
+  if (depth() > TomlBounds::kDepth) return Excess::depth;
+  if (keys_ > TomlBounds::kKeys) return Excess::keys;
+  if (values_ > TomlBounds::kValues) return Excess::values;
+  return word_ > TomlBounds::kWord ? Excess::word : Excess::none;
+}
+
+Excess Measure::step(Inside before, Inside after, std::string_view text) {
+  const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
+  if (quotes(before) || quotes(after)) return take_text(text.size());
+  text_ = 0;
+  const bool of_a_comment = before == Inside::comment || after == Inside::comment;
+  return of_a_comment && text[0] != '\n' ? Excess::none : take(text[0]);
+}
+
 }  // namespace
 
 std::optional<TextFlaw> flaw_of(std::string_view text) {
+  if (text.size() > kLargestText)
+    return TextFlaw{.what = fmt::format("the text has {} bytes, expected at most {}", text.size(), kLargestText)};
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   Scanner scanner;
+  Measure measure;
   TextFlaw at;
   while (!text.empty() && !scanner.torn()) {
     const auto size = character_size(text);
@@ -102,7 +201,13 @@ std::optional<TextFlaw> flaw_of(std::string_view text) {
       return at;
     }
     const bool end_of_line = text[0] == '\n';
+    const auto before = scanner.inside();
     const auto taken = scanner.take(text, size);
+    const auto excess = measure.step(before, scanner.inside(), text.substr(0, taken));
+    if (excess != Excess::none) {
+      at.what = in_words(excess);
+      return at;
+    }
     text.remove_prefix(taken);
     at.column += static_cast<unsigned>(size > 1 ? 1 : taken);
     if (end_of_line) at = {.line = at.line + 1, .column = 1, .what = {}};

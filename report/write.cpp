@@ -41,7 +41,7 @@ Result<void> write_report(const std::string& report_json_text, const std::string
 }
 
 Result<void> rebuild_report(const std::string& folder) {
-  const auto text = read_text_file((fs::path(folder) / "report.json").string());
+  const auto text = read_text_file((fs::path(folder) / "report.json").string(), kLargestTable);
   if (!text) return failure(text.error());
   return write_views(*text, folder);
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,10 +13,13 @@ namespace {
 
 constexpr CelsiusPerMinute kRounding{1e-9};
 
+constexpr std::size_t kMostMistakes = 100;  ///< that are told of one profile
+
 /// The mistakes found so far; the passes of a repeat make each but once.
 class Mistakes {
  public:
   void note(const Segment& segment, std::string what) {
+    if (found_.size() == kMostMistakes) return;
     std::pair mistake{segment.place, std::move(what)};
     if (std::find(found_.begin(), found_.end(), mistake) == found_.end()) found_.push_back(std::move(mistake));
   }
@@ -24,6 +28,7 @@ class Mistakes {
     if (found_.empty()) return {};
     std::string what = found_.front().second;
     for (std::size_t i = 1; i < found_.size(); ++i) what += fmt::format("\n{}: {}", found_[i].first, found_[i].second);
+    if (found_.size() == kMostMistakes) what += fmt::format("\nno more than {} mistakes are told", kMostMistakes);
     return failure(FaultKind::bad_file, found_.front().first, std::move(what));
   }
 

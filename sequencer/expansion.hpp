@@ -8,7 +8,7 @@
 
 namespace gyrotherm {
 
-inline constexpr int kMostSegments = 100'000;
+inline constexpr int kMostSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 
 /// Appends the segments of `written` to the profile, and the cycles they make. Mistakes that only the expansion shows

@@ -59,7 +59,7 @@ struct Profile {
 [[nodiscard]] Celsius set_point_before(const Profile& profile, std::size_t segment);
 
 /// Reads and expands. Fails with bad_file, every mistake with its place (empty repeat, zero or negative times, unknown
-/// keys, a hold or ramp without what it needs, more than 100,000 segments …).
+/// keys, a hold or ramp without what it needs, more than 20,000 segments …).
 [[nodiscard]] Result<Profile> parse_profile(std::string_view text, const std::string& file);
 
 /// What a chamber can do; from the rig file.

@@ -15,7 +15,7 @@ PeerParameters TracePosition::parameters() const {
 }
 
 Result<std::vector<TracePosition>> load_trace(const std::string& path) {
-  const auto text = read_text_file(path);
+  const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
   std::vector<TracePosition> trace;
   std::istringstream lines(*text);

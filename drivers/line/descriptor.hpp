@@ -1,42 +1,15 @@
-/// An open file of the operating system, and waiting for it.
+/// Waiting for an open file of the operating system.
 #pragma once
 
 #include <poll.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
-#include <utility>
 
+#include "core/descriptor.hpp"
 #include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {
-
-inline constexpr int kNoDescriptor = -1;
-
-/// Owns a descriptor.
-class Descriptor {
- public:
-  Descriptor() = default;
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, kNoDescriptor)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    close();
-    number_ = std::exchange(other.number_, kNoDescriptor);
-    return *this;
-  }
-  [[nodiscard]] bool is_open() const { return number_ >= 0; }
-  [[nodiscard]] int number() const { return number_; }
-  void close() {
-    if (is_open()) ::close(number_);
-    number_ = kNoDescriptor;
-  }
-
- private:
-  int number_ = kNoDescriptor;
-};
 
 /// True once `descriptor` is ready for `events` (or broken); false if the time is over. A signal does not end the wait.
 [[nodiscard]] inline bool ready(int descriptor, short events, const Deadline& deadline) {

@@ -1,7 +1,9 @@
 /// Any text is either read or refused with a place, whatever is asked of it.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -42,12 +44,28 @@ void run(const std::string& text) {
   if (const auto verdict = root->verdict(); !verdict) require(verdict.error().where.starts_with("fuzz.toml:"));
 }
 
+/// Bombs from bytes: each picks a piece of a text and how often it stands there, the first often in one key.
+std::string piled_up(const std::uint8_t* data, std::size_t size) {
+  constexpr std::string_view kPieces[] = {
+      "a",       ".a", "[", "]",   "{", "}", "=",   " = 1\n", "\n",  ",",    "\"",       "'",   "'''",    "\"\"\"",
+      "[[a]]\n", "\\", "#", "1.5", "°", "k", "{b=", "{},",    "[],", "x = ", "\"\\\"\"", ". a", "[a.b]\n"};
+  const auto pile = [&](std::size_t i, int most) {
+    std::string text;
+    for (int times = 1 << data[i + 1] % most; times > 0; --times) text += kPieces[data[i] % std::size(kPieces)];
+    return text;
+  };
+  std::string text = size < 2 ? "" : "k" + pile(0, 16) + " = 1\n";
+  for (std::size_t i = 2; i + 1 < size; i += 2) text += pile(i, 7);
+  return text;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   if (const auto d = gyrotherm::parse_duration(bytes)) require(*d >= gyrotherm::Duration::zero());
   run(bytes);
+  for (const std::size_t most : {2, 12}) run(piled_up(data, std::min(size, most)));
   run("a = \"" + bytes + "\"\nb = [1, 2]\n[c]\nd = 5\n[[e]]\nf = [[1, 2]]\n");
   return 0;
 }

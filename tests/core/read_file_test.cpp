@@ -1,6 +1,12 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <set>
 
 #include "core/text_file.hpp"
 
@@ -9,29 +15,161 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(ReadFile, GivesBackWhatWasWritten) {
-  const auto path = (fs::path(testing::TempDir()) / "read_file_test.txt").string();
+/// A folder for one test, gone afterwards.
+class Files : public testing::Test {
+ protected:
+  Files() { fs::create_directories(folder_); }
+  ~Files() override { fs::remove_all(folder_); }
+  [[nodiscard]] std::string in(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::set<std::string> names() const {
+    std::set<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder_)) found.insert(entry.path().filename().string());
+    return found;
+  }
+  const fs::path folder_ = fs::path(testing::TempDir()) / ("files-" + std::to_string(::getpid()));
+};
+
+mode_t mode_of(const std::string& path) {
+  struct stat facts {};
+  return ::lstat(path.c_str(), &facts) == 0 ? facts.st_mode & 07777 : 0;
+}
+
+/// What reading says; nothing is waited for.
+std::string what_reading_says(const std::string& path, std::size_t most = kLargestText) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto read = read_text_file(path, most);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(1)) << path;
+  if (read) return "read";
+  EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+  return text(read.error());
+}
+
+using ReadFile = Files;
+using ReplaceFile = Files;
+using OwnFile = Files;
+
+TEST_F(ReadFile, GivesBackWhatWasWritten) {
   const std::string text("a\0b\r\n°", 7);
-  ASSERT_TRUE(replace_text_file(path, "old, and longer than what replaces it").has_value());
-  ASSERT_TRUE(replace_text_file(path, text).has_value());
-  EXPECT_EQ(read_text_file(path).value(), text);
-  EXPECT_FALSE(fs::exists(path + ".part"));
-  fs::remove(path);
+  ASSERT_TRUE(replace_text_file(in("f"), "old, and longer than what replaces it"));
+  ASSERT_TRUE(replace_text_file(in("f"), text));
+  EXPECT_EQ(read_text_file(in("f")).value(), text);
+  EXPECT_EQ(names(), std::set<std::string>{"f"});
 }
 
-TEST(ReadFile, NamesTheFileThatIsNotThere) {
-  const auto text = read_text_file("/nowhere/at/all.toml");
-  ASSERT_FALSE(text);
-  EXPECT_EQ(text.error().kind, FaultKind::bad_file);
-  EXPECT_EQ(text.error().where, "/nowhere/at/all.toml");
+TEST_F(ReadFile, NamesTheFileThatIsNotThere) {
+  EXPECT_EQ(what_reading_says("/nowhere/at/all.toml"),
+            "/nowhere/at/all.toml: cannot be read: No such file or directory");
+  EXPECT_EQ(read_text_file_if_any(in("none")).value(), std::nullopt);
 }
 
-TEST(ReadFile, ADirectoryIsNoFile) { EXPECT_FALSE(read_text_file(testing::TempDir()).has_value()); }
+TEST_F(ReadFile, WaitsForNoPipeAndReadsNoDevice) {
+  ASSERT_EQ(::mkfifo(in("pipe").c_str(), 0600), 0);
+  EXPECT_EQ(what_reading_says(in("pipe")), in("pipe") + ": is a pipe, expected a regular file");
+  EXPECT_EQ(what_reading_says("/dev/zero"), "/dev/zero: is a device, expected a regular file");
+  EXPECT_EQ(what_reading_says(folder_.string()), folder_.string() + ": is a folder, expected a regular file");
+  fs::create_symlink(in("pipe"), in("link"));
+  EXPECT_EQ(what_reading_says(in("link")), in("link") + ": is a pipe, expected a regular file");
+  EXPECT_FALSE(read_text_file_if_any(in("pipe")));
+}
 
-TEST(WriteFile, FailsWhereNothingCanBeWritten) {
-  const auto written = replace_text_file("/nowhere/at/all.toml", "x");
-  ASSERT_FALSE(written);
-  EXPECT_EQ(written.error().kind, FaultKind::storage);
+TEST_F(ReadFile, BelievesNoFileThatIsMadeWhileItIsRead) {
+  EXPECT_EQ(what_reading_says("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
+  EXPECT_NE(what_reading_says("/proc/self/status").find("it said that it has 0 bytes and gives more"),
+            std::string::npos);
+  EXPECT_NE(what_reading_says("/sys/kernel/mm/transparent_hugepage/enabled", 100'000).find("cannot be read"),
+            std::string::npos);
+}
+
+TEST_F(ReadFile, LooksAtTheSizeBeforeItReads) {
+  std::ofstream(in("sparse")).close();
+  fs::resize_file(in("sparse"), 1ULL << 40);
+  EXPECT_EQ(what_reading_says(in("sparse")),
+            in("sparse") + ":1:1: the file has 1099511627776 bytes, expected at most 4000000");
+  fs::resize_file(in("sparse"), 100);
+  EXPECT_EQ(what_reading_says(in("sparse"), 99), in("sparse") + ":1:1: the file has 100 bytes, expected at most 99");
+  EXPECT_EQ(what_reading_says(in("sparse"), 100), "read");
+}
+
+TEST_F(ReadFile, FollowsALinkOnlyWhereItMay) {
+  ASSERT_TRUE(replace_text_file(in("f"), "x"));
+  fs::create_symlink("f", in("link"));
+  EXPECT_EQ(read_text_file(in("link")).value(), "x");
+  const auto refused = open_regular_file(in("link"), Links::refused);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(text(refused.error()), in("link") + ": is a link, expected a regular file");
+  fs::create_symlink("nowhere", in("dangling"));
+  EXPECT_FALSE(read_text_file_if_any(in("dangling"))) << "something is there";
+  EXPECT_FALSE(read_text_file_if_any(in("link"), kLargestText, Links::refused));
+}
+
+TEST_F(ReplaceFile, FailsWhereNothingCanBeWritten) {
+  for (const std::string path : {"/nowhere/at/all.toml", folder_.c_str(), "/dev/null"}) {
+    const auto written = replace_text_file(path, "x");
+    ASSERT_FALSE(written) << path;
+    EXPECT_EQ(written.error().kind, FaultKind::storage);
+    EXPECT_EQ(written.error().where, path);
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(ReplaceFile, ReplacesALinksTargetAndTheLinkStays) {
+  fs::create_directory(in("elsewhere"));
+  ASSERT_TRUE(replace_text_file(in("elsewhere/target"), "old"));
+  fs::create_symlink("elsewhere/target", in("link"));
+  ASSERT_TRUE(replace_text_file(in("link"), "new"));
+  EXPECT_TRUE(fs::is_symlink(in("link")));
+  EXPECT_EQ(read_text_file(in("elsewhere/target")).value(), "new");
+}
+
+/// What somebody put beside it, under the name that was once used for the new file.
+TEST_F(ReplaceFile, WritesThroughNoLinkUnderAnyNameOfItsOwn) {
+  ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
+  for (const char* name : {"f.part", "g.part"}) fs::create_symlink("precious", in(name));
+  ASSERT_TRUE(replace_text_file(in("f"), "x"));
+  ASSERT_TRUE(replace_own_file(in("g"), "x"));
+  EXPECT_EQ(read_text_file(in("precious")).value(), "precious");
+  EXPECT_EQ(names(), (std::set<std::string>{"f", "f.part", "g", "g.part", "precious"}));
+}
+
+TEST_F(ReplaceFile, TakesALongNameAndOneWithoutAFolder) {
+  const std::string longest(255, 'n');
+  EXPECT_TRUE(replace_text_file(in(longest), "x"));
+  EXPECT_TRUE(replace_own_file(in(longest), "y"));
+  EXPECT_EQ(read_text_file(in(longest)).value(), "y");
+  const auto before = fs::current_path();
+  fs::current_path(folder_);
+  EXPECT_TRUE(replace_text_file("here", "x"));
+  EXPECT_TRUE(replace_own_file("here too", "x"));
+  fs::current_path(before);
+  EXPECT_TRUE(fs::exists(in("here")) && fs::exists(in("here too")));
+}
+
+TEST_F(OwnFile, ReplacesALinkItselfAndFollowsNone) {
+  ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
+  for (const std::string target : {"precious", "nowhere"}) {
+    fs::remove(in("status"));
+    fs::create_symlink(target, in("status"));
+    ASSERT_TRUE(replace_own_file(in("status"), "mine", Disk::not_awaited));
+    EXPECT_FALSE(fs::is_symlink(in("status")));
+    EXPECT_EQ(read_text_file(in("status")).value(), "mine");
+  }
+  EXPECT_EQ(read_text_file(in("precious")).value(), "precious");
+  ASSERT_EQ(::mkfifo(in("pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(replace_own_file(in("pipe"), "mine"));
+  EXPECT_FALSE(replace_own_file(folder_.string(), "mine"));
+  EXPECT_EQ(names(), (std::set<std::string>{"pipe", "precious", "status"}));
+}
+
+TEST_F(OwnFile, IsForOwnerAndGroupWhateverTheUmask) {
+  for (const mode_t mask : {0000, 0022, 0077}) {
+    const auto before = ::umask(mask);
+    EXPECT_TRUE(replace_own_file(in("own"), "x"));
+    fs::remove(in("named"));
+    EXPECT_TRUE(replace_text_file(in("named"), "x"));
+    ::umask(before);
+    EXPECT_EQ(mode_of(in("own")), 0640u) << mask;
+    EXPECT_EQ(mode_of(in("named")), 0644u & ~mask) << mask;
+  }
 }
 
 }  // namespace

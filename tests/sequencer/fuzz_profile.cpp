@@ -23,7 +23,7 @@ void run(std::string_view text) {
   using namespace gyrotherm;
   const auto profile = parse_profile(text, "fuzz.toml");
   if (!profile) return require(!profile.error().what.empty() && profile.error().where.starts_with("fuzz.toml:"));
-  require(!profile->segments.empty() && profile->segments.size() <= 100'000);
+  require(!profile->segments.empty() && profile->segments.size() <= 20'000);
   const auto timeline = plan(*profile);
   require(timeline.segments.size() == profile->segments.size());
   (void)check_profile(*profile, {});

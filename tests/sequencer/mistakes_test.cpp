@@ -140,19 +140,46 @@ std::string nested(int depth, const std::string& count) {
 TEST(RepeatBomb, IsRefusedWithoutBeingExpanded) {
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
-            "p.toml:25:1: the profile grows beyond 100000 segments or 100000000 s here");
+            "p.toml:25:1: the profile grows beyond 20000 segments or 100000000 s here");
   EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
 }
 
-TEST(RepeatBomb, AHundredThousandSegmentsAreStillAllowed) {
-  EXPECT_EQ(parsed(nested(1, "100000")).segments.size(), 100'000u);
-  EXPECT_NE(refusal(nested(1, "100001")), "nothing");
+TEST(RepeatBomb, TwentyThousandSegmentsAreStillAllowed) {
+  EXPECT_EQ(parsed(nested(1, "20000")).segments.size(), 20'000u);
+  EXPECT_NE(refusal(nested(1, "20001")), "nothing");
+}
+
+/// As many holds one behind the other.
+std::string written_out(int count) {
+  std::string segments;
+  for (int i = 0; i < count; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
+  return segments;
+}
+
+TEST(SegmentBomb, IsReadInATimeThatGrowsWithItsLength) {
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(parsed(written_out(20'000)).segments.size(), 20'000u);
+  EXPECT_EQ(refusal(written_out(20'001)),
+            "p.toml:80004:1: the profile grows beyond 20000 segments or 100000000 s here");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(10));
+}
+
+TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
+  std::string segments;
+  for (int i = 0; i < 20'000; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\nx = 1\n";
+  const auto start = std::chrono::steady_clock::now();
+  const auto told = refusal(segments);
+  EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\", did you mean \"at\"?\np.toml:13:1: unknown key"))
+      << told.substr(0, 200);
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 100);
+  EXPECT_TRUE(told.ends_with("p.toml: more mistakes than the 100 told here"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
 }
 
 TEST(RepeatBomb, TheWholeProfileHasALongestTime) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
                     "time = \"1000 d\"\n"),
-            "p.toml:7:1: the profile grows beyond 100000 segments or 100000000 s here");
+            "p.toml:7:1: the profile grows beyond 20000 segments or 100000000 s here");
 }
 
 TEST(RepeatBomb, NestingHasALimit) {

@@ -1,0 +1,70 @@
+#include "core/plain_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace gyrotherm {
+namespace {
+
+bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; }
+
+/// The code point of one whole character.
+char32_t code_point_of(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  if (character.size() == 1) return first;
+  char32_t point = first & (0x7Fu >> character.size());
+  for (const char byte : character.substr(1)) point = point << 6 | (static_cast<unsigned char>(byte) & 0x3Fu);
+  return point;
+}
+
+bool is_control(char32_t point) { return point < 0x20 || (point >= 0x7F && point < 0xA0); }
+
+bool turns_direction(char32_t point) {
+  return (point >= 0x202A && point <= 0x202E) || (point >= 0x2066 && point <= 0x2069);
+}
+
+}  // namespace
+
+std::size_t character_size(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (first < 0x80) return 1;
+  const std::size_t size = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < size) return 0;
+  if (!std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(size), continues)) return 0;
+  const auto second = static_cast<unsigned char>(text[1]);
+  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
+  const bool beyond = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
+  return overlong || beyond ? 0 : size;
+}
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const auto size = character_size(text);
+    if (size == 0) return false;
+    text.remove_prefix(size);
+  }
+  return true;
+}
+
+std::string plain(std::string_view text, Blanks blanks) {
+  std::string shown;
+  shown.reserve(text.size());
+  while (!text.empty()) {
+    const auto size = std::max<std::size_t>(character_size(text), 1);
+    const auto character = text.substr(0, size);
+    const bool whole = character_size(text) != 0;
+    const auto point = whole ? code_point_of(character) : char32_t{};
+    if (!whole || (point < 0x80 && is_control(point) && !(blanks == Blanks::kept && (point == '\n' || point == '\t'))))
+      fmt::format_to(std::back_inserter(shown), "\\x{:02x}", static_cast<unsigned char>(character[0]));
+    else if (point >= 0x80 && (is_control(point) || turns_direction(point)))
+      fmt::format_to(std::back_inserter(shown), "\\u{:04x}", static_cast<std::uint32_t>(point));
+    else
+      shown += character;
+    text.remove_prefix(size);
+  }
+  return shown;
+}
+
+}  // namespace gyrotherm

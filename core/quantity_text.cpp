@@ -1,0 +1,72 @@
+#include "core/quantity_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+struct Quantity {
+  double value;
+  std::string unit;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// The leading number of a text and what follows it up to the next digit or the end.
+std::optional<Quantity> take_quantity(std::string_view& text) {
+  text = trimmed(text);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || !std::isfinite(value)) return std::nullopt;
+  text = trimmed(text.substr(static_cast<std::size_t>(end - text.data())));
+  const auto length = std::min(text.find_first_of("0123456789+-."), text.size());
+  Quantity q{value, std::string(trimmed(text.substr(0, length)))};
+  text = trimmed(text.substr(length));
+  return q;
+}
+
+}  // namespace
+
+std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units) {
+  const auto q = take_quantity(text);
+  if (!q || !text.empty()) return std::nullopt;
+  if (std::find(units.begin(), units.end(), q->unit) == units.end()) return std::nullopt;
+  return q->value;
+}
+
+Result<Duration> parse_duration(std::string_view whole) {
+  constexpr std::array<std::pair<std::string_view, double>, 5> kUnits{
+      {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}}};
+  auto rest = trimmed(whole);
+  double seconds = 0;
+  bool any = false;
+  while (!rest.empty()) {
+    const auto q = take_quantity(rest);
+    const auto* unit =
+        q ? std::find_if(kUnits.begin(), kUnits.end(), [&](auto& u) { return u.first == q->unit; }) : kUnits.end();
+    if (unit == kUnits.end() || q->value < 0) {
+      any = false;
+      break;
+    }
+    seconds += q->value * unit->second;
+    any = true;
+  }
+  if (!any || seconds > 1e8)
+    return failure(FaultKind::bad_file, "",
+                   fmt::format("\"{}\" is not a duration; expected text like \"2 h\", \"90 s\"", whole));
+  return from_seconds(seconds);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,60 @@
+#include "core/plain_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace gyrotherm {
+namespace {
+
+TEST(PlainText, OfLettersOfAnyScriptStaysAsItIs) {
+  for (const std::string text :
+       {"", "Watlow F4T 4.2", "−40 … 80 °C ± 0,3 K", "室温", "Ωμέγα \xF0\x9F\x8C\xA1", "a\\x1b"})
+    EXPECT_EQ(plain(text), text);
+}
+
+TEST(PlainText, ShowsWhatSteersATerminal) {
+  EXPECT_EQ(plain("\x1b]0;owned\x07"), "\\x1b]0;owned\\x07");
+  EXPECT_EQ(plain("a\rb\x7f"), "a\\x0db\\x7f");
+  EXPECT_EQ(plain(std::string_view("\0", 1)), "\\x00");
+  EXPECT_EQ(plain("\xC2\x9B"
+                  "31m"),
+            "\\u009b31m");
+}
+
+TEST(PlainText, ShowsMarksThatTurnTheDirectionOfWriting) {
+  EXPECT_EQ(plain("\u202Egnp.exe"), "\\u202egnp.exe");
+  EXPECT_EQ(plain("\u2066\u2069"), "\\u2066\\u2069");
+  EXPECT_EQ(plain("\u2029\u2065\u206A"), "\u2029\u2065\u206A");
+}
+
+TEST(PlainText, ShowsBytesThatAreNotUtf8) {
+  EXPECT_EQ(plain("\xff\xfe"), "\\xff\\xfe");
+  EXPECT_EQ(plain("\xC0\x9B"), "\\xc0\\x9b");
+  EXPECT_EQ(plain("\xE2\x80"), "\\xe2\\x80");
+  EXPECT_EQ(plain("20 \xB0"
+                  "C"),
+            "20 \\xb0C");
+}
+
+TEST(PlainText, KeepsLineEndsAndTabulatorsWhereTheyAreWanted) {
+  EXPECT_EQ(plain("a\n\tb\r"), "a\\x0a\\x09b\\x0d");
+  EXPECT_EQ(plain("a\n\tb\r", Blanks::kept), "a\n\tb\\x0d");
+}
+
+TEST(PlainText, OfAnyBytesIsUtf8WithoutControlsAndPlainAlready) {
+  std::mt19937 random(20260101);
+  for (int i = 0; i < 20'000; ++i) {
+    std::string bytes(random() % 40, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random() % 3 == 0 ? 0xC2 + random() % 0x30 : random());
+    const auto shown = plain(bytes);
+    ASSERT_TRUE(is_utf8(shown)) << i;
+    ASSERT_EQ(plain(shown), shown) << i;
+    for (const unsigned char c : shown) ASSERT_TRUE(c >= ' ' && c != 0x7F) << i;
+    if (is_utf8(bytes)) continue;
+    ASSERT_NE(shown.find("\\x"), std::string::npos) << i;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -75,6 +75,8 @@ Result<void> read_events(Database& database, Record& record) {
     if (!more) return failure(more.error());
     if (!*more) return {};
     const Instant at{Duration(query->integer(1)), Duration(query->integer(2))};
+    if (!is_possible_time(at.since_start) || !is_possible_time(at.utc))
+      return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
     record.events.push_back({query->integer(0), {at, event_kind_named(query->text(3)), std::string(query->text(4))}});
   }
 }

@@ -47,18 +47,16 @@ Result<std::string> columns_in(Database& database, const RunInfo& info) {
   });
 }
 
+bool has_possible_times(const StoredRow& row) {
+  const auto& progress = row.progress;
+  return is_possible_time(row.monotonic) && (!row.utc || is_possible_time(*row.utc)) &&
+         is_possible_time(progress.in_segment) && is_possible_time(progress.soaked);
+}
+
 StoredRow empty_row(const RunInfo& info) {
   StoredRow row;
   row.thermometers_c.resize(info.thermometers.size());
   return row;
-}
-
-/// A writer that died while it closed the record leaves a journal, which only one who may write can undo. If that
-/// fails, the reader is told why by its own attempt.
-void undo_broken_off(const std::string& path) {
-  if (!is_there(path + "-journal")) return;
-  if (auto database = Database::open(path, Access::read_write, kReaderPatienceMs)) [[maybe_unused]]
-    const auto undone = database->ask("PRAGMA user_version");
 }
 
 }  // namespace
@@ -80,11 +78,14 @@ RunState run_state_named(std::string_view text) {
 
 Result<Database> open_record(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status))
     return failure(FaultKind::bad_file, path, "no such file, expected a gyrotherm record");
-  undo_broken_off(path);
+  if (!std::filesystem::is_regular_file(status))
+    return failure(FaultKind::bad_file, path, "is no regular file, expected a gyrotherm record");
   auto database = Database::open(path, Access::read_only, kReaderPatienceMs);
   if (!database) return database;
+  if (auto alone = check_no_journal(path, database->path()); !alone) return failure(alone.error());
   if (auto checked = check_schema(*database, path); !checked) return failure(checked.error());
   return database;
 }
@@ -100,6 +101,8 @@ Result<void> each_sample(Database& database, const RunInfo& info, const std::fun
     if (!more) return failure(more.error());
     if (!*more) return {};
     take(*query, row);
+    if (!has_possible_times(row))
+      return failure(FaultKind::bad_file, database.path(), fmt::format("second {} has impossible times", row.slot));
     use(row);
   }
 }

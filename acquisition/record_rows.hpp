@@ -34,15 +34,19 @@ struct StoredRow {
   RunState state{};   ///< older records have none
 };
 
-/// Opens a record to read it, and checks that it is one. Nothing in it changes, not even a dead writer's log (beside
-/// which SQLite leaves the log's index, RUN.db-shm, until the run goes on), but that a last step which a writer broke
-/// off while it closed the record is undone. Fails with bad_file, or with storage if it
-/// is being written or damaged.
+/// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or
+/// beside it changes, comes or goes, and no writer can begin while it is open. Fails with bad_file, also if a journal
+/// lies beside it; with storage if it is being written or damaged.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 
 /// Calls `use` with each sample in order of slots; the row is overwritten by the next.
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info,
                                        const std::function<void(const StoredRow&)>& use);
+
+/// Whether a run's clock, or the wall's, could show it: sums and differences of such times do not overflow.
+[[nodiscard]] constexpr bool is_possible_time(Duration time) {
+  return time >= Duration{} && time <= Duration(std::int64_t{1} << 61);
+}
 
 /// The last sample, if there is one.
 [[nodiscard]] Result<std::optional<StoredRow>> last_row(Database& database, const RunInfo& info);

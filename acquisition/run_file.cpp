@@ -35,7 +35,10 @@ constexpr std::array kDurable{
 };
 constexpr int kLongLogPages = 200;
 constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
-constexpr Setting kOneFile{"journal_mode", "DELETE", "delete"};
+/// On its way out of WAL mode SQLite writes the first page anew, of which only bytes 18 to 99 differ: a disk that
+/// writes sectors whole has the old page or the new one, and both are read. So the journal of that stays in memory, and
+/// a program that dies there leaves none for a reader to play back. Into WAL mode it goes while the file is empty.
+constexpr Setting kNoJournal{"journal_mode", "MEMORY", "memory"};
 
 Result<void> apply(Database& database, const Setting& setting, const std::string& path) {
   if (const auto set = database.ask(fmt::format("PRAGMA {} = {}", setting.pragma, setting.value)); !set)
@@ -55,7 +58,8 @@ Result<void> make_durable(Database& database, const std::string& path) {
 
 /// An empty file that did not exist before; SQLite takes it for an empty database.
 Result<void> make_new_file(const std::string& path) {
-  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0644);
+  constexpr mode_t kForTheGroup = 0640;  // of its log too, which SQLite makes like it
+  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kForTheGroup);
   if (file < 0 && errno == EEXIST)
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
   if (file < 0) return failure(FaultKind::storage, path, std::strerror(errno));
@@ -85,9 +89,12 @@ Result<std::optional<RowChain>> stored_chain(Database& database, const std::stri
 
 Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
                            const std::optional<Continuation>& continuation) {
-  const auto prepared = in_memory(path)
-                            ? Result<void>{}
-                            : apply(database, kExclusive, path).and_then([&] { return make_durable(database, path); });
+  const auto prepared =
+      in_memory(path)
+          ? Result<void>{}
+          : apply(database, kExclusive, path).and_then([&] { return apply(database, kNoJournal, path); }).and_then([&] {
+              return make_durable(database, path);
+            });
   return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
       .and_then([&] { return create_schema(database, info.thermometers); })
       .and_then([&] { return write_run_info(database, info); })
@@ -201,6 +208,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
     watch->remember();
   }
   RunFile file(std::move(database), std::move(*statements), std::move(watch), path, std::move(info));
+  if (!in_memory(path)) file.written_.emplace(path);
   file.now_.chain = file.committed_.chain = *chain;
   file.now_.faults = file.committed_.faults = *faults;
   file.now_.events = file.committed_.events = *events;
@@ -225,6 +233,7 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
 }
 
 Result<RunFile> RunFile::reopen(const std::string& path) {
+  if (auto alone = check_no_journal(path, path); !alone) return failure(alone.error());
   auto database = Database::open(path, Access::read_write, kWriterPatienceMs);
   if (!database) return failure(database.error());
   const auto usable = apply(*database, kExclusive, path)
@@ -403,7 +412,7 @@ Result<void> RunFile::finish() {
         if (busy == "0") return {};
         return failure(FaultKind::storage, path_, "the log could not be folded into the record");
       })
-      .and_then([this] { return apply(database_, kOneFile, path_); });
+      .and_then([this] { return apply(database_, kNoJournal, path_); });
 }
 
 }  // namespace gyrotherm

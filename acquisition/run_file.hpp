@@ -13,6 +13,7 @@
 #include "acquisition/run_info.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
+#include "acquisition/written_here.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
@@ -81,6 +82,7 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const ::gyrotherm::Statement& row);
 
+  std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
   Database database_;
   std::optional<Statements> statements_;  ///< gone after finish()
   std::optional<FileWatch> watch_;        ///< nothing in memory

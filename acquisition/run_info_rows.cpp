@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "acquisition/calibration.hpp"
+#include "acquisition/record_rows.hpp"
 #include "acquisition/schema.hpp"
 #include "acquisition/store.hpp"
 
@@ -194,7 +195,11 @@ Result<RunInfo> read_run_info(Database& database) {
                 });
           })
           .and_then([&] { return read_lists(database, info); })
-          .and_then([&] { return check_channel_names(info.thermometers); });
+          .and_then([&] { return check_channel_names(info.thermometers); })
+          .and_then([&]() -> Result<void> {
+            if (is_possible_time(info.started_utc)) return {};
+            return failure(FaultKind::bad_file, database.path(), "the run started at an impossible time");
+          });
   if (!read) return failure(read.error());
   return info;
 }

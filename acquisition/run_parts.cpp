@@ -34,6 +34,16 @@ bool is_there(const std::string& path) {
   return std::filesystem::exists(path, error);
 }
 
+Result<void> check_no_journal(const std::string& where, const std::string& file) {
+  const auto journal = file + "-journal";
+  std::error_code error;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(journal, error))) return {};
+  return failure(FaultKind::bad_file, where,
+                 fmt::format("a journal lies beside it ({}): another program broke off while it changed the record, "
+                             "and it is not played back here",
+                             std::filesystem::path(journal).filename().string()));
+}
+
 std::string part_path(const std::string& record_path, int part) {
   if (part == 1) return record_path;
   std::filesystem::path path(record_path);

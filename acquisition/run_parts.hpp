@@ -22,6 +22,10 @@ struct Continuation {
 /// Whether a file has that name; one that cannot be looked at counts as not there.
 [[nodiscard]] bool is_there(const std::string& path);
 
+/// Fails with bad_file if a journal lies beside the file: another program broke off while it changed it. We leave none,
+/// and do not play one back, for it overwrites the file and may name others. `where` names the file in the fault.
+[[nodiscard]] Result<void> check_no_journal(const std::string& where, const std::string& file);
+
 /// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
 [[nodiscard]] std::string part_path(const std::string& record_path, int part);
 

@@ -97,21 +97,56 @@ Result<void> create_schema(Database& database, const std::vector<Channel>& chann
                                       kUserVersion, kOtherTables, sample));
 }
 
-Result<void> check_schema(Database& database, const std::string& path) {
-  return schema_version(database, path).map([](int) {});
+namespace {
+
+std::string schema_named(std::int64_t version) { return fmt::format("gyrotherm-run/{}", version); }
+
+tl::unexpected<Fault> another_schema(const std::string& path, const std::string& found) {
+  return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", found, kRunSchema));
 }
 
-Result<int> schema_version(Database& database, const std::string& path) {
+/// The version that the file's header says, which no table needs to be read for.
+Result<std::int64_t> header_version(Database& database, const std::string& path) {
   const auto id = database.ask_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
   if (*id != kApplicationId) return failure(FaultKind::bad_file, path, "not a gyrotherm record");
   const auto version = database.ask_integer("PRAGMA user_version", 0);
   if (!version) return failure(version.error());
+  if (*version < 1 || *version > kUserVersion) return another_schema(path, schema_named(*version));
+  return *version;
+}
+
+/// Whether all numbers that are seconds of the run could be some.
+Result<void> check_slots(Database& database, const std::string& path) {
+  const auto wrong = database.ask_integer(
+      fmt::format(
+          "SELECT coalesce((SELECT min(slot) FROM sample), 0) < 0 OR coalesce((SELECT max(slot) FROM sample), 0) > {0}"
+          " OR EXISTS(SELECT 1 FROM gap WHERE first NOT BETWEEN 0 AND {0} OR last NOT BETWEEN first AND {0})"
+          " OR EXISTS(SELECT 1 FROM event WHERE slot NOT BETWEEN -1 AND {0})"
+          " OR EXISTS(SELECT 1 FROM fault WHERE slot NOT BETWEEN -1 AND {0})",
+          kMostSlots),
+      1);
+  if (!wrong) return failure(wrong.error());
+  if (*wrong == 0) return {};
+  return failure(FaultKind::bad_file, path, fmt::format("a second of the run is not between 0 and {}", kMostSlots));
+}
+
+}  // namespace
+
+Result<void> check_schema(Database& database, const std::string& path) {
+  return header_version(database, path)
+      .and_then([&](std::int64_t version) { return check_tables(database, path, static_cast<int>(version)); })
+      .and_then([&] { return schema_version(database, path).map([](int) {}); })
+      .and_then([&] { return check_slots(database, path); });
+}
+
+Result<int> schema_version(Database& database, const std::string& path) {
+  const auto version = header_version(database, path);
+  if (!version) return failure(version.error());
   const auto schema = meta(database, "schema");
   if (!schema) return failure(schema.error());
-  if (*version >= 1 && *version <= kUserVersion && *schema == fmt::format("gyrotherm-run/{}", *version))
-    return static_cast<int>(*version);
-  return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", *schema, kRunSchema));
+  if (*schema != schema_named(*version)) return another_schema(path, *schema);
+  return static_cast<int>(*version);
 }
 
 Result<bool> has_table(Database& database, const char* name) {

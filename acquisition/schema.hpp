@@ -16,6 +16,7 @@
 /// commit, `meta` what it begins and ends with.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -33,11 +34,18 @@ namespace gyrotherm {
 [[nodiscard]] Result<void> create_schema(Database& database, const std::vector<Channel>& channels);
 
 inline constexpr int kFirstChained = 2;
+inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of seconds
 
 /// The version of the record's schema. Fails with bad_file if the file is no record, or a later program's; with storage
 /// if it is locked.
 [[nodiscard]] Result<int> schema_version(Database& database, const std::string& path);
+/// Also that the file holds the tables of that version with their columns, and no view, trigger, index, virtual table
+/// or computed column; that is looked at before any of them is read. And that its slots are such as a run can have:
+/// from 0 to kMostSlots.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
+
+/// The part of check_schema() that looks at the tables.
+[[nodiscard]] Result<void> check_tables(Database& database, const std::string& path, int version);
 
 /// A table that older records lack.
 [[nodiscard]] Result<bool> has_table(Database& database, const char* name);

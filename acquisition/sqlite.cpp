@@ -4,10 +4,16 @@
 #include <sqlite3.h>
 
 #include <cassert>
+#include <cstring>
 #include <limits>
+
+#include "acquisition/reader_vfs.hpp"
+#include "acquisition/written_here.hpp"
 
 namespace gyrotherm {
 namespace {
+
+constexpr int kLongestValue = 16'000'000;  ///< bytes of a text in a record that is read
 
 Fault fault_of(sqlite3* connection) {
   const char* file = sqlite3_db_filename(connection, "main");
@@ -23,6 +29,12 @@ Fault fault_of(sqlite3* connection) {
               fmt::format("{} (SQLite's code {})", sqlite3_errmsg(connection), sqlite3_extended_errcode(connection))};
     default: return {FaultKind::storage, where, sqlite3_errmsg(connection)};
   }
+}
+
+std::string why_not_opened(sqlite3* connection) {
+  if (sqlite3_errcode(connection) != SQLITE_CANTOPEN || sqlite3_system_errno(connection) == 0)
+    return sqlite3_errmsg(connection);
+  return fmt::format("cannot be opened: {}", std::strerror(sqlite3_system_errno(connection)));
 }
 
 }  // namespace
@@ -97,17 +109,33 @@ void Database::Close::operator()(sqlite3* connection) const {
 }
 
 Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
+  const bool reads = access == Access::read_only;
+  if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
-  const int flags = access == Access::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
-  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, nullptr);
+  const int flags = reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
+  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, reads ? reader_vfs() : nullptr);
   Database database(connection);
-  if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, sqlite3_errmsg(connection));
+  if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
+  if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));
   sqlite3_busy_timeout(connection, patience_ms);
   // A record may come from anywhere: its schema runs nothing, and a name in quotes is never taken for a text.
   sqlite3_db_config(connection, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DML, 0, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DQS_DDL, 0, nullptr);
+  sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  if (!reads) return database;
+  sqlite3_limit(connection, SQLITE_LIMIT_LENGTH, kLongestValue);
+  if (auto set =
+          database.execute("PRAGMA locking_mode = EXCLUSIVE; PRAGMA temp_store = MEMORY; PRAGMA cell_size_check = ON");
+      !set)
+    return failure(set.error());
+  database.keep_log_on_close();
   return database;
+}
+
+std::string Database::path() const {
+  const char* name = sqlite3_db_filename(connection_.get(), "main");
+  return name != nullptr ? name : "";
 }
 
 bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
@@ -151,7 +179,11 @@ Result<std::string> Database::ask(std::string_view sql) {
   if (!statement) return failure(statement.error());
   const auto row = statement->step();
   if (!row) return failure(row.error());
-  return *row ? std::string(statement->text(0)) : std::string();
+  if (!*row) return std::string();
+  std::string first(statement->text(0));
+  // A statement that also writes has done so, or failed, only once it is stepped to its end.
+  if (const auto more = statement->step(); !more) return failure(more.error());
+  return first;
 }
 
 Result<std::int64_t> Database::ask_integer(std::string_view sql, std::int64_t fallback) {

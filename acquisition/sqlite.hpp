@@ -56,13 +56,16 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalise> statement_;
 };
 
+/// read_only: nothing beside the file and nothing in it changes, not even a log that a dead writer left
+/// (reader_vfs.hpp).
 enum class Access { read_only, read_write };
 
 /// One connection to an existing file. Its statements must be gone before it is.
 class Database {
  public:
   /// Opens the file; another program's lock is waited for at most `patience_ms`. Nothing is read yet, so a locked or
-  /// foreign file fails at the first statement: storage ("being written by another program") or bad_file.
+  /// foreign file fails at the first statement, of one that is only read already here: storage ("being written by
+  /// another program") or bad_file. A file that this process writes is not opened to be read.
   [[nodiscard]] static Result<Database> open(const std::string& path, Access access, int patience_ms);
 
   [[nodiscard]] Result<void> execute(const std::string& sql);
@@ -72,6 +75,8 @@ class Database {
   /// Likewise, as a whole number; `fallback` if there is no row or it is NULL.
   [[nodiscard]] Result<std::int64_t> ask_integer(std::string_view sql, std::int64_t fallback);
 
+  /// The file's own path, with no link in it.
+  [[nodiscard]] std::string path() const;
   [[nodiscard]] bool in_transaction() const;
   /// Counts from now on the pages of the write-ahead log, which SQLite then does not fold in by itself.
   void watch_log();

@@ -24,6 +24,8 @@ class Descriptor {
   }
   [[nodiscard]] bool is_open() const { return number_ >= 0; }
   [[nodiscard]] int number() const { return number_; }
+  /// Whoever takes the number owns it.
+  [[nodiscard]] int release() && { return std::exchange(number_, kNoDescriptor); }
   void close() {
     if (is_open()) ::close(number_);
     number_ = kNoDescriptor;

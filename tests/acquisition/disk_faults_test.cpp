@@ -160,6 +160,34 @@ TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
   }
 }
 
+/// From one operation of the close on nothing has any effect: the program was killed there, or the power went.
+TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "disk");
+  const std::string path = folder / "disk/run.db";
+  for (const bool power_cut : {false, true})
+    for (std::int64_t operation = 1, done = 0; done == 0; ++operation) {
+      remove_all_in(folder / "disk");
+      {
+        FailingVfs vfs;
+        {
+          Diligent run(path);
+          ASSERT_TRUE(run.began());
+          for (int row = 0; row < kRows; ++row) ASSERT_TRUE(run.second());
+          vfs.fail(operation, true, FailingVfs::Kind::power_cut);
+          (void)run.finish();
+          done = vfs.failures() == 0 ? 1 : 0;
+        }
+        if (power_cut) vfs.lose_what_was_not_synced(static_cast<unsigned>(operation));
+      }
+      const auto what = (power_cut ? "power cut at " : "killed at ") + std::to_string(operation);
+      EXPECT_FALSE(std::filesystem::exists(path + "-journal")) << what;
+      expect_sound(path, kRows - 1, what);
+      EXPECT_TRUE(done == 0 || operation > 10) << what;
+      if (HasFailure()) return;
+    }
+}
+
 /// After a failed sync Linux takes the pages for clean: the next sync succeeds, and the data are not on the disk.
 TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
   const Folder folder;

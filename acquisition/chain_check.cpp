@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -14,9 +15,12 @@
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/schema.hpp"
+#include "acquisition/status.hpp"
 
 namespace gyrotherm {
 namespace {
+
+constexpr const char* kUnchained = "was made by an older program, whose records have no chain";
 
 void add_column(RowChain& chain, const Statement& row, int column) {
   switch (row.type(column)) {
@@ -199,8 +203,7 @@ Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64
 Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   const auto version = schema_version(database, path);
   if (!version) return failure(version.error());
-  if (*version < kFirstChained)
-    return failure(FaultKind::bad_file, path, "was made by an older program, whose records have no chain");
+  if (*version < kFirstChained) return failure(FaultKind::bad_file, path, kUnchained);
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
   const auto seals = read_seals(database);
@@ -220,21 +223,28 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
 }
 
 Result<Verified> verify_record(const std::string& path) {
-  const auto manifest = check_manifest(path);
-  if (!manifest) return failure(manifest.error());
   auto all = verify_file(path);
   if (!all) return all;
   const auto id = run_id(path);
   if (!id) return failure(id.error());
   const auto parts = parts_after(path, *id);
   if (!parts) return failure(parts.error());
+  const auto manifest = check_manifest(path);
+  if (!manifest) return failure(manifest.error());
   for (const auto& part : *parts) {
     const auto more = verify_file(part.path);
     if (!more) return more;
+    if (*manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
+      return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
     *all = {.rows = all->rows + more->rows, .files = all->files + 1, .finished = more->finished};
   }
-  all->manifest = *manifest;
+  all->manifest = manifest->has_value();
+  const auto lost = lost_end(path);
+  if (!lost) return failure(lost.error());
+  if (*lost) return failure(FaultKind::bad_file, path, in_words(**lost));
   return all;
 }
+
+bool is_unchained(const Fault& fault) { return fault.kind == FaultKind::bad_file && fault.what == kUnchained; }
 
 }  // namespace gyrotherm

@@ -38,8 +38,12 @@ struct Verified {
   bool manifest{};  ///< there was one, and it agreed
 };
 
-/// All files of a record: their bytes against the manifest, if the run was closed with one, and their chains. Fails
-/// with bad_file naming what is not as it was written; also if the record is older than the chain, or not readable.
+/// All files of a record: their chains, then their bytes against the manifest, if the run was closed with one; of a run
+/// that was not closed also whether it holds all that its status file says was acknowledged. Fails with bad_file naming
+/// what is not as it was written; also if the record is older than the chain, or not readable.
 [[nodiscard]] Result<Verified> verify_record(const std::string& path);
+
+/// Whether the fault says that the record is of an older program, which made no chain: nothing is known to be wrong.
+[[nodiscard]] bool is_unchained(const Fault& fault);
 
 }  // namespace gyrotherm

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/plain_text.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -35,11 +36,11 @@ void add_text(Buffer& out, std::string_view text) {
   add_field(out, text);
 }
 
-/// The text of a comment must stay on its line.
+/// The text of a comment must stay on its line, and steer no terminal.
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
-  return text;
+  return plain(text);
 }
 
 void add_comments(Buffer& out, const RunInfo& info, bool finished) {

@@ -9,6 +9,7 @@
 #include "acquisition/import_map.hpp"
 #include "acquisition/manifest.hpp"
 #include "acquisition/run_file.hpp"
+#include "core/plain_text.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -23,7 +24,7 @@ std::uint64_t fnv1a(std::string_view bytes) {
 
 RunInfo describe(const ImportMap& map, std::string_view table, const std::string& table_path,
                  const std::string& program_version) {
-  const std::string file = std::filesystem::path(table_path).filename();
+  const auto file = plain(std::filesystem::path(table_path).filename().string());
   RunInfo info;
   info.id = fmt::format("{:016x}{:016x}", fnv1a(table), fnv1a(map.text));
   info.program_version = program_version;

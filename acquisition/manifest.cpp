@@ -52,26 +52,30 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
   return replace_own_file(manifest_path(record_path), text);
 }
 
-Result<bool> check_manifest(const std::string& record_path) {
-  if (!is_there(manifest_path(record_path))) return false;
-  const auto text = read_text_file(manifest_path(record_path));
+Result<std::optional<std::set<std::string>>> check_manifest(const std::string& record_path) {
+  const auto refuse = [&](const char* why) { return failure(FaultKind::bad_file, manifest_path(record_path), why); };
+  const auto text = read_text_file_if_any(manifest_path(record_path));
   if (!text) return failure(text.error());
+  if (!*text) return std::nullopt;
   const auto folder = std::filesystem::path(record_path).parent_path();
-  std::istringstream lines(*text);
-  bool names_the_record = false;
+  std::istringstream lines(**text);
+  std::set<std::string> names;
   for (std::string line; std::getline(lines, line);) {
     constexpr std::size_t kName = 66;  // after 64 digits and two blanks
-    if (line.size() <= kName) return failure(FaultKind::bad_file, manifest_path(record_path), "is no manifest");
-    const auto name = line.substr(kName);
-    const auto path = (folder / name_of(name)).string();
+    if (line.size() <= kName) return refuse("is no manifest");
+    const auto name = name_of(line.substr(kName));
+    const auto path = (folder / name).string();
     const auto hash = hash_of(path);
     if (!hash) return failure(hash.error());
     if (*hash != line.substr(0, 64))
       return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
-    names_the_record = names_the_record || name == name_of(record_path);
+    names.insert(name);
   }
-  if (!names_the_record) return failure(FaultKind::bad_file, manifest_path(record_path), "does not name the record");
-  return true;
+  if (!names.contains(name_of(record_path))) return refuse("does not name the record");
+  for (const auto& name : names)
+    if (const auto log = name + "-wal"; !names.contains(log) && is_there((folder / log).string()))
+      return failure(FaultKind::bad_file, (folder / log).string(), "was not there when the run was closed");
+  return names;
 }
 
 }  // namespace gyrotherm

@@ -14,6 +14,7 @@
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
 #include "acquisition/store.hpp"
+#include "core/plain_text.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -337,8 +338,8 @@ Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, 
       .put(slot)
       .put(channel)
       .put(name(fault.kind))
-      .put(fault.where)
-      .put(fault.what)
+      .put(plain(fault.where))
+      .put(plain(fault.what))
       .run();
 }
 
@@ -349,12 +350,12 @@ Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
       .put(event.at.since_start.count())
       .put(event.at.utc.count())
       .put(name(event.kind))
-      .put(event.text)
+      .put(plain(event.text))
       .run();
 }
 
 Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::string_view cause) {
-  return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(cause).run();
+  return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(plain(cause)).run();
 }
 
 Result<void> RunFile::copy_row(std::string_view table, const Statement& row) {

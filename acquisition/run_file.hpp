@@ -46,6 +46,7 @@ class RunFile {
   /// From now on, and when it is closed, not a byte of the file and of its log changes.
   void leave_untouched() { database_.keep_log_on_close(); }
 
+  /// Texts of faults, events and gaps come from instruments and operators: they are stored as plain() makes them.
   [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);

@@ -6,6 +6,7 @@
 
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
+#include "core/plain_text.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -56,9 +57,9 @@ Result<void> write_continuation(Database& database, const Continuation& continua
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
   if (!insert) return failure(insert.error());
   return insert->run("part", continuation.part)
-      .and_then([&] { return insert->run("continues", continuation.before); })
+      .and_then([&] { return insert->run("continues", plain(continuation.before)); })
       .and_then([&] { return insert->run("continues_from", continuation.from); })
-      .and_then([&] { return insert->run("continues_cause", continuation.cause); });
+      .and_then([&] { return insert->run("continues_cause", plain(continuation.cause)); });
 }
 
 Result<std::optional<Continuation>> read_continuation(Database& database) {

@@ -1,5 +1,7 @@
 #include "acquisition/status.hpp"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "acquisition/record_rows.hpp"
@@ -160,6 +162,20 @@ Result<RunStatus> read_status(const std::string& path) {
   if (!told) return failure(status.error());
   told->being_written = true;
   return told;
+}
+
+std::string in_words(const LostEnd& lost) {
+  return fmt::format("ends at second {}, but second {} was acknowledged: its end is lost", lost.last,
+                     lost.acknowledged);
+}
+
+Result<std::optional<LostEnd>> lost_end(const std::string& path) {
+  const auto held = status_of_record(path);
+  if (!held) return failure(held.error());
+  if (held->finished) return std::nullopt;
+  const auto told = read_status_file(path);
+  if (!told || told->id != held->id || told->acknowledged <= held->acknowledged) return std::nullopt;
+  return LostEnd{.last = held->acknowledged, .acknowledged = told->acknowledged};
 }
 
 }  // namespace gyrotherm

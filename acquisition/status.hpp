@@ -66,4 +66,16 @@ struct RunStatus {
 /// storage (damaged, or being written with no status file to tell more).
 [[nodiscard]] Result<RunStatus> read_status(const std::string& path);
 
+/// What a record has lost of its end.
+struct LostEnd {
+  std::int64_t last{};          ///< second that it holds; −1: none
+  std::int64_t acknowledged{};  ///< … that its status file says was on the disk
+};
+/// "ends at second 90, but second 100 was acknowledged: its end is lost".
+[[nodiscard]] std::string in_words(const LostEnd& lost);
+/// Compares the record of a run that was not finished, and that nobody writes, with the status file of the same run
+/// beside it. Nothing if it holds all that was acknowledged, or if there is no such file to say. Fails like
+/// read_record().
+[[nodiscard]] Result<std::optional<LostEnd>> lost_end(const std::string& path);
+
 }  // namespace gyrotherm

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <numeric>
 
+#include "acquisition/chain_check.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -21,7 +22,27 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
   return failure(FaultKind::usage, "--clusters", fmt::format("\"{}\" is no range, expected FIRST:END like 0:14", text));
 }
 
-Result<Evidence> load_evidence(const std::string& path, const std::optional<ClusterRange>& range) {
+Result<void> check_evidence(Console& console, const std::string& path, bool unverified) {
+  if (unverified) {
+    console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
+    return {};
+  }
+  const auto verified = verify_record(path);
+  if (verified || is_locked(verified.error())) return {};  // whoever reads it is told by whom it is held
+  if (is_unchained(verified.error())) {
+    console.say("warning: " + text(verified.error()));
+    return {};
+  }
+  return failure(verified.error());
+}
+
+void add_unverified_flag(Command& command, bool& unverified) {
+  command.flag("--unverified", unverified, "take records without a look at whether they are as they were written");
+}
+
+Result<Evidence> load_evidence(Console& console, const std::string& path, const EvidenceOptions& options) {
+  if (auto checked = check_evidence(console, path, options.unverified); !checked) return failure(checked.error());
+  const auto& range = options.range;
   auto dataset = load_dataset(path);
   if (!dataset) return failure(dataset.error());
   auto clusters = make_clusters(*dataset);

@@ -1,4 +1,4 @@
-/// Records, ready for analysis.
+/// Records, as evidence: seen to be as they were written, and ready for analysis.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,7 @@
 #include "analysis/clusters.hpp"
 #include "analysis/dataset.hpp"
 #include "analysis/model.hpp"
+#include "app/command.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -25,9 +26,20 @@ struct ClusterRange {
 /// "0:14" → the clusters 0 … 13; "" → all of them. Fails with usage.
 [[nodiscard]] Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text);
 
-/// With a range, only those clusters. Fails like load_dataset and make_clusters, or with usage if the record has not
-/// that many.
-[[nodiscard]] Result<Evidence> load_evidence(const std::string& path, const std::optional<ClusterRange>& range = {});
+/// Fails with bad_file if the record is not as it was written (verify_record), naming the first place that does not
+/// fit. With `unverified` it is not looked at, which is said; so is that a record of an older program has no chain.
+[[nodiscard]] Result<void> check_evidence(Console& console, const std::string& path, bool unverified);
+
+struct EvidenceOptions {
+  std::optional<ClusterRange> range;  ///< only those clusters
+  bool unverified = false;
+};
+/// Adds the flag --unverified to a command that reads records.
+void add_unverified_flag(Command& command, bool& unverified);
+
+/// Fails like check_evidence, load_dataset and make_clusters, or with usage if the record has not that many clusters.
+[[nodiscard]] Result<Evidence> load_evidence(Console& console, const std::string& path,
+                                             const EvidenceOptions& options = {});
 
 /// Fails with bad_file.
 [[nodiscard]] Result<Model> load_model(const std::string& path);

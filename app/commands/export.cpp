@@ -1,13 +1,22 @@
 #include "acquisition/export.hpp"
 
 #include "app/command.hpp"
+#include "app/evidence.hpp"
 
 namespace gyrotherm {
 namespace {
 
 struct ExportArguments {
   std::string run, out;
+  bool unverified = false;
 };
+
+Result<Exit> export_table(Console& console, const ExportArguments& options) {
+  const auto done = check_evidence(console, options.run, options.unverified).and_then([&] {
+    return export_record(options.run, options.out);
+  });
+  return done ? Result<Exit>(Exit::done) : failure(done.error());
+}
 
 }  // namespace
 
@@ -17,10 +26,8 @@ void add_export(Program& program) {
       add_command(program, "export", "Writes a record as a text table.", "gyrotherm export random.db --out random.csv");
   command.option("run", options->run, "the record").required();
   command.option("--out", options->out, "the table").required();
-  command.action([options]() -> Result<Exit> {
-    if (auto done = export_record(options->run, options->out); !done) return failure(done.error());
-    return Exit::done;
-  });
+  add_unverified_flag(command, options->unverified);
+  command.action([&program, options] { return export_table(program.console, *options); });
 }
 
 }  // namespace gyrotherm

@@ -12,6 +12,7 @@ namespace {
 
 struct ExportModelArguments {
   std::string model, as, out, run;
+  bool unverified = false;
 };
 
 Result<void> put(Console& console, const std::string& path, const std::string& text) {
@@ -21,7 +22,7 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
 }
 
 Result<void> export_data(Console& console, const ExportModelArguments& options, const Model& model) {
-  const auto evidence = load_evidence(options.run);
+  const auto evidence = load_evidence(console, options.run, {.range = {}, .unverified = options.unverified});
   if (!evidence) return failure(evidence.error());
   const auto rows = to_libsvm_data(model, evidence->clusters);
   if (!rows) return failure(rows.error());
@@ -75,6 +76,7 @@ void add_export_model(Program& program) {
   command.option("--as", options->as, "libsvm or c").required().one_of({"libsvm", "c"});
   command.option("--out", options->out, "the file (default for libsvm: standard output)");
   command.option("--data", options->run, "instead of the model, write this record's clusters as its inputs");
+  add_unverified_flag(command, options->unverified);
   command.action([&program, options] { return export_model(program.console, *options); });
 }
 

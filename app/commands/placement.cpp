@@ -18,7 +18,7 @@ struct PlacementArguments {
   std::vector<std::string> runs, unseen;
   std::string folds = "cycles", clusters;
   double guard_minutes = -1;  ///< negative: not given
-  bool confirm = false;
+  bool confirm = false, unverified = false;
   TrainingOptions training;
 };
 
@@ -33,10 +33,10 @@ struct Confirmed {
   std::vector<Figures> unseen;  ///< one per unseen record
 };
 
-Result<Records> load(const std::vector<std::string>& paths, const std::optional<ClusterRange>& range) {
+Result<Records> load(Console& console, const std::vector<std::string>& paths, const EvidenceOptions& options) {
   Records records;
   for (const auto& path : paths) {
-    auto evidence = load_evidence(path, range);
+    auto evidence = load_evidence(console, path, options);
     if (!evidence) return failure(evidence.error());
     records.datasets.push_back(std::move(evidence->dataset));
     records.clusters.push_back(std::move(evidence->clusters));
@@ -167,9 +167,9 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
-  const auto records = load(options.runs, *range);
+  const auto records = load(console, options.runs, {.range = *range, .unverified = options.unverified});
   if (!records) return failure(records.error());
-  const auto unseen = load(options.unseen, {});
+  const auto unseen = load(console, options.unseen, {.range = {}, .unverified = options.unverified});
   if (!unseen) return failure(unseen.error());
   const auto placement = study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
   if (!placement) return failure(placement.error());
@@ -198,6 +198,7 @@ void add_placement(Program& program) {
   command.option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
   command.flag("--confirm", options->confirm,
                "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+  add_unverified_flag(command, options->unverified);
   command.option("--seed", options->training.tuning.swarm.seed, "of the swarm").not_negative();
   command.option("--threads", options->training.tuning.swarm.threads, "of the swarm; 0: all; the result is the same");
   command.action([&program, options] { return study(program.console, *options); });

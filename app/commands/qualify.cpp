@@ -52,7 +52,8 @@ Result<void> record(Console& console, const Run& run, const RigFile& rig, std::u
   return {};
 }
 
-Result<void> load(Run& run) {
+Result<void> load(Console& console, Run& run) {
+  if (auto checked = check_evidence(console, run.path, false); !checked) return checked;
   const auto rows = read_record(run.path);
   if (!rows) return failure(rows.error());
   auto dataset = make_dataset(*rows, run.path);
@@ -177,7 +178,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   }
   timings.begin("read records");
   for (auto* run : {&*rate, &*random})
-    if (auto loaded = load(*run); !loaded) return failure(loaded.error());
+    if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
   timings.begin("train three models");
   auto models = train_models(console, options, *rate, *random);
   if (!models) return failure(models.error());

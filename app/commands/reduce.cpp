@@ -14,6 +14,7 @@ struct ReduceArguments {
   std::string model, out, clusters;
   std::vector<std::string> runs;
   ReductionGoal goal;
+  bool unverified = false;
 };
 
 std::string words(const Reduction& r) {
@@ -37,7 +38,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!range) return failure(range.error());
   std::vector<Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto evidence = load_evidence(run, *range);
+    auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
     if (!evidence) return failure(evidence.error());
     if (const auto warning = without_training(*model, *evidence); !warning.empty()) console.say("warning: " + warning);
     clusters.push_back(std::move(evidence->clusters));
@@ -70,6 +71,7 @@ void add_reduce(Program& program) {
               "as few vectors as change no training cluster's prediction by more than this, in °/h")
       .not_with(keep);
   command.option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
+  add_unverified_flag(command, options->unverified);
   command.action([&program, options] { return reduce_and_write(program.console, *options); });
 }
 

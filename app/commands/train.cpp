@@ -14,6 +14,7 @@ struct TrainArguments {
   std::vector<std::string> runs;
   std::string out, clusters, folds = "cycles", select;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
+  bool unverified = false;
   TrainingOptions training;
 };
 
@@ -72,7 +73,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   std::vector<Dataset> datasets;
   std::vector<Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto evidence = load_evidence(run, *range);
+    auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
     if (!evidence) return failure(evidence.error());
     datasets.push_back(std::move(evidence->dataset));
     clusters.push_back(std::move(evidence->clusters));
@@ -118,6 +119,7 @@ void add_train(Program& program) {
   command.flag("--nested", options->training.nested,
                "also choose everything anew without each held-out fold: costs about as much again");
   command.option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
+  add_unverified_flag(command, options->unverified);
   command.flag("--quick", options->training.quick, "a small swarm, for a try; the model says so");
   command.option("--seed", options->training.tuning.swarm.seed, "of the swarm").not_negative();
   command.option("--threads", options->training.tuning.swarm.threads, "0: all; the result is the same");

@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 struct VerifyArguments {
   std::string model, clusters, outside = "clamp";
   std::vector<std::string> runs;
+  bool unverified = false;
 };
 
 std::string row(std::string_view what, const Figures& f) {
@@ -96,7 +97,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
   for (const auto& run : options.runs) {
-    const auto evidence = load_evidence(run, *range);
+    const auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
     if (!evidence) return failure(evidence.error());
     const auto verification = verify(*model, evidence->dataset, evidence->clusters, {.outside = *outside});
     if (!verification) return failure(verification.error());
@@ -120,6 +121,7 @@ void add_verify(Program& program) {
   command.option("--outside", options->outside,
                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
                  "left out of the figures) or extrapolate");
+  add_unverified_flag(command, options->unverified);
   command.action([&program, options] { return verify_all(program.console, *options); });
 }
 

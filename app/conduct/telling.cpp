@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "core/plain_text.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -41,6 +43,7 @@ Result<Telling> telling_of(const std::string& word, const std::string& note) {
   if (word != "note") return refuse("is none of pause, resume, stop, abort, note");
   if (note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
   if (note.size() > kLongestNote) return refuse(fmt::format("a note has at most {} bytes", kLongestNote));
+  if (!is_utf8(note)) return refuse("a note is text in UTF-8");
   if (!is_one_line(note)) return refuse("a note is one line of text");
   return Telling{.command = {}, .note = note};
 }

@@ -28,7 +28,7 @@ struct TellAnswer {
   bool operator==(const TellAnswer&) const = default;
 };
 
-/// "pause", "resume", "stop", "abort" or "note", which wants a text of one line. Fails with usage.
+/// "pause", "resume", "stop", "abort" or "note", which wants a text of one line in UTF-8. Fails with usage.
 [[nodiscard]] Result<Telling> telling_of(const std::string& word, const std::string& note);
 
 [[nodiscard]] std::string to_message(const Telling& telling);

@@ -6,6 +6,7 @@
 
 #include "acquisition/chain_check.hpp"
 #include "acquisition/manifest.hpp"
+#include "acquisition/run_file.hpp"
 #include "runs.hpp"
 
 namespace gyrotherm {
@@ -141,6 +142,58 @@ TEST(Chain, ThatDoesNotFitIsNotGoneOnWith) {
   const auto store = Store::reopen(folder / "run.db");
   ASSERT_FALSE(store);
   EXPECT_NE(store.error().what.find("sample 2 of second 2"), std::string::npos) << store.error().what;
+}
+
+TEST(Chain, OfARecordIsLookedAtBeforeItsManifest) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  {
+    auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
+    ASSERT_TRUE(database.execute("UPDATE sample SET A = 0 WHERE slot = 2"));
+  }
+  EXPECT_NE(verify_record(folder / "run.db").error().what.find("sample 2 of second 2"), std::string::npos);
+}
+
+/// Rows that were chained anew, and lie where the manifest does not look.
+TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  make_run(path);
+  ASSERT_TRUE(verify_record(path));
+  std::ofstream(folder / "run.db-wal") << "frames";
+  EXPECT_EQ(text(check_manifest(path).error()), (folder / "run.db-wal") + ": was not there when the run was closed");
+  std::filesystem::remove(folder / "run.db-wal");
+  {
+    auto part = RunFile::create(folder / "run.2.db", two_thermometers(),
+                                Continuation{.part = 2, .before = "run.db", .from = 35, .cause = "forged"})
+                    .value();
+    ASSERT_TRUE(part.begin() && part.insert_event(35, {{}, EventKind::note, "forged"}) && part.replace_frames({}) &&
+                part.commit() && part.finish());
+  }
+  ASSERT_EQ(read_record(path)->events.back().event.text, "forged");
+  EXPECT_EQ(text(verify_record(path).error()), (folder / "run.2.db") + ": was not there when the run was closed");
+}
+
+/// What instruments and operators say is stored as text that any program can read.
+TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  {
+    auto store = Store::create(path, two_thermometers()).value();
+    ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::note,
+                                     "20 \xB0"
+                                     "C \x1b[2J"}));
+    Sample sample = sample_at(0);
+    sample.gyro.value = failure(FaultKind::corrupted, "gyro \x07", "said \"\xff\"");
+    ASSERT_TRUE(store->append(sample, {}));
+    ASSERT_TRUE(store->append_gap(1, 2, "late\n"));
+    ASSERT_TRUE(store->finish());
+  }
+  EXPECT_TRUE(verify_record(path));
+  EXPECT_EQ(read_record(path)->events[0].event.text, "20 \\xb0C \\x1b[2J");
+  EXPECT_EQ(read_record(path)->gaps[0].cause, "late\\x0a");
+  auto database = Database::open(path, Access::read_only, 0).value();
+  EXPECT_EQ(database.ask("SELECT \"where\" || ': ' || what FROM fault").value(), "gyro \\x07: said \"\\xff\"");
 }
 
 TEST(Manifest, IsWhatSha256sumChecks) {

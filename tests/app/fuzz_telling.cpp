@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/conduct/telling.hpp"
+#include "core/plain_text.hpp"
 
 namespace {
 
@@ -19,6 +20,7 @@ void take(std::string_view message) {
   if (const auto telling = parse_telling(message)) {
     require(telling->note.size() <= kLongestNote && telling->note.find('\n') == std::string::npos);
     require(telling->command.has_value() == telling->note.empty());
+    require(is_utf8(telling->note));
     const auto again = parse_telling(to_message(*telling));
     require(again.has_value() && *again == *telling);
   }

@@ -59,6 +59,9 @@ TEST(Telling, WhatIsNoWordIsAMistakeOfTheCommandLine) {
                                                                                    {"pause", "now"},
                                                                                    {"note", ""},
                                                                                    {"note", "two\nlines"},
+                                                                                   {"note",
+                                                                                    "20 \xB0"
+                                                                                    "C"},
                                                                                    {"note", std::string(2001, 'x')}}) {
     const auto telling = telling_of(word, note);
     ASSERT_FALSE(telling) << word;

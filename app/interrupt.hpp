@@ -1,18 +1,31 @@
-/// Ctrl-C, SIGTERM and a lost terminal (SIGHUP) ask for a clean stop; nothing is done in the signal handler itself.
+/// Ctrl-C, SIGTERM and a lost terminal (SIGHUP) end the program at once, unless a command asks to be told of them, so
+/// as to stop in order; nothing is done in the signal handler itself.
 #pragma once
 
 namespace gyrotherm {
 
-/// Takes SIGINT, SIGTERM and SIGHUP over, and ignores SIGPIPE. Once, at the start of the program.
-void watch_for_interrupts();
+/// What the second signal does where the first has not ended the program, and came half a second before or earlier.
+enum class SecondInterrupt {
+  ends,        ///< the program, at once
+  is_counted,  ///< and no more: whoever drives a real chamber decides
+};
+
+/// Takes SIGINT, SIGTERM and SIGHUP over; a SIGHUP that was ignored when the program started (nohup) stays ignored. For
+/// a command that looks at interrupted() again and again, from where it begins to. Again: `second` anew.
+void watch_for_interrupts(SecondInterrupt second);
+
+/// A reader that has gone is found by the write that fails, not by SIGPIPE. Once, at the start of the program.
+void ignore_closed_pipes();
 
 /// True from the first such signal on.
 [[nodiscard]] bool interrupted();
 
 /// How many there have been.
 [[nodiscard]] int interrupts();
+/// How many of them were SIGHUP.
+[[nodiscard]] int hangups();
 
-/// Becomes readable at each such signal; for an event loop.
+/// Becomes readable at each such signal; for an event loop. None (−1) while nobody watches.
 [[nodiscard]] int interrupt_descriptor();
 /// Makes it wait for the next one.
 void take_wake_ups();

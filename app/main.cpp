@@ -1,5 +1,7 @@
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -45,6 +47,12 @@ std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
                       : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", argv[1], near);
 }
 
+/// Whether whoever read our data has had enough of it, as `head` has.
+bool reader_has_left() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
+
 int run(int argc, char** argv) {
   Program program;
   program.cli->description("gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
@@ -61,7 +69,8 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
   }
-  if (program.outcome && (std::ferror(stdout) != 0 || program.console.data_was_lost()))
+  const bool lost = std::ferror(stdout) != 0 || program.console.data_was_lost();
+  if (program.outcome && lost && !reader_has_left())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());
@@ -72,6 +81,6 @@ int run(int argc, char** argv) {
 }  // namespace gyrotherm
 
 int main(int argc, char** argv) {
-  gyrotherm::watch_for_interrupts();
+  gyrotherm::ignore_closed_pipes();
   return gyrotherm::run(argc, argv);
 }

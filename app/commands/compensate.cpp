@@ -77,6 +77,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!model) return failure(model.error());
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
                           model->cluster_length_s / 2));
+  watch_for_interrupts(SecondInterrupt::ends);
   std::optional<CompensationStream> stream;
   const auto answered = answer(console, *model, *outside, stream);
   if (stream && stream->outside() > 0) {

@@ -8,6 +8,7 @@
 #include "analysis/verification.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
+#include "app/interrupt.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -171,6 +172,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (!records) return failure(records.error());
   const auto unseen = load(console, options.unseen, {.range = {}, .unverified = options.unverified});
   if (!unseen) return failure(unseen.error());
+  watch_for_interrupts(SecondInterrupt::ends);
   const auto placement = study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
   if (!placement) return failure(placement.error());
   const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);

@@ -15,6 +15,7 @@
 #include "app/commands/qualify_report.hpp"
 #include "app/conduct/conduct.hpp"
 #include "app/evidence.hpp"
+#include "app/interrupt.hpp"
 #include "app/places.hpp"
 #include "app/timings.hpp"
 #include "core/text_file.hpp"
@@ -166,6 +167,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
       plan_run("random", options.random_profile.empty() ? shipped("profiles/random.toml") : options.random_profile,
                *rig, options.out);
   if (!random) return failure(random.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
@@ -176,6 +178,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
     timings.begin("record " + run->stage);
     if (auto recorded = record(console, *run, *rig, options.seed); !recorded) return failure(recorded.error());
   }
+  watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
   for (auto* run : {&*rate, &*random})
     if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());

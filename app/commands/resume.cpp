@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include "acquisition/status.hpp"
 #include "app/command.hpp"
 #include "app/conduct/conduct.hpp"
+#include "app/interrupt.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm {
@@ -16,6 +18,9 @@ struct ResumeArguments {
 Result<Exit> resume(Console& console, const ResumeArguments& options) {
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
+  // A record that cannot be read says so below; until then Ctrl-C ends this at once.
+  const auto status = read_status(options.run);
+  watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
     return failure(ran.error());
   return Exit::done;

@@ -1,5 +1,7 @@
 #include "app/command.hpp"
 #include "app/conduct/conduct.hpp"
+#include "app/interrupt.hpp"
+#include "app/places.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -17,7 +19,8 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
-  const auto path = options.out.empty() ? profile->name + ".db" : options.out;
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  const auto path = options.out.empty() ? record_named_after(profile->name) : options.out;
   if (auto ran = start_run(console, *profile, *rig, options.seed, path, options.upload); !ran)
     return failure(ran.error());
   return Exit::done;

@@ -98,6 +98,7 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
   const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
+  watch_for_interrupts(SecondInterrupt::ends);
   const auto frames = options.full_rate ? FramePace::full_rate : FramePace::one_a_second;
   auto instruments = serve_virtual(*rig, {.gyro = options.seed, .run = 0},
                                    {.first_port = options.port, .frames = frames, .ptys = options.pty});

@@ -7,6 +7,7 @@
 
 #include "app/command.hpp"
 #include "app/commands/thermal_views.hpp"
+#include "app/interrupt.hpp"
 #include "app/places.hpp"
 #include "app/timings.hpp"
 #include "core/text_file.hpp"
@@ -177,6 +178,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, error.message());
+  watch_for_interrupts(SecondInterrupt::ends);
   const auto solved = solve(console, std::move(*model), options);
   if (!solved) return failure(solved.error());
   if (auto written = write_all(*solved, options); !written) return failure(written.error());

@@ -5,6 +5,7 @@
 #include "analysis/training.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
+#include "app/interrupt.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -78,6 +79,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
     datasets.push_back(std::move(evidence->dataset));
     clusters.push_back(std::move(evidence->clusters));
   }
+  watch_for_interrupts(SecondInterrupt::ends);
   const auto model = train(datasets, clusters, *training, console.sink());
   if (!model) return failure(model.error());
   const auto json = to_json(*model);

@@ -1,5 +1,6 @@
 #include "drivers/line/modbus_tcp.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <modbus/modbus.h>
 #include <poll.h>
@@ -25,6 +26,13 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestTcpFrame = 260;
 constexpr int kSelectableDescriptors = 1000;  ///< libmodbus waits with select(), which ends at 1024
+
+/// Whether the next descriptor, which a connection will have, is one that libmodbus can wait for; it does so already
+/// while it connects.
+bool may_select() {
+  const Descriptor next(::open("/", O_PATH | O_CLOEXEC));
+  return next.is_open() && next.number() < kSelectableDescriptors;
+}
 
 struct FreeContext {
   void operator()(modbus_t* context) const {
@@ -60,6 +68,9 @@ void LibmodbusConnection::limit_waits(Duration within) {
 Result<void> LibmodbusConnection::open(Duration within) {
   context_.reset(modbus_new_tcp(line_.host.c_str(), line_.port));
   if (!context_) return failure(FaultKind::disconnected, "", "the address is not a numeric IPv4 address");
+  if (!may_select())
+    return failure(FaultKind::disconnected, "",
+                   fmt::format("more than {} files are open, expected fewer", kSelectableDescriptors));
   modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
   modbus_set_byte_timeout(context_.get(), 0, 0);
   limit_waits(within);
@@ -67,9 +78,7 @@ Result<void> LibmodbusConnection::open(Duration within) {
     close();
     return failure(FaultKind::disconnected, "", "no connection");
   }
-  const int socket = modbus_get_socket(context_.get());
-  assert(socket < kSelectableDescriptors);
-  guard_against_half_open(socket);
+  guard_against_half_open(modbus_get_socket(context_.get()));
   return {};
 }
 

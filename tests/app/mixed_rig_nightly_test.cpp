@@ -12,7 +12,7 @@ namespace {
 nlohmann::json report_on(const std::string& rig, const std::string& out) {
   const auto ran = gyrotherm_with("qualify --quick --seed 1 --rig profiles/rigs/" + rig + ".toml --out " + out);
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
-  return nlohmann::json::parse(read_text_file(out + "/report/report.json").value());
+  return nlohmann::json::parse(read_text_file(out + "/report/report.json", kLargestTable).value());
 }
 
 double figure(const nlohmann::json& report, const char* run, const char* model) {

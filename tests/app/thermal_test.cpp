@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-std::string content(const std::string& path) { return read_text_file(path).value_or(""); }
+std::string content(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
 TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   const Folder folder;

@@ -1,8 +1,13 @@
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
+#include <vector>
 
 #include "drivers/line/deadline.hpp"
+#include "drivers/line/descriptor.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/loopback_server.hpp"
@@ -61,6 +66,47 @@ TEST(ModbusTcp, ReadsAndWritesOnOneConnection) {
   EXPECT_EQ(client->read(kHolding, 0, 125).value().size(), 125u);
   EXPECT_EQ(unit.connections(), 1);
   EXPECT_EQ(unit.requests(), 4);
+}
+
+/// Opens files until their numbers reach beyond what select() can wait for.
+class ManyOpenFiles {
+ public:
+  ManyOpenFiles() {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    const rlimit more{std::max<rlim_t>(before_.rlim_cur, 2048), before_.rlim_max};
+    works_ = ::setrlimit(RLIMIT_NOFILE, &more) == 0;
+    while (works_ && (open_.empty() || open_.back().number() < 1030)) {
+      open_.emplace_back(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+      works_ = open_.back().is_open();
+    }
+  }
+  ~ManyOpenFiles() {
+    open_.clear();
+    ::setrlimit(RLIMIT_NOFILE, &before_);
+  }
+  ManyOpenFiles(const ManyOpenFiles&) = delete;
+  ManyOpenFiles& operator=(const ManyOpenFiles&) = delete;
+  [[nodiscard]] bool works() const { return works_; }
+
+ private:
+  rlimit before_{};
+  std::vector<Descriptor> open_;
+  bool works_{};
+};
+
+TEST(ModbusTcp, TooManyOpenFilesAreAFault) {
+  Unit unit([](int, const auto& request, auto) { return Answer{good(request)}; });
+  const auto client = unit.client();
+  {
+    const ManyOpenFiles many;
+    if (!many.works()) GTEST_SKIP() << "so many files may not be opened here";
+    const auto read = client->read(kHolding, 1, 1);
+    ASSERT_FALSE(read);
+    EXPECT_EQ(read.error().kind, FaultKind::disconnected);
+    EXPECT_NE(read.error().what.find("more than 1000 files are open, expected fewer"), std::string::npos)
+        << read.error().what;
+  }
+  EXPECT_TRUE(client->read(kHolding, 1, 1)) << "and it passes";
 }
 
 TEST(ModbusTcp, NoTransactionIsUsedTwiceAlsoAcrossConnections) {

@@ -8,6 +8,7 @@
 #include "acquisition/record_status.hpp"
 #include "acquisition/run_parts.hpp"
 #include "acquisition/sqlite.hpp"
+#include "core/clock.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -40,6 +41,10 @@ void read_outlook(const Json& json, RunStatus& status) {
   json.at("storage_trouble").get_to(status.storage_trouble);
   if (json.contains("record_damage")) json.at("record_damage").get_to(status.record_damage);
   json.at("parts").get_to(status.parts);
+  if (!json.contains("written_in_boot")) return;
+  status.written_utc = Duration(json.at("written_utc_ns").get<std::int64_t>());
+  status.written_since_boot = Duration(json.at("written_since_boot_ns").get<std::int64_t>());
+  json.at("written_in_boot").get_to(status.written_in_boot);
 }
 
 std::optional<Celsius> to_reading(const Json& value) {
@@ -134,6 +139,10 @@ std::string to_json(const RunStatus& status) {
                   {"backlog_s", status.backlog_s},
                   {"storage_trouble", status.storage_trouble},
                   {"record_damage", status.record_damage},
+                  {"written", status.written_in_boot.empty() ? Json(nullptr) : Json(civil_time(status.written_utc))},
+                  {"written_utc_ns", status.written_utc.count()},
+                  {"written_since_boot_ns", status.written_since_boot.count()},
+                  {"written_in_boot", status.written_in_boot},
                   {"parts", status.parts}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -152,7 +161,17 @@ Result<RunStatus> parse_status(const std::string& text, const std::string& where
 /// Not synced: it is for those who look while the program lives, and a sync that does not come back must not keep from
 /// them that it does not.
 Result<void> write_status(const RunStatus& status) {
-  return replace_own_file(status_path(status.path), to_json(status) + '\n', Disk::not_awaited);
+  static const std::string boot = boot_id();
+  auto now = status;
+  now.written_utc = SteadyClock().now().utc;
+  now.written_since_boot = since_boot();
+  now.written_in_boot = boot;
+  return replace_own_file(status_path(status.path), to_json(now) + '\n', Disk::not_awaited);
+}
+
+std::optional<Duration> age_of(const RunStatus& status) {
+  if (status.written_in_boot.empty() || status.written_in_boot != boot_id()) return {};
+  return since_boot() - status.written_since_boot;
 }
 
 Result<RunStatus> read_status(const std::string& path) {

@@ -47,6 +47,9 @@ struct RunStatus {
   std::int64_t backlog_s{};               ///< seconds that wait for the disk
   std::string storage_trouble{};          ///< why the disk takes no rows; empty: it does
   std::string record_damage{};            ///< what another program did to the record's files; empty: nothing
+  Duration written_utc{};                 ///< when the status file was written
+  Duration written_since_boot{};          ///< … since the start of the machine that written_in_boot names
+  std::string written_in_boot{};          ///< empty: this does not come from a status file
   std::vector<std::string> parts{};       ///< files that the record goes on in after a failure of its own
 };
 
@@ -58,9 +61,15 @@ struct RunStatus {
 /// Fails with bad_file if the text is not what to_json() writes; `where` names its place.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);
 
-/// Replaces the status file of status.path as a whole: a reader sees the old one or the new one; for owner and group
-/// (0640). Fails with storage.
+/// Replaces the status file of status.path as a whole, with the time: a reader sees the old one or the new one; for
+/// owner and group (0640). Fails with storage.
 [[nodiscard]] Result<void> write_status(const RunStatus& status);
+
+/// How long ago a status file was written; nothing if that cannot be told: the machine was started anew since, or it is
+/// none.
+[[nodiscard]] std::optional<Duration> age_of(const RunStatus& status);
+/// … after which the program that writes it, or its disk, no longer answers.
+inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 
 /// Of the status file if a program is writing the record, else of the record itself. Fails with bad_file (no record) or
 /// storage (damaged, or being written with no status file to tell more).

@@ -10,6 +10,7 @@
 #include "app/interrupt.hpp"
 #include "app/screen.hpp"
 #include "core/clock.hpp"
+#include "core/plain_text.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -43,7 +44,9 @@ void Console::never_wait() {
   err_.never_wait();
 }
 
-void Console::put_message(std::string text) {
+/// What instruments and files say cannot steer the terminal.
+void Console::put_message(std::string words) {
+  const auto text = plain(words, Blanks::kept);
   err_.say([&](std::size_t dropped) {
     return dropped == 0 ? text : fmt::format("({} messages could not be shown in time)\n{}", dropped, text);
   });
@@ -58,7 +61,7 @@ void Console::detail(std::string_view message) {
 }
 
 void Console::data(std::string_view text) {
-  fact([&](std::size_t) { return std::string(text); });
+  fact([&](std::size_t) { return plain(text, Blanks::kept); });
 }
 
 /// What is drawn on the terminal goes first, for stdout may be that terminal too.
@@ -97,7 +100,7 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   last_shown_ = now;
   auto shown = lines();
   if (!moving_) return put_message(shown.front() + "\n");
-  for (auto& line : shown) line = cut_to(line, columns());
+  for (auto& line : shown) line = cut_to(plain(line), columns());
   err_.draw(std::move(shown));
 }
 

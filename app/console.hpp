@@ -30,7 +30,7 @@ class Console {
   void say(std::string_view message);
   /// One line of more detail, with --verbose.
   void detail(std::string_view message);
-  /// Data, on stdout, as it is.
+  /// Data, on stdout: text, without what could steer a terminal.
   void data(std::string_view text);
   /// One line of data; `text` is told how many such lines before it were dropped since the last one was not.
   void fact(const std::function<std::string(std::size_t missed)>& text);
@@ -50,7 +50,7 @@ class Console {
   [[nodiscard]] bool data_was_lost() const { return out_.has_failed(); }
 
  private:
-  void put_message(std::string text);
+  void put_message(std::string words);
 
   Outlet out_, err_;
   bool moving_;  ///< stderr is a terminal and may be redrawn

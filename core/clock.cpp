@@ -4,18 +4,23 @@
 #include <fmt/format.h>
 #include <time.h>
 
+#include <fstream>
+
 namespace gyrotherm {
-namespace {
 
 /// The time that the machine slept is part of it, which std::chrono::steady_clock leaves out on Linux.
-std::chrono::steady_clock::time_point since_boot() {
+Duration since_boot() {
   timespec time{};
   ::clock_gettime(CLOCK_BOOTTIME, &time);
-  return std::chrono::steady_clock::time_point(std::chrono::seconds(time.tv_sec) +
-                                               std::chrono::nanoseconds(time.tv_nsec));
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-}  // namespace
+std::string boot_id() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  file >> id;
+  return id;
+}
 
 SteadyClock::SteadyClock(Duration already) : origin_(since_boot() - already) {}
 

@@ -27,7 +27,7 @@ class SteadyClock final : public Clock {
   [[nodiscard]] Instant now() const override;
 
  private:
-  std::chrono::steady_clock::time_point origin_;
+  Duration origin_;  ///< since the machine was started
 };
 
 /// A clock that moves only when told. Its UTC starts at kVirtualEpoch, so that dry runs are reproducible.
@@ -43,6 +43,11 @@ class VirtualClock final : public Clock {
 
 /// 2026-01-01T00:00:00Z.
 inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
+
+/// Since the machine was started, its sleep included, and which start that was: for what must be compared across
+/// processes although somebody sets the clock.
+[[nodiscard]] Duration since_boot();
+[[nodiscard]] std::string boot_id();
 
 /// "2026-01-01T00:00:00Z", whole seconds.
 [[nodiscard]] std::string civil_time(Duration utc);

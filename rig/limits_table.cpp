@@ -130,8 +130,11 @@ ProcedureLimits read_procedure_limits(const TomlTable& root) {
   limits.longest_held = read_time(table, "longest_held", limits.longest_held);
   limits.longest_return = read_time(table, "longest_return", limits.longest_return);
   limits.resume_delay = read_time(table, "resume_delay", limits.resume_delay);
-  const auto on_stop = root.table("safe").choice("on_stop", {"safe", "hold"}, "safe");
+  const auto safe = root.table("safe");
+  const auto on_stop = safe.choice("on_stop", {"safe", "hold"}, "safe");
   limits.on_stop = on_stop == "hold" ? OnStop::hold : OnStop::safe;
+  const auto on_hangup = safe.choice("on_hangup", {"go_on", "safe"}, "go_on");
+  limits.on_hangup = on_hangup == "safe" ? OnHangup::safe : OnHangup::go_on;
   return limits;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/plain_text.hpp"
 #include "drivers/chamber/line_activity.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
@@ -117,7 +118,7 @@ class AssembledRig : public Rig {
   std::vector<Result<std::string>> ask() override {
     const SteadyClock watch;
     const auto titled = [](const std::string& title, Result<std::string> answer) {
-      return answer ? Result<std::string>(title + ": " + *answer) : answer;
+      return answer ? Result<std::string>(plain(title + ": " + *answer)) : answer;
     };
     std::vector<Result<std::string>> answers{titled("chamber", ask_chamber(watch))};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
@@ -213,7 +214,7 @@ class AssembledRig : public Rig {
     std::vector<std::string> names;
     for (auto& answer : answers) {
       if (!answer) return failure(answer.error());
-      names.push_back(std::move(*answer));
+      names.push_back(plain(*answer));
     }
     return names;
   }

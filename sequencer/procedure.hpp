@@ -37,12 +37,16 @@ struct Verdict {
 /// How an operator's stop leaves the chamber. An abort always makes it safe.
 enum class OnStop { hold, safe };
 
+/// What a run does whose terminal is closed.
+enum class OnHangup { go_on, safe };
+
 struct ProcedureLimits {
   Duration longest_suspended = std::chrono::hours(2);  ///< then the run is aborted
   Duration longest_held = std::chrono::hours(12);      ///< likewise
   Duration longest_return = std::chrono::hours(4);     ///< likewise
   Duration resume_delay = std::chrono::seconds(10);    ///< how long a cause is gone before the run goes on
   OnStop on_stop = OnStop::safe;
+  OnHangup on_hangup = OnHangup::go_on;
 };
 
 struct Execute {};

@@ -34,12 +34,30 @@ std::string outlook_lines(const RunStatus& status) {
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
   if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
+  if (!status.record_damage.empty()) text += fmt::format("  DAMAGED: {}\n", status.record_damage);
   for (const auto& part : status.parts) text += fmt::format("  goes on in {}\n", part);
   return text;
 }
 
+/// Whether the program that carries the run out answers, by the age of what it wrote; nothing where none does.
+std::optional<bool> answers(const RunStatus& status) {
+  if (!status.being_written) return {};
+  const auto age = age_of(status);
+  return age && *age <= kSilentAfter;
+}
+
+std::string age_line(const RunStatus& status) {
+  if (!status.being_written) return {};
+  const auto age = age_of(status);
+  const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
+  if (answers(status).value_or(true)) return fmt::format("  {}\n", ago);
+  return fmt::format("  WARNING: {}: the program, or its disk, does not answer; what follows is how it stood then\n",
+                     ago);
+}
+
 std::string words(const RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
+  text += age_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
                       status.acknowledged, status.faults);
   if (status.segment_count > 0)
@@ -57,6 +75,10 @@ std::string words(const RunStatus& status) {
 /// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
 std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& guard) {
   auto json = nlohmann::ordered_json::parse(to_json(status));
+  const auto age = age_of(status);
+  const auto does = answers(status);
+  json["written_ago_s"] = age ? nlohmann::ordered_json(to_seconds(*age)) : nullptr;
+  json["answers"] = does ? nlohmann::ordered_json(*does) : nullptr;
   json["made_safe"] = nullptr;
   if (guard)
     json["made_safe"] = {{"at", civil_time(guard->at)},

@@ -8,6 +8,7 @@
 
 #include "acquisition/calibration.hpp"
 #include "acquisition/record.hpp"
+#include "acquisition/status.hpp"
 #include "acquisition/store.hpp"
 #include "app/conduct/custody.hpp"
 #include "app/conduct/drive.hpp"
@@ -195,6 +196,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto on = continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
                             run_number(record->info.profile_text));
   if (!on) return failure(on.error());
+  const auto lost = lost_end(path);  // before the record is written again
   std::optional<OneCore> one_core;
   if (on->rig.simulated) one_core.emplace();
   auto custody = Custody::take(on->rig, path);
@@ -220,6 +222,10 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   experiment.note(EventKind::resumed, text);
   if (entry.away) experiment.begin_away(entry.set_point, on->why_stopped, on->stood.air);
+  if (lost && *lost) {
+    console.say(fmt::format("warning: {}: {}", path, in_words(**lost)));
+    experiment.note(EventKind::fault, "the record " + in_words(**lost));
+  }
   warn_of_calibrations(console, experiment, **rig);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
   return drive({console, on->profile, experiment, **rig, **store, *custody, path});

@@ -70,6 +70,9 @@ Result<Outcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
+/// Signals that ask for an end; a terminal that was closed does not.
+int asked_to_end() { return interrupts() - hangups(); }
+
 /// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
 /// obeyed, and it is said why.
 bool must_stay(const UnderWay& run) {
@@ -77,7 +80,7 @@ bool must_stay(const UnderWay& run) {
     run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
     return true;
   }
-  if (run.experiment.run_state() != RunState::aborting || interrupts() > 1) return false;
+  if (run.experiment.run_state() != RunState::aborting || asked_to_end() > 1) return false;
   run.console.say(
       "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
   return true;
@@ -147,9 +150,21 @@ class RealTime {
     return outcome;
   }
 
+  /// As the rig file says: who closes a terminal may mean no more than that.
+  void hang_up() {
+    if (hangups() == seen_hangups_) return;
+    seen_hangups_ = hangups();
+    if (run_.rig.file().procedure.on_hangup == OnHangup::go_on)
+      run_.experiment.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
+    else if (run_.experiment.objection(OperatorCommand::abort).empty())
+      run_.experiment.tell(OperatorCommand::abort, "the terminal, which was closed");
+  }
+
   void interrupt_now() {
     take_wake_ups();
-    if (ended_ || must_stay(run_)) return;
+    if (ended_) return;
+    hang_up();
+    if (asked_to_end() == 0 || must_stay(run_)) return;
     end(run_.experiment.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
   }
 
@@ -175,6 +190,7 @@ class RealTime {
   std::optional<TellSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
+  int seen_hangups_ = 0;
   Result<Outcome> result_ = Outcome::going_on;  ///< once ended
 };
 

@@ -1,12 +1,15 @@
 #include "app/guard/armed_file.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 
 #include "app/guard/keyed_text.hpp"
-#include "app/guard/small_file.hpp"
+#include "core/text_file.hpp"
+#include "core/user_name.hpp"
 #include "drivers/chamber/register_map_words.hpp"
 
 namespace gyrotherm {
@@ -39,6 +42,15 @@ std::optional<WordOrder> read_order(KeyedText& text) {
   const auto order = meant(kWordOrders, word);
   if (!order && word != kOfTheMap) text.mistake("word_order: expected abcd, cdab, badc, dcba or \"of the map\"");
   return order;
+}
+
+/// Why somebody else may have written the open file; empty: nobody has.
+std::string objection(int file) {
+  struct stat found {};
+  if (::fstat(file, &found) != 0) return "cannot be looked at";
+  if (found.st_uid != ::geteuid() && found.st_uid != 0)
+    return "belongs to " + user_in_words(found.st_uid) + ", who is neither root nor this user";
+  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : "may be written by others than its owner";
 }
 
 }  // namespace
@@ -74,10 +86,15 @@ Result<Armed> parse_armed(std::string_view text, const std::string& file) {
 }
 
 Result<std::optional<Armed>> read_armed(const std::string& file) {
-  const auto text = read_own_small_file(file);
+  struct stat named {};
+  if (::lstat(file.c_str(), &named) != 0 && errno == ENOENT) return std::nullopt;
+  const auto opened = open_regular_file(file, Links::refused);
+  if (!opened) return failure(opened.error());
+  if (auto why = objection(opened->descriptor.number()); !why.empty())
+    return failure(FaultKind::bad_file, file, std::move(why));
+  const auto text = read_whole(*opened, file);
   if (!text) return failure(text.error());
-  if (!*text) return std::nullopt;
-  auto armed = parse_armed(**text, file);
+  auto armed = parse_armed(*text, file);
   if (!armed) return failure(std::move(armed.error()));
   return *armed;
 }
@@ -85,7 +102,7 @@ Result<std::optional<Armed>> read_armed(const std::string& file) {
 Result<void> arm(const Armed& armed) {
   if (armed.record.find('\n') != std::string::npos)
     return failure(FaultKind::storage, armed.record, "a record's path has no line break");
-  return put_small_file(armed_path(armed.record), to_text(armed));
+  return replace_own_file(armed_path(armed.record), to_text(armed));
 }
 
 void disarm(const std::string& record) { ::unlink(armed_path(record).c_str()); }

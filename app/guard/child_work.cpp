@@ -10,6 +10,8 @@
 #include <csignal>
 #include <string_view>
 
+#include "core/plain_text.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -110,7 +112,7 @@ Voice::~Voice() {
 }
 
 void Voice::say(const std::string& line) {
-  const auto whole = "gyrotherm-make-safe: " + line + "\n";
+  const auto whole = "gyrotherm-make-safe: " + plain(line, Blanks::kept) + "\n";
   if (mouth_.is_open()) [[maybe_unused]]
     const auto written = ::write(mouth_.number(), whole.data(), whole.size());
 }

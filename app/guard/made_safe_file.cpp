@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "app/guard/keyed_text.hpp"
-#include "app/guard/small_file.hpp"
 #include "core/clock.hpp"
+#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -40,12 +40,12 @@ Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file)
 }
 
 Result<void> leave_trace(const std::string& record, const MadeSafe& trace) {
-  return put_small_file(made_safe_path(record), to_text(trace));
+  return replace_own_file(made_safe_path(record), to_text(trace));
 }
 
 Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
   const auto path = made_safe_path(record);
-  const auto text = read_small_file(path);
+  const auto text = read_text_file_if_any(path, kLargestText, Links::refused);
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
   auto trace = parse_made_safe(**text, path);

@@ -10,19 +10,10 @@
 #include <iterator>
 #include <sstream>
 
+#include "core/clock.hpp"
 #include "drivers/line/descriptor.hpp"
 
 namespace gyrotherm {
-namespace {
-
-std::string boot_id() {
-  std::ifstream file("/proc/sys/kernel/random/boot_id");
-  std::string id;
-  file >> id;
-  return id;
-}
-
-}  // namespace
 
 /// proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
 std::optional<ProcessIdentity> identity_of(std::int64_t pid) {

@@ -259,10 +259,13 @@ Result<void> BackgroundStore::finish() {
   told.finished = true;
   told.being_written = false;
   if (employed) (void)write_status(told);
-  if (!desk_->writer.is_spoiled()) return {};
+  const auto& writer = desk_->writer;
+  if (!writer.is_spoiled()) return {};
   return failure(FaultKind::storage, status().path,
-                 fmt::format("{}; the record is complete in {}", desk_->writer.damage(),
-                             part_path(status().path, desk_->writer.part())));
+                 fmt::format("{}; {} in {}", writer.damage(),
+                             writer.from() == 0 ? std::string("the record is complete")
+                                                : fmt::format("all seconds from {} on are", writer.from()),
+                             part_path(status().path, writer.part())));
 }
 
 StoreHealth BackgroundStore::health() const {

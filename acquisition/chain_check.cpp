@@ -167,10 +167,6 @@ Result<Verified> verify_file(const std::string& path) {
   return Verified{.rows = checked->rows, .files = 1, .finished = *finished};
 }
 
-Result<std::string> run_id(const std::string& path) {
-  return open_record(path).and_then([](Database database) { return meta(database, "id"); });
-}
-
 }  // namespace
 
 Result<Digest> description_hash(Database& database) {
@@ -223,26 +219,33 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
 }
 
 Result<Verified> verify_record(const std::string& path) {
-  auto all = verify_file(path);
-  if (!all) return all;
-  const auto id = run_id(path);
-  if (!id) return failure(id.error());
-  const auto parts = parts_after(path, *id);
-  if (!parts) return failure(parts.error());
-  const auto manifest = check_manifest(path);
-  if (!manifest) return failure(manifest.error());
-  for (const auto& part : *parts) {
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
+  if (files->lost)
+    return failure(FaultKind::bad_file, files->lost->where,
+                   fmt::format("{}; the run goes on in {}", files->lost->what, files->parts.front().path));
+  Verified all;
+  for (const auto& part : files->parts) {
     const auto more = verify_file(part.path);
     if (!more) return more;
-    if (*manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
-      return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
-    *all = {.rows = all->rows + more->rows, .files = all->files + 1, .finished = more->finished};
+    all = {.rows = all.rows + more->rows, .files = all.files + 1, .finished = more->finished};
   }
-  all->manifest = manifest->has_value();
+  const auto manifest = check_manifest(path);
+  if (!manifest) return failure(manifest.error());
+  all.manifest = manifest->has_value();
+  for (const auto& part : files->parts)
+    if (all.manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
+      return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
   const auto lost = lost_end(path);
   if (!lost) return failure(lost.error());
   if (*lost) return failure(FaultKind::bad_file, path, in_words(**lost));
   return all;
+}
+
+Result<void> close_record(const std::string& path, int last_part) {
+  if (last_part > 1)
+    if (auto whole = verify_record(path); !whole && !is_unchained(whole.error())) return failure(whole.error());
+  return write_manifest(path, last_part);
 }
 
 bool is_unchained(const Fault& fault) { return fault.kind == FaultKind::bad_file && fault.what == kUnchained; }

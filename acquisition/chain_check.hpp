@@ -43,6 +43,10 @@ struct Verified {
 /// what is not as it was written; also if the record is older than the chain, or not readable.
 [[nodiscard]] Result<Verified> verify_record(const std::string& path);
 
+/// Writes the manifest of a run whose last file was just finished. A record of several files is verified first, and has
+/// none if it is not as it was written; fails then like verify_record(), otherwise with storage.
+[[nodiscard]] Result<void> close_record(const std::string& path, int last_part);
+
 /// Whether the fault says that the record is of an older program, which made no chain: nothing is known to be wrong.
 [[nodiscard]] bool is_unchained(const Fault& fault);
 

@@ -81,6 +81,10 @@ Result<void> read_events(Database& database, Record& record) {
   }
 }
 
+Gap lost_with(const Continuation& continuation, std::int64_t first) {
+  return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
+}
+
 /// What the part says from its first slot on counts; slots that neither has went with the file that failed.
 void join(Record& record, Record part, const Continuation& continuation) {
   const auto kept = static_cast<std::size_t>(
@@ -92,9 +96,7 @@ void join(Record& record, Record part, const Continuation& continuation) {
   std::erase_if(record.gaps, [&](const Gap& gap) { return gap.first >= continuation.from; });
   std::erase_if(record.events, [&](const RecordedEvent& event) { return event.slot >= continuation.from; });
   const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
-  if (last + 1 < continuation.from)
-    record.gaps.push_back(
-        {last + 1, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)});
+  if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
   extend(record.slot, part.slot);
   extend(record.time_s, part.time_s);
   extend(record.set_point_c, part.set_point_c);
@@ -116,17 +118,24 @@ Result<Record> read_file(const std::string& path) {
   return open_record(path).and_then([](Database database) { return record_of(database); });
 }
 
+/// A file that cannot be read is passed over if others go on from it: what it held is in them, or is a gap.
 Result<Record> read_all(const std::string& path) {
-  auto record = read_file(path);
-  if (!record) return record;
-  const auto parts = parts_after(path, record->info.id);
-  if (!parts) return failure(parts.error());
-  for (const auto& part : *parts) {
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
+  std::optional<Record> record;
+  for (const auto& part : files->parts) {
     auto more = read_file(part.path);
+    const bool is_last = &part == &files->parts.back();
+    if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
-    join(*record, std::move(*more), part.continuation);
+    if (record) {
+      join(*record, std::move(*more), part.continuation);
+    } else {
+      record = std::move(*more);
+      if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_with(part.continuation, 0));
+    }
   }
-  return record;
+  return std::move(*record);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "acquisition/manifest.hpp"
+#include "acquisition/chain_check.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -78,12 +78,18 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
   return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
 }
 
+/// What a file that can still be read accounted for goes over into the next one, else what is in memory.
+std::int64_t RecordWriter::first_to_account_for() {
+  if (nameless_)
+    if (const auto continued = read_continuation(nameless_->database()); continued)
+      return *continued ? (*continued)->from : 0;
+  return kept_.empty() ? acknowledged_ + 1 : kept_.front()->first;
+}
+
 Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, const FrameCount& frames) {
   const Continuation continuation{.part = next_part(path_),
                                   .before = std::filesystem::path(part_path(path_, options_.part)).filename().string(),
-                                  .from = nameless_       ? 0
-                                          : kept_.empty() ? acknowledged_ + 1
-                                                          : kept_.front()->first,
+                                  .from = first_to_account_for(),
                                   .cause = failed_};
   const auto path = part_path(path_, continuation.part);
   auto file = RunFile::create(path, info_, continuation);
@@ -102,6 +108,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
   nameless_.reset();
   file_ = std::move(*file);
   options_.part = continuation.part;
+  from_ = continuation.from;
   return {};
 }
 
@@ -122,7 +129,7 @@ Result<void> RecordWriter::finish() {
   auto finished = file_->finish();
   if (!finished) return finished;
   file_.reset();
-  return spoiled_ ? Result<void>{} : write_manifest(path_, options_.part);
+  return spoiled_ ? Result<void>{} : close_record(path_, options_.part);
 }
 
 }  // namespace gyrotherm

@@ -42,6 +42,9 @@ class RecordWriter {
   /// where the file could still be read, else as much as was in memory.
   [[nodiscard]] bool is_spoiled() const { return spoiled_; }
 
+  /// The first slot that the last part accounts for.
+  [[nodiscard]] std::int64_t from() const { return from_; }
+
   [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }
   [[nodiscard]] int part() const { return options_.part; }
   /// Between two parts there is none.
@@ -50,6 +53,7 @@ class RecordWriter {
   [[nodiscard]] static bool will_pass(const Fault& fault);
 
  private:
+  std::int64_t first_to_account_for();
   Result<void> begin_part(std::span<const EntryPointer> entries, const FrameCount& frames);
   Result<void> fill_part(RunFile& file, const Continuation& continuation, std::span<const EntryPointer> entries);
   Result<void> put(std::span<const EntryPointer> entries, const FrameCount& frames);
@@ -66,6 +70,7 @@ class RecordWriter {
   std::string damage_;
   bool spoiled_ = false;
   std::deque<EntryPointer> kept_;  ///< acknowledged; begins with one that accounts for slots
+  std::int64_t from_{};
   std::int64_t acknowledged_{-1};
   int locked_{};  ///< attempts in a row
 };

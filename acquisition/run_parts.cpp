@@ -11,21 +11,29 @@
 namespace gyrotherm {
 namespace {
 
-/// Nothing if the file is no part of this run.
-Result<std::optional<Part>> part_at(const std::string& path, int number, const std::string& run_id) {
+struct Found {
+  Part part;
+  std::string run_id;
+};
+
+/// Nothing if the file is no part of a run.
+Result<std::optional<Found>> part_at(const std::string& path, int number) {
   auto database = open_record(path);
   if (!database && database.error().kind == FaultKind::bad_file) return std::nullopt;
   if (!database) return failure(database.error());
-  const auto id = meta(*database, "id");
+  auto id = meta(*database, "id");
   if (!id) return failure(id.error());
-  if (*id != run_id) return std::nullopt;
   auto continuation = read_continuation(*database);
   if (!continuation) return failure(continuation.error());
   if (!*continuation || (*continuation)->part != number) return std::nullopt;
   const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
   if (!events) return failure(events.error());
   if (*events == 0) return std::nullopt;  // its writer died before it could put in what it was begun for
-  return Part{path, std::move(**continuation)};
+  return Found{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
+}
+
+Result<std::string> run_id_of(const std::string& path) {
+  return open_record(path).and_then([](Database database) { return meta(database, "id"); });
 }
 
 }  // namespace
@@ -76,25 +84,30 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
                       .cause = std::string(query->text(3))};
 }
 
-Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id) {
-  std::vector<Part> parts;
+Result<RecordFiles> files_of_record(const std::string& record_path) {
+  RecordFiles files;
+  auto run_id = run_id_of(record_path);
+  if (run_id)
+    files.parts.push_back({.path = record_path, .continuation = {.part = 1, .before = {}, .cause = {}}});
+  else if (is_locked(run_id.error()))
+    return failure(run_id.error());
+  else
+    files.lost = run_id.error();
   for (int number = 2; is_there(part_path(record_path, number)); ++number) {
-    auto part = part_at(part_path(record_path, number), number, run_id);
-    if (!part) return failure(part.error());
-    if (*part) parts.push_back(std::move(**part));
+    auto found = part_at(part_path(record_path, number), number);
+    if (!found) return failure(found.error());
+    if (!*found) continue;
+    if (files.parts.empty()) run_id = (*found)->run_id;  // whose own file is lost
+    if ((*found)->run_id == *run_id) files.parts.push_back(std::move((*found)->part));
   }
-  return parts;
+  if (files.parts.empty()) return failure(*files.lost);
+  return files;
 }
 
 Result<int> last_part(const std::string& record_path) {
-  if (!is_there(part_path(record_path, 2))) return 1;
-  auto database = open_record(record_path);
-  if (!database) return failure(database.error());
-  const auto id = meta(*database, "id");
-  if (!id) return failure(id.error());
-  const auto parts = parts_after(record_path, *id);
-  if (!parts) return failure(parts.error());
-  return parts->empty() ? 1 : parts->back().continuation.part;
+  return files_of_record(record_path).map([](const RecordFiles& files) {
+    return files.parts.back().continuation.part;
+  });
 }
 
 int next_part(const std::string& record_path) {

@@ -39,11 +39,16 @@ struct Part {
   Continuation continuation;
 };
 
-/// The parts that follow the record's own file, in order. A file of such a name that is not of this run is none, nor is
-/// one that was begun and not filled. Fails with storage if one is being written, or is of this run's name and damaged.
-[[nodiscard]] Result<std::vector<Part>> parts_after(const std::string& record_path, const std::string& run_id);
+/// The files that a record consists of.
+struct RecordFiles {
+  std::vector<Part> parts;    ///< in order, at least one; the first is the record's own file, which continues nothing
+  std::optional<Fault> lost;  ///< why the record's own file is not among them, which others go on from
+};
+/// A file of such a name that is not of this run is no part of it, nor is one that was begun and not filled. Fails with
+/// bad_file if there is no record, with storage if a file is being written, or a part is damaged.
+[[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
 
-/// The number of the file that the run goes on in: 1 if no other follows. Fails like parts_after(), or with bad_file.
+/// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().
 [[nodiscard]] Result<int> last_part(const std::string& record_path);
 
 /// The first name that no file has yet.

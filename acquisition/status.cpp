@@ -88,19 +88,16 @@ Result<RunStatus> status_of_file(const std::string& path) {
   return open_record(path).and_then([&](Database database) { return stored_status(database, path); });
 }
 
+/// Of its last file, which goes on from the others.
 Result<RunStatus> status_of_record(const std::string& path) {
-  auto status = status_of_file(path);
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
+  auto status = status_of_file(files->parts.back().path);
   if (!status) return status;
-  const auto parts = parts_after(path, status->id);
-  if (!parts) return failure(parts.error());
-  for (const auto& part : *parts) {
-    auto further = status_of_file(part.path);
-    if (!further) return further;
-    further->parts = std::move(status->parts);
-    further->parts.push_back(part.path);
-    further->path = path;
-    status = std::move(further);
-  }
+  status->path = path;
+  if (files->lost) status->record_damage = text(*files->lost);
+  for (const auto& part : files->parts)
+    if (part.path != path) status->parts.push_back(part.path);
   return status;
 }
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "acquisition/background_store.hpp"
-#include "acquisition/manifest.hpp"
+#include "acquisition/chain_check.hpp"
 #include "acquisition/ordered_store.hpp"
 #include "acquisition/record.hpp"
 #include "acquisition/record_rows.hpp"
@@ -94,7 +94,7 @@ Result<void> InlineStore::finish() {
   broken_ = Fault{FaultKind::storage, status().path, "the run is finished"};
   if (status().path == kInMemory) return {};
   file_.reset();
-  if (auto written = write_manifest(status().path, part_); !written) return written;
+  if (auto written = close_record(status().path, part_); !written) return written;
   tell(true);
   return {};
 }

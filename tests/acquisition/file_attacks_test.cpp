@@ -79,21 +79,28 @@ std::vector<Attack> attacks() {
   };
 }
 
-class FileAttacks : public ::testing::TestWithParam<Attack> {};
+/// 450 seconds, an attack, and 20 more of them.
+constexpr std::int64_t kBefore = 450, kAfter = 20;  // the log is folded twice before
 
-TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
-  constexpr std::int64_t kBefore = 450, kAfter = 20;  // the log is folded twice before
-  const Folder folder;
-  const auto path = folder / "run.db";
+std::unique_ptr<Store> attacked(const std::string& path, const Attack& attack) {
   auto store =
       Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
   for (std::int64_t slot = 0; slot < kBefore; ++slot) {
-    ASSERT_TRUE(store->append(sample_at(slot), {}));
-    ASSERT_TRUE(store->settle(kLong));
+    EXPECT_TRUE(store->append(sample_at(slot), {}));
+    EXPECT_TRUE(store->settle(kLong));
   }
-  GetParam().act(path);
-  for (std::int64_t slot = kBefore; slot < kBefore + kAfter; ++slot) ASSERT_TRUE(store->append(sample_at(slot), {}));
-  ASSERT_TRUE(store->settle(kLong));
+  attack.act(path);
+  for (std::int64_t slot = kBefore; slot < kBefore + kAfter; ++slot) EXPECT_TRUE(store->append(sample_at(slot), {}));
+  EXPECT_TRUE(store->settle(kLong));
+  return store;
+}
+
+class FileAttacks : public ::testing::TestWithParam<Attack> {};
+
+TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = attacked(path, GetParam());
   EXPECT_EQ(store->health().parts, 2);
   EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
       << store->health().damage;
@@ -102,10 +109,29 @@ TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
   store.reset();
   EXPECT_EQ(is_there(manifest_path(path)), !GetParam().of_database);
 
-  const auto rest = read_record(part_path(path, 2));
-  ASSERT_TRUE(rest) << text(rest.error());
-  EXPECT_EQ(rest->slot.size(), static_cast<std::size_t>(kBefore + kAfter)) << "all that was in memory";
+  for (const auto& name : {path, part_path(path, 2)}) {
+    const auto record = read_record(name);
+    ASSERT_TRUE(record) << name << ": " << text(record.error());
+    EXPECT_EQ(record->slot.size(), static_cast<std::size_t>(kBefore + kAfter)) << name;
+    EXPECT_EQ(record->gaps.size(), 0u) << name;
+    EXPECT_EQ(read_status(name).value().acknowledged, kBefore + kAfter - 1) << name;
+  }
   EXPECT_TRUE(verify_record(part_path(path, 2)));
+  EXPECT_TRUE(GetParam().of_database || verify_record(path));
+}
+
+TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  attacked(path, GetParam()).reset();
+  const bool whole = verify_record(path).has_value();  // a copy, for one, is as good
+  auto store = Store::reopen(path, {.background = true});
+  ASSERT_TRUE(store) << text(store.error());
+  ASSERT_TRUE((*store)->append(sample_at(kBefore + kAfter), {}));
+  EXPECT_EQ((*store)->finish().has_value(), whole);
+  store->reset();
+  EXPECT_EQ(is_there(manifest_path(path)), whole);
+  EXPECT_EQ(read_record(path).value().slot.size(), static_cast<std::size_t>(kBefore + kAfter + 1));
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
@@ -146,6 +172,36 @@ TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName
   EXPECT_EQ(record->gaps[0].first, 500);
   EXPECT_EQ(record->events.size(), 198u + 1) << "and the one that tells of it";
   EXPECT_TRUE(verify_record(part_path(path, 2)));
+}
+
+/// Each time that a name is taken the next file has it all, also what a file before it had that failed otherwise.
+TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(),
+                             {.background = true, .most_rows = 50, .retry = std::chrono::milliseconds(20)})
+                   .value();
+  auto hundred = [&, slot = std::int64_t{0}]() mutable {
+    for (const auto end = slot + 100; slot < end; ++slot) {
+      ASSERT_TRUE(store->append(sample_at(slot), {}));
+      if (slot % 20 == 19) {
+        ASSERT_TRUE(store->settle(kLong));
+      }
+    }
+  };
+  hundred();
+  fs::remove(path + "-wal");  // the main file stays, with what was folded into it
+  hundred();
+  for (int i = 0; i < 2; ++i) {
+    fs::remove(part_path(path, 2));
+    hundred();
+  }
+  EXPECT_FALSE(store->finish());
+  store.reset();
+  const auto record = read_record(part_path(path, 2));
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.front(), 50) << "the first that was in memory when the log was lost";
+  EXPECT_EQ(record->slot.size(), 350u);
 }
 
 TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {

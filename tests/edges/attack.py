@@ -1,0 +1,255 @@
+"""What an attack is, and what it has at hand: a laboratory, a real program, a folder, and a list of what went wrong."""
+from __future__ import annotations
+
+import functools
+import os
+import pathlib
+import shutil
+import signal
+import time
+from dataclasses import dataclass
+from typing import Any, Callable, Iterator
+
+import program
+import rig
+from laboratory import SET_POINT, Laboratory
+from program import Programs, Run, Terminal, until
+from records import Record, holes, lost_seconds, read_record, wrong_readings
+from rig import SAFE, Rig, hold, profile
+
+GUARD_LIMIT = 20.0  # s, within which a chamber without a program is safe
+START_LIMIT = 60.0  # s, of a run on a busy machine
+
+
+class Failed(Exception):
+    """The attack cannot go on: what it needed did not happen."""
+
+
+class Skipped(Exception):
+    """The attack cannot be made here; why."""
+
+
+@dataclass(frozen=True)
+class Attack:
+    name: str
+    group: str
+    carry_out: Callable[["Scene"], None]
+    doc: str
+    limit: float  # s, after which it counts as hung
+    long_only: bool
+    private_mounts: bool
+    light: bool  # it only waits: three of these take the place of one
+
+
+ATTACKS: dict[str, Attack] = {}
+
+
+def enter(group: str, name: str, carry_out: Callable[["Scene"], None], *, limit: float = 180, long_only: bool = False,
+          private_mounts: bool = False, light: bool = False) -> None:
+    """Puts an attack on the list."""
+    assert name not in ATTACKS, name
+    inner = carry_out.func if isinstance(carry_out, functools.partial) else carry_out
+    ATTACKS[name] = Attack(name, group, carry_out, (inner.__doc__ or "").strip(), limit, long_only, private_mounts,
+                          light)
+
+
+def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Callable[["Scene"], None]]:
+    """Decorates a function that is an attack by itself, under its own name."""
+    def add(function: Callable[["Scene"], None]) -> Callable[["Scene"], None]:
+        enter(group, function.__name__, function, **how)
+        return function
+    return add
+
+
+class Scene:
+    """One attack's folder, instruments and programs. All of it goes when the scene is closed."""
+
+    def __init__(self, gyrotherm: pathlib.Path, folder: pathlib.Path, long: bool, hanging_disk: str = "") -> None:
+        self.folder = folder
+        self.long = long
+        self.programs = Programs(gyrotherm, folder, hanging_disk)
+        self.failures: list[str] = []
+        self.facts: list[str] = []
+        self.laboratories: list[Laboratory] = []
+        self.runs: list[Run] = []
+        self.closing: list[Callable[[], None]] = []
+        self.copies = 0
+
+    # Judging.
+
+    def expect(self, holds: Any, what: str) -> bool:
+        """Keeps it as a failure if it does not hold, and goes on."""
+        if not holds:
+            self.failures.append(what)
+        return bool(holds)
+
+    def need(self, holds: Any, what: str) -> None:
+        """Ends the attack if it does not hold."""
+        if not holds:
+            raise Failed(what)
+
+    def fact(self, text: str) -> None:
+        """Is told beside the verdict."""
+        self.facts.append(text)
+
+    # Means.
+
+    def laboratory(self, link: str = "tcp", *, host: str = "127.0.0.1", seed: int = 1, air: float = 60.0) -> Laboratory:
+        """Instruments whose chamber stands at `air`, switched off."""
+        laboratory = Laboratory(link, host, seed)
+        self.laboratories.append(laboratory)
+        laboratory.chamber.begin_at(air)
+        return laboratory
+
+    def rig(self, laboratory: Laboratory, name: str = "rig.toml", **what: Any) -> pathlib.Path:
+        framing = "rtu_over_tcp" if laboratory.link == "rtu_over_tcp" else ""
+        return Rig(laboratory.lines, framing=framing, **what).write(self.folder, name)
+
+    def profile(self, *segments: str, name: str = "profile.toml") -> pathlib.Path:
+        path = self.folder / name
+        path.write_text(profile(*segments), encoding="utf-8")
+        return path
+
+    def start(self, profile: pathlib.Path, rig: pathlib.Path, record: str = "run.db", *, json: bool = True,
+              **how: Any) -> Run:
+        """Starts `gyrotherm run`; its output is in the folder, beside the record."""
+        path = self.folder / record
+        options = ["--json"] if json else []
+        run = program.start(self.programs, ["run", profile, "--rig", rig, "--out", path, *options], path,
+                            **{"name": path.stem} | how)
+        self.runs.append(run)
+        return run
+
+    def resume(self, run: Run, *options: str, **how: Any) -> Run:
+        again = program.start(self.programs, ["resume", run.record, "--json", *options], run.record,
+                              **{"name": f"{run.record.stem}-again{len(self.runs)}"} | how)
+        self.runs.append(again)
+        return again
+
+    def hot_run(self, laboratory: Laboratory, *, at: float = 60.0, seconds: int = 3600, rig: dict[str, Any] | None = None,
+                acknowledged: int = 2, **how: Any) -> Run:
+        """A run that holds the chamber at `at` and has acknowledged its first seconds."""
+        laboratory.chamber.begin_at(at)
+        run = self.start(self.profile(hold(at, seconds)), self.rig(laboratory, **(rig or {})), **how)
+        self.need(run.wait_acknowledged(acknowledged, START_LIMIT),
+                  f"the run did not begin: exit {run.process.poll()}, {run.errors()[-600:]}")
+        self.need(abs(laboratory.chamber.set_point - at) < 0.01,
+                  f"the chamber was not sent to {at} °C but {laboratory.chamber.set_point}")
+        return run
+
+    def terminal(self) -> Terminal:
+        terminal = Terminal()
+        self.closing.append(terminal.close)
+        return terminal
+
+    # What is asked again and again.
+
+    def safe_after(self, laboratory: Laboratory, since: float, within: float) -> float | None:
+        """Waits until the safe set point is written after `since`; how long that took, or nothing after `within`."""
+        def written() -> float | None:
+            for write in laboratory.chamber.writes(since):
+                if write.address == SET_POINT and abs(write.value - SAFE) < 0.01:
+                    if abs(laboratory.chamber.set_point - SAFE) < 0.01:
+                        return write.at
+            return None
+        at = until(written, max(0.0, since + within - time.monotonic()) + 0.1)
+        return None if at is None or at - since > within else at - since
+
+    def expect_safe(self, laboratory: Laboratory, since: float, within: float, what: str) -> bool:
+        """The safe set point must have been written within `within` of `since`, and be held now."""
+        after = self.safe_after(laboratory, since, within)
+        if after is not None:
+            self.fact(f"safe after {after:.1f} s")
+            return True
+        chamber = laboratory.chamber
+        late = [w.at - since for w in chamber.writes(since) if w.address == SET_POINT and abs(w.value - SAFE) < 0.01]
+        so = f"22 °C was written after {late[0]:.1f} s" if late else "22 °C was never written"
+        return self.expect(False, f"{what}: not safe within {within:g} s ({so}; set point now {chamber.set_point:g} °C)")
+
+    def expect_held(self, laboratory: Laboratory, seconds: float) -> None:
+        """The safe set point stays for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if not self.expect(abs(laboratory.chamber.set_point - SAFE) < 0.01,
+                               f"the set point left 22 °C again: {laboratory.chamber.set_point:g} °C"):
+                return
+            time.sleep(0.1)
+
+    def expect_ticks(self, laboratory: Laboratory, since: float, until_: float, longest: float = 2.5) -> None:
+        """The chamber was asked all the time, without a pause longer than `longest`."""
+        times = [since, *laboratory.chamber.requests(since, until_), until_]
+        rest = max(b - a for a, b in zip(times, times[1:]))
+        self.fact(f"longest pause {rest:.1f} s")
+        self.expect(rest <= longest, f"the ticks stopped: {rest:.1f} s without a request to the chamber, "
+                                     f"{len(times) - 2} requests in {until_ - since:.0f} s")
+
+    def read(self, record: pathlib.Path) -> Record:
+        """The record of a run that has ended."""
+        self.copies += 1
+        return read_record(record, self.folder / f"copy-{self.copies}")
+
+    def expect_nothing_lost(self, record: Record, acknowledged: int) -> None:
+        lost = lost_seconds(record, acknowledged)
+        self.fact(f"{acknowledged + 1} s acknowledged")
+        self.expect(not lost, f"{len(lost)} of {acknowledged + 1} acknowledged seconds are lost: {in_short(lost)}"
+                              f" (damaged: {record.damaged or 'none'})")
+
+    def expect_whole(self, record: Record, laboratory: Laboratory, acknowledged: int) -> None:
+        """Every second is there once, acknowledged ones in any case, and every reading is that of its second."""
+        self.expect_nothing_lost(record, acknowledged)
+        broken = holes(record)
+        self.expect(not broken, f"seconds that are neither a row nor a gap, or both: {in_short(broken)}")
+        wrong = wrong_readings(record, laboratory)
+        self.fact(f"{len(record.rows)} rows compared")
+        self.expect(not wrong, f"{len(wrong)} wrong or old readings: " + "; ".join(wrong[:4]))
+
+    def expect_guarded(self, run: Run, within: float = 10) -> None:
+        self.expect(until(run.guards, within), "there is no guard")
+
+    def stop(self, run: Run, within: float = 20) -> int | None:
+        """Ends a run in order, by SIGINT; its exit code."""
+        run.signal(signal.SIGINT)
+        code = run.wait(within)
+        if code is None:
+            run.signal(signal.SIGKILL)
+            self.expect(False, f"it did not end within {within:g} s after SIGINT")
+        return code
+
+    def close(self) -> None:
+        for close in self.closing:
+            close()
+        program.sweep(self.folder)
+        for run in self.runs:
+            run.wait(5)
+        for laboratory in self.laboratories:
+            laboratory.close()
+
+
+def as_root() -> None:
+    if os.geteuid() != 0:
+        raise Skipped("needs root")
+
+
+def with_tools(*names: str) -> None:
+    for name in names:
+        if shutil.which(name) is None:
+            raise Skipped(f"{name} is not installed")
+
+
+def in_short(numbers: list[int]) -> str:
+    """"3…7, 9"."""
+    return ", ".join(f"{a}" if a == b else f"{a}…{b}" for a, b in stretches(numbers)) or "none"
+
+
+def stretches(numbers: list[int]) -> Iterator[tuple[int, int]]:
+    """Runs of consecutive numbers."""
+    first = last = None
+    for number in sorted(numbers):
+        if last is not None and number == last + 1:
+            last = number
+            continue
+        if first is not None and last is not None:
+            yield first, last
+        first = last = number
+    if first is not None and last is not None:
+        yield first, last

@@ -1,0 +1,103 @@
+"""Thermometers and single channels that are lost: named at once, and the run waits where it needs them (D1)."""
+from __future__ import annotations
+
+import functools
+import re
+import time
+from typing import Any, Callable
+
+from attack import Scene, enter
+from laboratory import Laboratory
+from program import Run, until
+from records import wrong_readings
+from rig import CHANNELS
+
+TOLD_WITHIN = 3.5  # s
+SUSPENDED_WITHIN = 9.0  # s; suspend_after is 5 s
+GOES_ON_WITHIN = 30.0  # s; resume_delay is 10 s
+
+
+def names(text: str, channel: str) -> bool:
+    """Whether the channel is named, as a word."""
+    return re.search(rf"(?<![\w.]){channel}(?![\w.])", text) is not None
+
+
+def named(text: str, channels: tuple[str, ...]) -> list[str]:
+    return [channel for channel in channels if names(text, channel)]
+
+
+def state(run: Run) -> str:
+    return str(run.status().get("state"))
+
+
+def expect_told(scene: Scene, run: Run, before: str, lost: tuple[str, ...], since: float) -> None:
+    """The lost channels are named on standard error and in status."""
+    on_stderr = until(lambda: named(run.errors()[len(before):], lost) == list(lost), TOLD_WITHIN)
+    scene.expect(on_stderr, f"not named on standard error within {TOLD_WITHIN:g} s, which is no terminal: "
+                            f"{run.errors()[len(before):]!r}")
+    left = since + TOLD_WITHIN + 1 - time.monotonic()
+    in_status = until(lambda: named(" ".join(run.status().get("faults_now", [])), lost) == list(lost), left, 0.3)
+    scene.expect(in_status, f"not named in faults_now: {run.status().get('faults_now')}")
+
+
+def lost_channel(scene: Scene, *, lose: Callable[[Laboratory], Any], find: Callable[[Laboratory], Any],
+                 lost: tuple[str, ...], rig: dict[str, Any], suspends: bool) -> None:
+    """Channels are lost for a while: each is named at once, on standard error, in status and in the record; the run
+    waits for those that its analysis needs, and goes on when they are back."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, rig=rig)
+    before, slot, since = run.errors(), run.acknowledged(), time.monotonic()
+    lose(laboratory)
+    expect_told(scene, run, before, lost, since)
+    if suspends:
+        scene.expect(until(lambda: state(run) == "suspended", since + SUSPENDED_WITHIN - time.monotonic(), 0.3),
+                     f"not suspended within {SUSPENDED_WITHIN:g} s, but \"{state(run)}\"")
+    else:
+        time.sleep(max(0.0, since + SUSPENDED_WITHIN - time.monotonic()))
+        scene.expect(state(run) == "execute", f"\"{state(run)}\" although it may go on")
+    before, found = run.errors(), run.acknowledged()
+    find(laboratory)
+    scene.expect(until(lambda: state(run) == "execute" and not run.status().get("faults_now"), GOES_ON_WITHIN, 0.5),
+                 f"\"{state(run)}\" with {run.status().get('faults_now')}, {GOES_ON_WITHIN:g} s after all was well")
+    time.sleep(1.5)
+    scene.stop(run)
+    record = scene.read(run.record)
+    early = " ".join(text for at, kind, text in record.events if slot <= at <= slot + 5 and kind != "recovered")
+    late = " ".join(text for at, kind, text in record.events if at >= found and kind == "recovered")
+    scene.expect(named(early, lost) == list(lost), f"the record's events do not name {lost}: {early}")
+    scene.expect(named(late, lost) == list(lost), f"the record's recoveries do not name {lost}: {late}")
+    scene.expect_nothing_lost(record, run.acknowledged())
+    wrong = wrong_readings(record, laboratory)
+    scene.expect(not wrong, f"{len(wrong)} wrong or old readings: " + "; ".join(wrong[:4]))
+
+
+def one_input(channel: str) -> dict[str, Any]:
+    """One input of the first instrument reads out of range."""
+    number = CHANNELS.index(channel)
+    return {"lost": (channel,), "lose": lambda laboratory: laboratory.thermometer_1.lose(number),
+            "find": lambda laboratory: laboratory.thermometer_1.lose()}
+
+
+def line_of(instrument: str, how: str, lost: tuple[str, ...]) -> dict[str, Any]:
+    """The whole line of an instrument is lost."""
+    return {"lost": lost, "lose": lambda laboratory: setattr(getattr(laboratory, instrument), how, True),
+            "find": lambda laboratory: setattr(getattr(laboratory, instrument), how, False)}
+
+
+WARN = {"policy": {"needed_channel_lost": '"warn"'}}
+FEW = {"gradients": ("A", "B")}  # with three_point A, D, shell: C and H are not needed
+
+CASES: dict[str, dict[str, Any]] = {
+    "one_channel_lost": one_input("C") | {"rig": {}, "suspends": True},
+    "one_channel_lost_with_warn": one_input("C") | {"rig": WARN, "suspends": False},
+    "one_channel_lost_that_is_not_needed": one_input("H") | {"rig": FEW, "suspends": False},
+    "channel_of_three_point_lost": one_input("D") | {"rig": FEW, "suspends": True},
+    "line_of_eight_gone": line_of("thermometer_1", "gone", CHANNELS[:8]) | {"rig": {}, "suspends": True},
+    "line_of_eight_silent": line_of("thermometer_1", "silent", CHANNELS[:8]) | {"rig": {}, "suspends": True},
+    "line_of_one_gone": line_of("thermometer_2", "gone", CHANNELS[8:]) | {"rig": {}, "suspends": True},
+    "line_of_eight_gone_with_warn": line_of("thermometer_1", "gone", CHANNELS[:8]) | {"rig": WARN, "suspends": False},
+}
+SHORT = ("one_channel_lost", "one_channel_lost_with_warn", "one_channel_lost_that_is_not_needed", "line_of_eight_gone")
+
+for _name, _case in CASES.items():
+    enter("channels", _name, functools.partial(lost_channel, **_case), light=True, long_only=_name not in SHORT)

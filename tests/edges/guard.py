@@ -1,0 +1,150 @@
+"""A program that dies while the chamber has a fault of its own: the guard tries until the chamber has confirmed (H1)."""
+from __future__ import annotations
+
+import functools
+import pathlib
+import signal
+import threading
+import time
+from typing import Any
+
+from attack import GUARD_LIMIT, Scene, enter
+from laboratory import AUTO, OFF, Chamber
+from program import kill, until
+from rig import SAFE
+
+HEALED_AFTER = 40.0  # s, of a chamber that cannot take anything meanwhile
+
+# Faults under which the safe set point can be sent all the same: link, faults, whether conditioning is switched off too.
+WHILE_BROKEN: dict[str, tuple[str, dict[str, Any], bool]] = {
+    "every_other_lost_0350": ("tcp", {"every_other_lost": True, "delay": 0.35}, False),
+    "every_other_lost_0350_off": ("tcp", {"every_other_lost": True, "delay": 0.35}, True),
+    "late_0550": ("tcp", {"delay": 0.55}, False),
+    "late_0550_off": ("tcp", {"delay": 0.55}, True),
+    "half_lost_0350_0600": ("tcp", {"loss_of_requests": 0.5, "late": (0.35, 0.6), "late_share": 1.0}, False),
+    "half_of_answers_lost_0350_0600": ("tcp", {"loss_of_answers": 0.5, "late": (0.35, 0.6), "late_share": 1.0}, False),
+    "mode_stuck_off": ("tcp", {"mode_stuck": True}, True),
+    "rtu_every_other_lost": ("rtu_over_tcp", {"every_other_lost": True, "delay": 0.1}, False),
+    "rtu_half_lost": ("rtu_over_tcp", {"loss_of_requests": 0.5, "delay": 0.05}, False),
+    "rtu_late_0950_1200": ("rtu_over_tcp", {"late": (0.95, 1.2), "late_share": 0.5}, False),
+    "rtu_noise_off": ("rtu", {"noise_share": 0.5, "delay": 0.1}, True),
+    "heats_by_itself": ("tcp", {"heats_by_itself": 0.5}, False),
+}
+
+# Faults under which nothing can be done until they are over.
+UNTIL_HEALED: dict[str, tuple[str, dict[str, Any], bool]] = {
+    "silent_for_40_s": ("tcp", {"silent": True}, False),
+    "gone_for_40_s": ("tcp", {"gone": True}, False),
+    "rtu_silent_for_40_s": ("rtu_over_tcp", {"silent": True}, True),
+    "busy_for_40_s": ("tcp", {"exception": 6}, False),
+    "ignores_for_40_s": ("tcp", {"writes_ignored": True}, False),
+    "clamps_for_40_s": ("tcp", {"clamp_to": (40.0, 100.0)}, False),
+}
+
+SHORT = {"every_other_lost_0350", "late_0550", "half_lost_0350_0600", "mode_stuck_off", "rtu_every_other_lost",
+         "rtu_late_0950_1200", "silent_for_40_s", "rtu_silent_for_40_s", "ignores_for_40_s"}
+
+
+def has_confirmed(record: pathlib.Path) -> bool:
+    """The guard removes the armed file when the chamber has confirmed all of it."""
+    return not pathlib.Path(f"{record}.armed").exists()
+
+
+class GuardWatch(threading.Thread):
+    """Looks, twice a second, whether somebody is on guard as long as the armed file is there."""
+
+    def __init__(self, scene: Scene, record: pathlib.Path, guards: Any) -> None:
+        super().__init__(daemon=True)
+        self.scene, self.record, self.guards = scene, record, guards
+        self.left_after: float | None = None
+        self.ends = threading.Event()
+        self.began = time.monotonic()
+
+    def run(self) -> None:
+        while not self.ends.wait(0.5):
+            if not has_confirmed(self.record) and not self.guards() and not has_confirmed(self.record):
+                self.left_after = time.monotonic() - self.began
+                return
+
+
+def break_and_kill(scene: Scene, link: str, faults: dict[str, Any], off: bool, seed: int) -> tuple[Chamber, GuardWatch]:
+    """Kills a hot run in the moment in which its chamber breaks."""
+    laboratory = scene.laboratory(link, seed=seed)
+    run = scene.hot_run(laboratory, rig={"safe": {"off": "true" if off else "false"}})
+    scene.expect_guarded(run)
+    laboratory.chamber.break_as(**faults)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    watch = GuardWatch(scene, run.record, run.guards)
+    watch.start()
+    return laboratory.chamber, watch
+
+
+def expect_off_if_told(scene: Scene, chamber: Chamber, off: bool) -> None:
+    wanted = OFF if off else AUTO
+    scene.expect(until(lambda: chamber.mode == wanted, 20), f"conditioning is left in mode {chamber.mode}, "
+                                                            f"expected {wanted}")
+
+
+def expect_on_guard(scene: Scene, watch: GuardWatch) -> None:
+    """Somebody was there until the chamber had confirmed it, and nobody is afterwards."""
+    scene.expect(until(lambda: has_confirmed(watch.record), 45), "the good chamber has not confirmed it within 45 s")
+    scene.expect(until(lambda: not watch.guards(), 15), "the guard stays although all is confirmed")
+    watch.ends.set()
+    watch.join(5)
+    scene.expect(watch.left_after is None, f"the guard was gone {watch.left_after or 0:.1f} s after the program, and "
+                                           "nothing was confirmed")
+
+
+def safe_while_broken(scene: Scene, *, link: str, faults: dict[str, Any], off: bool) -> None:
+    """The program is killed while the chamber hardly answers: the safe set point is written within 20 s all the same,
+    and the guard stays until the chamber has confirmed everything."""
+    began = time.monotonic()
+    chamber, watch = break_and_kill(scene, link, faults, off, seed=3)
+    died = watch.began
+    scene.expect_safe(scene.laboratories[0], died, GUARD_LIMIT, "the program killed, the chamber hardly answering")
+    time.sleep(max(0.0, died + 28 - time.monotonic()))
+    chamber.heal()
+    chamber.heats_by_itself = 0.0
+    scene.expect(abs(chamber.set_point - SAFE) < 0.01, f"the set point is {chamber.set_point:g} °C in the end")
+    expect_on_guard(scene, watch)
+    expect_off_if_told(scene, chamber, off)
+    scene.fact(f"all in {time.monotonic() - began:.0f} s")
+
+
+def safe_once_healed(scene: Scene, *, link: str, faults: dict[str, Any], off: bool) -> None:
+    """The program is killed while the chamber takes nothing: the guard stays, and the safe set point is there within
+    20 s after the chamber can take it."""
+    chamber, watch = break_and_kill(scene, link, faults, off, seed=4)
+    time.sleep(HEALED_AFTER)
+    scene.expect(not has_confirmed(watch.record), "it counts as confirmed although the chamber took nothing")
+    healed = time.monotonic()
+    chamber.heal()
+    scene.expect_safe(scene.laboratories[0], healed, GUARD_LIMIT, "the chamber can take it again")
+    expect_on_guard(scene, watch)
+    expect_off_if_told(scene, chamber, off)
+
+
+for _carry_out, _cases in ((safe_while_broken, WHILE_BROKEN), (safe_once_healed, UNTIL_HEALED)):
+    for _name, (_link, _faults, _off) in _cases.items():
+        enter("guard", f"dead_{_name}", functools.partial(_carry_out, link=_link, faults=_faults, off=_off), light=True,
+              long_only=_name not in SHORT)
+
+
+def make_safe_by_hand(scene: Scene) -> None:
+    """Program and guard are killed at once: gyrotherm-make-safe by hand makes the chamber safe over a line that loses
+    every second request."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    guards = until(run.guards, 5) or []
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    for pid in guards:
+        kill(pid)
+    laboratory.chamber.break_as(every_other_lost=True, delay=0.1)
+    made = scene.programs.finish([scene.programs.make_safe, run.record], 30)
+    scene.expect(made.code == 0, f"exit {made.code}: {made.text}")
+    scene.expect_safe(laboratory, died, 2 * GUARD_LIMIT, "by hand")
+
+
+enter("guard", "make_safe_by_hand", make_safe_by_hand)

@@ -1,0 +1,439 @@
+"""Other users, other folders, other names for one chamber: nobody keeps it hot, no two programs drive it (H2, P17, M10).
+
+Each attack has a /run and a /tmp of its own, so that it meets nothing of this machine's.
+"""
+from __future__ import annotations
+
+import functools
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from typing import Any, Callable
+
+from attack import GUARD_LIMIT, START_LIMIT, Failed, Scene, as_root, enter, with_tools
+from laboratory import Laboratory
+from program import NOBODY, Ran, Run, kill, state_of, until
+from rig import SAFE, Rig, hold
+
+LOCK_PLACES = ("/run/lock/gyrotherm", "/run/gyrotherm", "/run/user/*/gyrotherm", "/tmp/gyrotherm*")
+FOLDER = pathlib.Path("/run/lock/gyrotherm")
+
+# Mounts a fresh /run and /tmp over the machine's, keeps the folder $1 where it is, and goes on as the rest says.
+FRESH = """set -e
+folder=$1; shift
+mount -t tmpfs -o mode=755 fresh /run
+mkdir -m 1777 /run/lock
+mkdir /run/keep
+mount --bind "$folder" /run/keep
+mount -t tmpfs -o mode=1777 fresh /tmp
+mkdir -p "$folder"
+mount --bind /run/keep "$folder"
+exec "$@"
+"""
+
+
+class Machine:
+    """A fresh machine with one chamber, a first program and its profile at 60 °C, a second one at 45 °C."""
+
+    def __init__(self, scene: Scene) -> None:
+        as_root()
+        with_tools("unshare", "setpriv", "flock", "mount", "setsid")
+        self.scene = scene
+        program = scene.programs.gyrotherm
+        for path in (program, scene.programs.make_safe):
+            shutil.copy2(path, scene.folder / path.name)
+        scene.programs.gyrotherm = scene.folder / program.name
+        subprocess.run(["sh", "-c", FRESH, "sh", str(scene.folder), "true"], check=True, timeout=30)
+        self.laboratory: Laboratory = scene.laboratory(host="0.0.0.0")
+        self.hot = scene.profile(hold(60.0, 3600))
+        self.other = scene.profile(hold(45.0, 3600), name="other.toml")
+        self.thieves: list[subprocess.Popen[bytes]] = []
+        self.first_began = 0.0
+
+    def rig(self, host: str = "127.0.0.1", name: str = "rig.toml") -> pathlib.Path:
+        lines = dict(self.laboratory.lines)
+        lines["chamber"] = lines["chamber"].replace("127.0.0.1", host)
+        return Rig(lines).write(self.scene.folder, name)
+
+    def first(self, host: str = "127.0.0.1", **how: Any) -> Run:
+        self.laboratory.chamber.begin_at(60.0)
+        self.first_began = time.monotonic()
+        return self.scene.start(self.hot, self.rig(host), **how)
+
+    def second(self, host: str = "127.0.0.1", before: tuple[str, ...] = (), record: pathlib.Path | None = None,
+               **environment: str) -> Ran:
+        """What becomes of a second program, within 15 s."""
+        record = record or self.scene.folder / "second.db"
+        return self.scene.programs.finish([self.scene.programs.gyrotherm, "run", self.other, "--rig",
+                                           self.rig(host, "second.toml"), "--out", record], 15, before, **environment)
+
+    def as_nobody(self, *command: str) -> None:
+        """What nobody does, as far as it may."""
+        subprocess.run([*NOBODY, *command], check=False, timeout=20, stdin=subprocess.DEVNULL,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def nobody_begins(self, *command: str) -> subprocess.Popen[bytes]:
+        """What nobody does from now on."""
+        process = subprocess.Popen([*NOBODY, *command], env=self.scene.programs.environment(), start_new_session=True,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.thieves.append(process)
+        return process
+
+    def lock_files(self) -> list[pathlib.Path]:
+        found = []
+        for pattern in LOCK_PLACES:
+            for folder in pathlib.Path("/").glob(pattern[1:]):
+                found += [p for p in (folder.iterdir() if folder.is_dir() else [folder]) if p.is_file()]
+        return [p for p in found if not p.is_relative_to(self.scene.folder)]
+
+    def learn(self) -> tuple[list[pathlib.Path], list[str]]:
+        """The names that the program locks and listens at, by letting it run for a moment; then all is removed."""
+        before = abstract_names()
+        run = self.first(record="learnt.db", name="learnt")
+        self.scene.need(run.wait_acknowledged(0, START_LIMIT), f"it did not begin: {run.errors()[-600:]}")
+        files, names = self.lock_files(), sorted(abstract_names() - before)
+        run.signal(signal.SIGTERM)
+        self.scene.need(run.wait(20) == 5, "it did not end")
+        for file in files:
+            file.unlink(missing_ok=True)
+            if file.parent.name.startswith("gyrotherm"):
+                shutil.rmtree(file.parent, ignore_errors=True)
+        return files, names
+
+
+def abstract_names() -> set[str]:
+    """The listening abstract sockets of this machine that may be gyrotherm's."""
+    lines = pathlib.Path("/proc/net/unix").read_text(errors="replace").splitlines()[1:]
+    names = {line.split()[7][1:] for line in lines if len(line.split()) > 7 and line.split()[7].startswith("@")}
+    return {name for name in names if "gyrotherm" in name}
+
+
+def expect_told(scene: Scene, text: str, user: str, pid: int) -> None:
+    """Whoever is refused learns who holds the chamber."""
+    scene.expect(re.search(rf"\b{pid}\b", text), f"it is not told the holder's process {pid}: {text[-400:]}")
+    scene.expect(user in text, f"it is not told the holder's user {user}: {text[-400:]}")
+
+
+def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") -> None:
+    """The second program ends with 3, names the first, and has sent nothing."""
+    scene = machine.scene
+    sent = {change.value for change in machine.laboratory.chamber.changes if change.value not in (60.0, SAFE)}
+    scene.expect(not sent, f"two programs drive the chamber: the second sent {len(sent)} other set points")
+    if scene.expect(ran.code == 3, f"the second program ended with {ran.code} and not with 3: {ran.text[-400:]}"):
+        expect_told(scene, ran.text, user, holder.pid)
+
+
+def expect_safe_death(machine: Machine, run: Run) -> None:
+    """The first program is killed, and its chamber is safe within 20 s."""
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    machine.scene.expect_safe(machine.laboratory, died, GUARD_LIMIT, "the program killed")
+    machine.scene.expect_held(machine.laboratory, 1)
+
+
+def began(machine: Machine, run: Run) -> bool:
+    """Whether the first program drives the chamber. If not, it must have been refused and told why."""
+    scene = machine.scene
+    if run.wait_acknowledged(2, 30):
+        scene.need(abs(machine.laboratory.chamber.set_point - 60) < 0.01, "the chamber was not sent to 60 °C")
+        return True
+    text, code = run.errors(), run.wait(1)
+    scene.fact("the first program was refused")
+    scene.expect(code in (3, 4), f"the first program ended with {code}: {text[-400:]}")
+    scene.expect(not machine.laboratory.chamber.writes(machine.first_began), "a refused program wrote to the chamber")
+    holders = [thief.pid for thief in machine.thieves if thief.poll() is None]
+    if holders:
+        scene.expect(any(re.search(rf"\b{pid}\b", text) for pid in holders),
+                     f"it is not told the holder's process, one of {holders}: {text[-400:]}")
+    scene.expect("nobody" in text, f"it is not told that nobody is in its way: {text[-400:]}")
+    return False
+
+
+Preparation = Callable[[Machine, list[pathlib.Path], list[str]], None]
+
+
+def attacked(scene: Scene, *, before: Preparation | None = None, during: Callable[[Machine], None] | None = None) -> None:
+    """Another user prepares or attacks the locks: a second program is refused all the same, and a killed one leaves a
+    safe chamber."""
+    machine = Machine(scene)
+    if before:
+        before(machine, *machine.learn())
+    run = machine.first()
+    if not began(machine, run):
+        return
+    if during:
+        during(machine)
+    expect_refused(machine, machine.second(), run)
+    scene.need(not run.ended(), f"the first program has ended: {run.process.poll()} {run.errors()[-300:]}")
+    expect_safe_death(machine, run)
+
+
+# What nobody does before the first program starts.
+
+def folder_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
+    machine.as_nobody("mkdir", "-m", mode, str(FOLDER))
+    machine.as_nobody("mkdir", "-m", mode, "/tmp/gyrotherm-lock")
+
+
+def folder_as_link(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    machine.as_nobody("mkdir", "-m", "1777", "/tmp/elsewhere")
+    machine.as_nobody("ln", "-s", "/tmp/elsewhere", str(FOLDER))
+
+
+def files_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str], *, mode: str) -> None:
+    """The lock files as such, in a folder as the program itself makes it."""
+    for file in files:
+        os.makedirs(file.parent, exist_ok=True)
+        file.parent.chmod(0o1777)
+        machine.as_nobody("sh", "-c", f"touch '{file}'; chmod {mode} '{file}'")
+
+
+def files_held_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    folder_by_nobody(machine, files, names, mode="1777")
+    files_by_nobody(machine, files, names, mode="0666")
+    for file in files:
+        machine.nobody_begins("flock", str(file), "sleep", "600")
+    time.sleep(0.5)
+
+
+def files_as_links(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    folder_by_nobody(machine, files, names, mode="1777")
+    for file in files:
+        machine.as_nobody("ln", "-s", "/tmp/elsewhere", str(file))
+
+
+def files_as_fifos(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    folder_by_nobody(machine, files, names, mode="1777")
+    for file in files:
+        machine.as_nobody("mkfifo", "-m", "0666", str(file))
+
+
+def files_as_folders(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    folder_by_nobody(machine, files, names, mode="1777")
+    for file in files:
+        machine.as_nobody("mkdir", "-m", "0777", str(file))
+
+
+SQUAT = """
+import socket, sys, time
+names, kept = sys.argv[1:], []
+while names:
+    for name in list(names):
+        for kind in (socket.SOCK_STREAM, socket.SOCK_SEQPACKET, socket.SOCK_DGRAM):
+            try:
+                own = socket.socket(socket.AF_UNIX, kind)
+                own.bind(chr(0) + name)
+                if kind != socket.SOCK_DGRAM:
+                    own.listen(8)
+                kept.append(own)
+                names.remove(name)
+                break
+            except OSError:
+                pass
+    time.sleep(0.005)
+time.sleep(600)
+"""
+
+
+def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
+    if not names:
+        machine.scene.fact("the program listens at no abstract name")
+    machine.nobody_begins(sys.executable, "-c", SQUAT, *names)
+    until(lambda: set(names) <= abstract_names(), 5)
+
+
+# What nobody does while it runs.
+
+def thieves(machine: Machine, number: int = 8) -> None:
+    """Wait for the locks, to have them when the program dies."""
+    for file in machine.lock_files():
+        for _ in range(number):
+            machine.nobody_begins("flock", str(file), "sleep", "600")
+    time.sleep(0.5)
+
+
+def removal(machine: Machine) -> None:
+    for file in machine.lock_files():
+        machine.as_nobody("rm", "-f", str(file))
+        machine.as_nobody("mv", str(file.parent), f"{file.parent}-away")
+
+
+def lies(machine: Machine) -> None:
+    """Writes another holder into the lock files."""
+    for file in machine.lock_files():
+        machine.as_nobody("sh", "-c", f"printf 'gyrotherm-lock/1\\npid: 1\\nboot: x\\nrecord: y\\n' > '{file}'")
+
+
+def name_thieves(machine: Machine) -> None:
+    machine.nobody_begins(sys.executable, "-c", SQUAT, *abstract_names())
+    time.sleep(0.5)
+
+
+def with_folder_of_nobody(then: Callable[[Machine], None]) -> dict[str, Any]:
+    return {"before": functools.partial(folder_by_nobody, mode="0777"), "during": then}
+
+
+PREPARED: dict[str, dict[str, Any]] = {
+    "lock_folder_0777_by_nobody": {"before": functools.partial(folder_by_nobody, mode="0777")},
+    "lock_folder_0755_by_nobody": {"before": functools.partial(folder_by_nobody, mode="0755")},
+    "lock_folder_1777_by_nobody_and_removal": {"before": functools.partial(folder_by_nobody, mode="1777"),
+                                               "during": removal},
+    "lock_folder_0777_by_nobody_and_removal": with_folder_of_nobody(removal),
+    "lock_folder_0777_by_nobody_and_thieves": with_folder_of_nobody(thieves),
+    "lock_folder_as_link": {"before": folder_as_link, "during": removal},
+    "lock_files_0600_by_nobody": {"before": functools.partial(files_by_nobody, mode="0600")},
+    "lock_files_0666_by_nobody": {"before": functools.partial(files_by_nobody, mode="0666"), "during": lies},
+    "lock_files_as_links": {"before": files_as_links},
+    "lock_files_as_fifos": {"before": files_as_fifos},
+    "lock_files_as_folders": {"before": files_as_folders},
+    "locks_held_by_nobody": {"before": files_held_by_nobody},
+    "lock_names_by_nobody": {"before": names_by_nobody},
+    "lock_thieves": {"during": thieves},
+    "lock_removal": {"during": removal},
+    "lock_lies": {"during": lies},
+    "lock_name_thieves": {"during": name_thieves},
+}
+
+for _name, _what in PREPARED.items():
+    enter("locks", _name, functools.partial(attacked, **_what), private_mounts=True)
+
+
+def lock_thieves_and_make_safe(scene: Scene) -> None:
+    """Program and guard are killed while nobody waits for the locks: make-safe --kill, as systemd calls it, acts all
+    the same, and so does a resume."""
+    machine = Machine(scene)
+    run = machine.first()
+    if not began(machine, run):
+        return
+    thieves(machine)
+    guards = until(run.guards, 5) or []
+    for pid in guards:
+        kill(pid, signal.SIGSTOP)
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    for pid in guards:
+        kill(pid)
+    time.sleep(0.5)
+    made = scene.programs.finish([scene.programs.make_safe, "--kill", run.record], 30)
+    scene.expect(made.code == 0, f"make-safe --kill ended with {made.code}: {made.text}")
+    scene.expect_safe(machine.laboratory, died, 40, "make-safe --kill")
+    again = scene.resume(run)
+    acknowledged = run.acknowledged()
+    if not again.wait_acknowledged(acknowledged + 3, 30):
+        scene.expect("nobody" in again.errors(), f"resume neither went on nor named the holder: {again.errors()[-400:]}")
+
+
+def second_in_another_mount_namespace(scene: Scene) -> None:
+    """The second program has a /run and a /tmp of its own: it is refused."""
+    machine = Machine(scene)
+    run = machine.first()
+    if began(machine, run):
+        elsewhere = ("unshare", "--mount", "--propagation", "private", "sh", "-c", FRESH, "sh", str(scene.folder))
+        expect_refused(machine, machine.second(before=elsewhere), run)
+        expect_safe_death(machine, run)
+
+
+def second_in_another_runtime_folder(scene: Scene) -> None:
+    """There is no /run/lock, and the two programs have different XDG_RUNTIME_DIR: the second is refused."""
+    machine = Machine(scene)
+    os.rmdir("/run/lock")
+    for name in ("one", "two"):
+        os.makedirs(f"/run/user/{name}", 0o700)
+    run = machine.first(XDG_RUNTIME_DIR="/run/user/one")
+    if began(machine, run):
+        expect_refused(machine, machine.second(XDG_RUNTIME_DIR="/run/user/two"), run)
+        expect_safe_death(machine, run)
+
+
+def second_by_nobody(scene: Scene) -> None:
+    """Another user's program wants the chamber: it is refused and told who has it."""
+    machine = Machine(scene)
+    run = machine.first()
+    if began(machine, run):
+        own = scene.folder / "of-nobody"
+        own.mkdir()
+        shutil.chown(own, "nobody")
+        expect_refused(machine, machine.second(before=NOBODY, record=own / "second.db"), run)
+        expect_safe_death(machine, run)
+
+
+def first_by_nobody(scene: Scene) -> None:
+    """Another user's program has the chamber: root's is refused and told who has it."""
+    machine = Machine(scene)
+    shutil.chown(scene.folder, "nobody")
+    run = machine.first(before=NOBODY)
+    scene.need(run.wait_acknowledged(2, 30), f"nobody's program did not begin: {run.errors()[-400:]}")
+    expect_refused(machine, machine.second(), run, user="nobody")
+    expect_safe_death(machine, run)
+
+
+def host_address() -> str:
+    """The machine's own address; no packet is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+            return str(probe.getsockname()[0])
+        except OSError as error:
+            raise Failed(f"this machine has no address: {error}") from error
+
+
+def second_by_another_address(scene: Scene, *, first: str, second: str) -> None:
+    """One chamber under two addresses of this machine: the second program is refused."""
+    machine = Machine(scene)
+    first, second = (host_address() if host == "own" else host for host in (first, second))
+    run = machine.first(first)
+    if began(machine, run):
+        ran = machine.second(second)
+        if second == "localhost" and ran.code == 4:
+            scene.fact("a host name is refused")
+        else:
+            expect_refused(machine, ran, run)
+        expect_safe_death(machine, run)
+
+
+def foreign_armed_file(scene: Scene, *, option: str) -> None:
+    """An armed file of another user names a process of root's and a hot set point: root's make-safe kills nobody and
+    sends nothing."""
+    machine = Machine(scene)
+    run = machine.first()
+    if not began(machine, run):
+        return
+    text = pathlib.Path(f"{run.record}.armed").read_text()
+    scene.need(run.tell("abort")[0], "an abort was refused")
+    scene.need(run.wait(20) == 6, "it did not end")
+    victim = subprocess.Popen(["sleep", "300"], env=scene.programs.environment())
+    started = pathlib.Path(f"/proc/{victim.pid}/stat").read_text().rpartition(")")[2].split()[19]
+    evil = scene.folder / "evil.db"
+    for key, value in (("record", str(evil)), ("safe_set_point_c", "179"), ("pid", str(victim.pid)),
+                       ("started", started)):
+        text = re.sub(rf"(?m)^{key}: .*$", f"{key}: {value}", text, count=1)
+    armed = pathlib.Path(f"{evil}.armed")
+    armed.write_text(text)
+    shutil.chown(armed, "nobody")
+    since = time.monotonic()
+    made = scene.programs.finish([scene.programs.make_safe, *([option] if option else []), evil], 30)
+    scene.expect(made.code == 4, f"make-safe ended with {made.code}, expected 4: {made.text}")
+    scene.expect(state_of(victim.pid) not in ("", "Z"), "make-safe has killed a process that another user named")
+    victim.kill()
+    victim.wait(5)
+    sent = [write.value for write in machine.laboratory.chamber.writes(since)]
+    scene.expect(not sent, f"make-safe has sent {sent} °C to the chamber")
+
+
+for _carry_out in (lock_thieves_and_make_safe, second_in_another_mount_namespace, second_in_another_runtime_folder,
+                   second_by_nobody, first_by_nobody):
+    enter("locks", _carry_out.__name__, _carry_out, private_mounts=True)
+for _first, _second in (("127.0.0.1", "0.0.0.0"), ("0.0.0.0", "127.0.0.1"), ("127.0.0.1", "localhost"),
+                        ("127.0.0.1", "127.0.0.2"), ("127.0.0.1", "own"), ("own", "0.0.0.0")):
+    enter("locks", f"address_{_first}_and_{_second}",
+          functools.partial(second_by_another_address, first=_first, second=_second), private_mounts=True)
+for _option in ("", "--kill", "--guard"):
+    enter("locks", f"foreign_armed_file{_option.replace('--', '_')}",
+          functools.partial(foreign_armed_file, option=_option), private_mounts=True)

@@ -1,0 +1,144 @@
+"""A guard that is not there, or cannot do its work, is noticed and put back (M7)."""
+from __future__ import annotations
+
+import functools
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import time
+
+from attack import GUARD_LIMIT, Scene, attack, enter
+from laboratory import Laboratory
+from program import Run, kill, until
+
+PUT_BACK_WITHIN = 8.0  # s
+
+
+def expect_safe_death(scene: Scene, laboratory: Laboratory, run: Run, what: str) -> None:
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, what)
+    scene.expect_held(laboratory, 1)
+
+
+def private_programs(scene: Scene) -> pathlib.Path:
+    """Copies both programs into the attack's folder and has these started; returns make-safe."""
+    folder = scene.folder / "bin"
+    folder.mkdir()
+    for path in (scene.programs.gyrotherm, scene.programs.make_safe):
+        shutil.copy2(path, folder / path.name)
+    scene.programs.gyrotherm = folder / scene.programs.gyrotherm.name
+    return scene.programs.make_safe
+
+
+def says(run: Run, before: str, *words: str) -> bool:
+    """Whether the messages since `before` have one of the words."""
+    return any(word in run.errors()[len(before):] for word in words)
+
+
+def armed_file_lost(scene: Scene, *, how: str) -> None:
+    """The armed file is removed or overwritten: it is put back within seconds and told, and a killed program leaves a
+    safe chamber."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    armed = pathlib.Path(f"{run.record}.armed")
+    before, content = run.errors(), armed.read_bytes()
+    if how == "removed":
+        armed.unlink()
+    elif how == "moved":
+        armed.rename(scene.folder / "away")
+    else:
+        armed.write_bytes(b"gyrotherm-armed/1\ngarbage\n")
+    back = until(lambda: armed.exists() and armed.read_bytes() == content, PUT_BACK_WITHIN)
+    scene.expect(back, f"the armed file was not put back within {PUT_BACK_WITHIN:g} s")
+    scene.expect(until(lambda: says(run, before, "armed"), 2), f"nobody was told: {run.errors()[len(before):]!r}")
+    expect_safe_death(scene, laboratory, run, f"killed after its armed file was {how}")
+
+
+for _how in ("removed", "moved", "overwritten"):
+    enter("presence", f"armed_file_{_how}", functools.partial(armed_file_lost, how=_how), long_only=_how == "moved")
+
+
+@attack("presence")
+def guard_killed(scene: Scene) -> None:
+    """The guard is killed, three times: there is another one within seconds."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    for _ in range(3):
+        guards = until(run.guards, PUT_BACK_WITHIN) or []
+        for pid in guards:
+            kill(pid)
+        another = until(lambda: set(run.guards()) - set(guards), PUT_BACK_WITHIN)
+        scene.expect(another, f"no other guard within {PUT_BACK_WITHIN:g} s")
+    time.sleep(1)
+    expect_safe_death(scene, laboratory, run, "killed after its guard was")
+
+
+@attack("presence")
+def guard_killed_and_its_program_gone(scene: Scene) -> None:
+    """The guard is killed and its program file is gone: an alarm in status and messages, and a guard again once the
+    file is back."""
+    laboratory = scene.laboratory()
+    make_safe = private_programs(scene)
+    run = scene.hot_run(laboratory)
+    before = run.errors()
+    away = make_safe.with_name("away")
+    make_safe.rename(away)
+    for pid in until(run.guards, PUT_BACK_WITHIN) or []:
+        kill(pid)
+    alarm = until(lambda: any("guard" in fault for fault in run.status().get("faults_now", [])), 10, 0.5)
+    scene.expect(alarm, f"status has no alarm of the missing guard: {run.status().get('faults_now')}")
+    scene.expect(until(lambda: says(run, before, "guard"), 2), f"nobody was told: {run.errors()[len(before):]!r}")
+    away.rename(make_safe)
+    scene.expect(until(run.guards, 12), "no guard within 12 s after its program file was back")
+    gone = until(lambda: not run.status().get("faults_now"), 15, 0.5)
+    scene.expect(gone, f"the alarm stays although there is a guard: {run.status().get('faults_now')}")
+    expect_safe_death(scene, laboratory, run, "killed after its guard was put back")
+
+
+def foreign_manager(scene: Scene, *, socket_is_there: bool, watchdog_pid: int = 0) -> None:
+    """The environment has NOTIFY_SOCKET and WATCHDOG_USEC of a service manager that does not watch this program: it
+    has a guard of its own."""
+    laboratory = scene.laboratory()
+    path = scene.folder / "notify"
+    if socket_is_there:
+        manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        manager.bind(str(path))
+        scene.closing.append(manager.close)
+    environment = {"NOTIFY_SOCKET": str(path), "WATCHDOG_USEC": "8000000"}
+    if watchdog_pid:
+        environment["WATCHDOG_PID"] = str(watchdog_pid)
+    run = scene.hot_run(laboratory, **environment)
+    expect_safe_death(scene, laboratory, run, "killed under a foreign service manager")
+
+
+enter("presence", "foreign_manager", functools.partial(foreign_manager, socket_is_there=True))
+enter("presence", "foreign_manager_without_socket", functools.partial(foreign_manager, socket_is_there=False),
+      long_only=True)
+enter("presence", "foreign_manager_of_another_process",
+      functools.partial(foreign_manager, socket_is_there=True, watchdog_pid=os.getppid()), long_only=True)
+
+
+@attack("presence")
+def guard_stopped(scene: Scene) -> None:
+    """The guard is stopped by SIGSTOP, and 15 s later the program is killed: the chamber is safe within 20 s."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    guards = until(run.guards, PUT_BACK_WITHIN) or []
+    for pid in guards:
+        kill(pid, signal.SIGSTOP)
+    time.sleep(15)
+    expect_safe_death(scene, laboratory, run, "killed while its guard was stopped")
+
+
+@attack("presence")
+def whole_group_killed(scene: Scene) -> None:
+    """Everything that the terminal had started is killed at once: the guard is not among it."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    terminal.read_on()
+    run = scene.hot_run(laboratory, terminal=terminal)
+    died = time.monotonic()
+    os.killpg(os.getpgid(run.pid), signal.SIGKILL)
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "the whole process group killed")

@@ -1,0 +1,363 @@
+"""The real programs as processes: started on files, pipes and terminals, spoken to, killed, and swept up afterwards."""
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import pathlib
+import pwd
+import signal
+import socket
+import struct
+import subprocess
+import tempfile
+import termios
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Callable, IO
+
+MARK = "GYROTHERM_EDGES"  # in the environment of every process that is started here; its value is the attack's folder
+TELL = "gyrotherm-tell/1"
+OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR")  # not handed on
+NOBODY = ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups", "--")
+
+
+def until(condition: Callable[[], Any], seconds: float, every: float = 0.05) -> Any:
+    """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
+    end = time.monotonic() + seconds
+    while not (answer := condition()) and time.monotonic() < end:
+        time.sleep(every)
+    return answer
+
+
+@dataclass(frozen=True)
+class Ran:
+    code: int  # −1000 if it did not end in time
+    out: bytes
+    err: bytes
+    seconds: float
+
+    @property
+    def text(self) -> str:
+        return (self.out + self.err).decode(errors="replace")
+
+
+@dataclass
+class Programs:
+    """Where the programs are, and the environment that they are given."""
+    gyrotherm: pathlib.Path
+    folder: pathlib.Path  # of the attack
+    hanging_disk: str = ""  # the library for LD_PRELOAD
+
+    @property
+    def make_safe(self) -> pathlib.Path:
+        return self.gyrotherm.with_name("gyrotherm-make-safe")
+
+    def environment(self, more: dict[str, str] | None = None) -> dict[str, str]:
+        kept = {k: v for k, v in os.environ.items() if k not in OF_OTHERS}
+        return kept | {MARK: str(self.folder)} | (more or {})
+
+    def finish(self, command: list[Any], within: float = 60, before: tuple[str, ...] = (), **environment: str) -> Ran:
+        """Runs a command to its end; kills it after `within`."""
+        began = time.monotonic()
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:  # a pipe could be kept open by a guard
+            process = subprocess.Popen([*before, *map(str, command)], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
+                                       env=self.environment(environment), start_new_session=True)
+            try:
+                code = process.wait(within)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait(10)
+                code = -1000
+            out.seek(0)
+            err.seek(0)
+            return Ran(code, out.read(), err.read(), time.monotonic() - began)
+
+    def status(self, record: pathlib.Path, within: float = 10) -> dict[str, Any]:
+        """What `status --json` says; empty if it says nothing."""
+        ran = self.finish([self.gyrotherm, "status", "--json", record], within)
+        try:
+            return json.loads(ran.out)
+        except ValueError:
+            return {}
+
+
+@dataclass
+class Run:
+    """A program that carries a run out."""
+    programs: Programs
+    process: subprocess.Popen[bytes]
+    record: pathlib.Path
+    out: pathlib.Path | None  # the file of its standard output, if that is one
+    err: pathlib.Path | None
+    terminal: "Terminal | None" = None
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    def output(self) -> str:
+        return self.out.read_text(errors="replace") if self.out else ""
+
+    def errors(self) -> str:
+        if self.terminal:
+            return self.terminal.shown.decode(errors="replace")
+        return self.err.read_text(errors="replace") if self.err else ""
+
+    def acknowledged(self) -> int:
+        """The last second that it has acknowledged; −1 if none."""
+        return max((line.get("acknowledged", -1) for line in json_lines(self.output())), default=-1)
+
+    def wait_acknowledged(self, second: int, within: float = 60) -> bool:
+        return bool(until(lambda: self.acknowledged() >= second or self.ended(), within)) and \
+            self.acknowledged() >= second
+
+    def ended(self) -> bool:
+        return self.process.poll() is not None
+
+    def wait(self, within: float) -> int | None:
+        """Its exit code, or −signal; nothing if it still lives after `within`."""
+        try:
+            return self.process.wait(within)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def signal(self, number: int) -> None:
+        if not self.ended():
+            self.process.send_signal(number)
+
+    def tell(self, word: str, note: str = "", within: float = 10) -> tuple[bool, str]:
+        return tell(self.record, word, note, within)
+
+    def status(self) -> dict[str, Any]:
+        return self.programs.status(self.record)
+
+    def guards(self) -> list[int]:
+        return guards_of(self.record)
+
+
+def json_lines(text: str) -> list[dict[str, Any]]:
+    """The whole lines that are JSON objects."""
+    found = []
+    for line in text.split("\n")[:-1]:
+        try:
+            value = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(value, dict):
+            found.append(value)
+    return found
+
+
+def tell(record: pathlib.Path, word: str, note: str = "", within: float = 10) -> tuple[bool, str]:
+    """Says one word to a run through its socket; whether it was done, and the answer, or why there is none."""
+    folder = os.open(record.parent, os.O_PATH | os.O_DIRECTORY)
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as speaker:
+            speaker.settimeout(within)
+            speaker.connect(f"/proc/self/fd/{folder}/{record.name}.socket")
+            speaker.send(f"{TELL} {word} {note}".encode())
+            _, verdict, text = speaker.recv(4096).decode().split(" ", 2)
+    except (OSError, ValueError) as error:
+        return False, f"no answer: {error}"
+    finally:
+        os.close(folder)
+    return verdict == "done", text
+
+
+class Terminal:
+    """A pseudo-terminal whose master is read only when that is asked for."""
+
+    def __init__(self) -> None:
+        self.master, self.slave = os.openpty()
+        self.name = os.ttyname(self.slave)
+        fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
+        self.shown = bytearray()
+        self._reader: threading.Thread | None = None
+
+    def press(self, keys: bytes) -> None:
+        os.write(self.master, keys)
+
+    def fill(self) -> None:
+        """Leaves no room for another byte, as after minutes of an unread panel."""
+        own = os.open(self.name, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
+        idle = 0
+        while idle < 5:  # the kernel moves what is written on a little later, and then takes more
+            try:
+                os.write(own, b"." * 64)
+                idle = 0
+            except BlockingIOError:
+                idle += 1
+                time.sleep(0.02)
+        os.close(own)
+
+    def read_on(self) -> None:
+        """Shows, from now on, what comes."""
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        try:
+            while data := os.read(self.master, 4096):
+                self.shown += data
+        except OSError:
+            pass
+
+    def let_go(self) -> None:
+        """The program alone has the terminal's end now."""
+        if self.slave >= 0:
+            os.close(self.slave)
+            self.slave = -1
+
+    def hang_up(self) -> None:
+        """Closes the terminal under its program, as a lost ssh does. Not while it is read."""
+        self.let_go()
+        if self.master >= 0:
+            os.close(self.master)
+            self.master = -1
+
+    close = hang_up
+
+
+class Pipe:
+    """A pipe that nobody reads until that is asked for."""
+
+    SIZE = 4096
+
+    def __init__(self) -> None:
+        self.reads, self.writes = os.pipe()
+        fcntl.fcntl(self.writes, fcntl.F_SETPIPE_SZ, self.SIZE)
+
+    def fill(self, but: int = 0) -> int:
+        """Fills it up to `but` bytes; how many were written."""
+        own = os.open(f"/proc/self/fd/{self.writes}", os.O_WRONLY | os.O_NONBLOCK)
+        written = 0
+        try:
+            while written < self.SIZE - but:
+                written += os.write(own, b"\n" * min(64, self.SIZE - but - written))
+        except BlockingIOError:
+            pass
+        finally:
+            os.close(own)
+        return written
+
+    def let_go(self) -> None:
+        if self.writes >= 0:
+            os.close(self.writes)
+            self.writes = -1
+
+    def read_for(self, seconds: float) -> bytes:
+        """Everything that is in it or comes within that time."""
+        os.set_blocking(self.reads, False)
+        end, data = time.monotonic() + seconds, bytearray()
+        while time.monotonic() < end:
+            try:
+                piece = os.read(self.reads, 65536)
+            except BlockingIOError:
+                time.sleep(0.05)
+                continue
+            if not piece:
+                break
+            data += piece
+        return bytes(data)
+
+    def close(self) -> None:
+        self.let_go()
+        if self.reads >= 0:
+            os.close(self.reads)
+            self.reads = -1
+
+
+def start(programs: Programs, command: list[Any], record: pathlib.Path, *, name: str = "run",
+          terminal: Terminal | None = None, stdout: int | IO[bytes] | None = None,
+          stderr: int | IO[bytes] | None = None, before: tuple[str, ...] = (), program: pathlib.Path | None = None,
+          **environment: str) -> Run:
+    """Starts gyrotherm. Its output goes into files of the attack's folder where nothing else is said; with a terminal,
+    that is its controlling one, its standard input and its standard error."""
+    out = programs.folder / f"{name}.out" if stdout is None else None
+    err = programs.folder / f"{name}.err" if stderr is None and terminal is None else None
+    opened = [open(path, "wb") for path in (out, err) if path]
+    files = iter(opened)
+    arguments = [*before, str(program or programs.gyrotherm), *map(str, command)]
+    if terminal:
+        arguments = ["setsid", "-c", *arguments]
+    process = subprocess.Popen(arguments, stdin=terminal.slave if terminal else subprocess.DEVNULL,
+                               stdout=next(files) if out else stdout,
+                               stderr=next(files) if err else terminal.slave if terminal and stderr is None else stderr,
+                               env=programs.environment(environment), start_new_session=not terminal)
+    for file in opened:
+        file.close()
+    if terminal:
+        terminal.let_go()
+    return Run(programs, process, record, out, err, terminal)
+
+
+def processes() -> dict[int, list[str]]:
+    """Every process that can be seen, with its command line."""
+    found = {}
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                line = pathlib.Path(f"/proc/{entry}/cmdline").read_bytes()
+            except OSError:
+                continue
+            found[int(entry)] = line.decode(errors="replace").split("\0")[:-1]
+    return found
+
+
+def guards_of(record: pathlib.Path) -> list[int]:
+    """The guards of a run that live."""
+    return [pid for pid, words in processes().items()
+            if "--guard" in words and str(record) in words and state_of(pid) not in ("Z", "X", "")]
+
+
+def state_of(pid: int) -> str:
+    """The letter of proc(5); empty if there is no such process."""
+    try:
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (OSError, IndexError):
+        return ""
+
+
+def kill(pid: int, number: int = signal.SIGKILL) -> None:
+    try:
+        os.kill(pid, number)
+    except ProcessLookupError:
+        pass
+
+
+def marked(folder: pathlib.Path) -> list[int]:
+    """Every process that was started for the attack of this folder, or by one of those."""
+    wanted, found = f"{MARK}={folder}".encode(), []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit() and int(entry) != os.getpid():
+            try:
+                if wanted in pathlib.Path(f"/proc/{entry}/environ").read_bytes().split(b"\0"):
+                    found.append(int(entry))
+            except OSError:
+                continue
+    return found
+
+
+def sweep(folder: pathlib.Path) -> None:
+    """Ends what is left of an attack: thaws and unmounts its disks, kills its processes."""
+    mounts = [line.split()[1] for line in pathlib.Path("/proc/mounts").read_text().splitlines()
+              if line.split()[1].startswith(f"{folder}/")]
+    for mount in mounts:
+        subprocess.run(["fsfreeze", "-u", mount], stderr=subprocess.DEVNULL, check=False, timeout=30)
+    end = time.monotonic() + 10
+    while (left := marked(folder)) and time.monotonic() < end:
+        for pid in left:
+            kill(pid)
+        time.sleep(0.05)
+    for mount in reversed(mounts):
+        subprocess.run(["umount", "-l", mount], check=False, timeout=30)
+
+
+def user_exists(name: str) -> bool:
+    try:
+        pwd.getpwnam(name)
+    except KeyError:
+        return False
+    return True

@@ -1,0 +1,162 @@
+"""Several words to a run within one second (C3)."""
+from __future__ import annotations
+
+import functools
+import signal
+import time
+from typing import Callable
+
+import program
+from attack import GUARD_LIMIT, START_LIMIT, Scene, enter
+from laboratory import Laboratory
+from program import Run, until
+from rig import SAFE
+
+SOON = 5.0  # s, within which what was answered has happened
+MOMENTS = (0.05, 0.6, 0.3, 0.8, 0.15, 0.45)  # s after a tick, one for each try
+
+Said = list[tuple[str, bool, str]]  # word, whether it was done, answer
+
+
+def say(run: Run, words: tuple[str, ...]) -> Said:
+    """Says the words, or sends the signal, one behind the other."""
+    said = []
+    for word in words:
+        if word.startswith("SIG"):
+            run.signal(getattr(signal, word))
+            said.append((word, True, ""))
+        else:
+            said.append((word, *run.tell(word, "of a hurry" if word == "note" else "")))
+    return said
+
+
+def tries(scene: Scene, words: tuple[str, ...], on_stop: str, judge: Callable[[Scene, Laboratory, Run, Said], None],
+          held: bool = False) -> None:
+    """Says the words within one second, at several moments of it, each time to a new run."""
+    for number, moment in enumerate(MOMENTS[:6 if scene.long else 2]):
+        laboratory = scene.laboratory()
+        run = scene.hot_run(laboratory, acknowledged=1, rig={"safe": {"on_stop": f'"{on_stop}"'}},
+                            record=f"run-{number}.db")
+        if held:
+            scene.need(run.tell("pause")[0], "a pause was refused")
+            scene.need(until(lambda: run.status().get("state") == "held", SOON, 0.3), "the run was not held")
+        second = run.acknowledged()
+        scene.need(until(lambda: run.acknowledged() > second, START_LIMIT, 0.01), "no further second")
+        time.sleep(moment)
+        began = time.monotonic()
+        said = say(run, words)
+        if time.monotonic() - began > 0.9:
+            scene.fact("the words took more than a second")
+        judge(scene, laboratory, run, said)
+        run.signal(signal.SIGKILL)
+        run.wait(10)
+        for guard in run.guards():
+            program.kill(guard)
+
+
+def expect_consistent(scene: Scene, said: Said, after: str, *promises: str) -> None:
+    """What was answered "done" behind the word `after` must speak of what was to happen."""
+    behind = [word for word, _, _ in said].index(after) + 1
+    for word, done, answer in said[behind:]:
+        if word in ("pause", "stop", "resume") and done:
+            scene.expect(any(p in answer for p in promises), f"\"{word}\" was answered \"done {answer}\", and that did "
+                                                             f"not happen: {said}")
+
+
+def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, said: Said) -> None:
+    """Whatever came with it, an abort that was answered "done" is carried out, and no other answer denies it."""
+    scene.expect(any(word == "abort" and done for word, done, _ in said), f"the abort was not acknowledged: {said}")
+    since = time.monotonic() - SOON
+    scene.expect_safe(laboratory, since, 2 * SOON, f"{said}")
+    if not any(word.startswith("SIGK") for word, _, _ in said):
+        code = run.wait(10)
+        scene.expect(code == 6, f"exit {code}, expected 6 after {said}")
+    expect_consistent(scene, said, "abort", "safe", "abort")
+    scene.expect_held(laboratory, 1)
+
+
+def expect_stopped(scene: Scene, laboratory: Laboratory, run: Run, said: Said, *, left_at: float) -> None:
+    """A stop that was answered "done" ends the run, and leaves the chamber as the rig file says."""
+    scene.expect(any(word == "stop" and done for word, done, _ in said), f"the stop was not acknowledged: {said}")
+    code = run.wait(10)
+    scene.expect(code == 0, f"exit {code}, expected 0 after {said}")
+    time.sleep(1)
+    at = laboratory.chamber.set_point
+    scene.expect(abs(at - left_at) < 0.01, f"the chamber was left at {at:g} °C instead of {left_at:g} °C after {said}")
+    expect_consistent(scene, said, "stop", "stop", "end", "over")
+
+
+def expect_state(scene: Scene, laboratory: Laboratory, run: Run, said: Said, *, state: str) -> None:
+    """Every word was answered "done", and the last one holds."""
+    scene.expect(all(done for _, done, _ in said), f"a word was refused: {said}")
+    time.sleep(2.5)
+    shown = run.status().get("state")
+    scene.expect(shown == state, f"the run is \"{shown}\" and not \"{state}\" after {said}")
+    scene.expect(not run.ended(), f"the run ended with {run.process.poll()}")
+
+
+ABORTS = {
+    "abort_then_pause": ("abort", "pause"),
+    "abort_then_stop": ("abort", "stop"),
+    "abort_then_resume": ("abort", "resume"),
+    "abort_then_note": ("abort", "note"),
+    "abort_then_pause_then_stop": ("abort", "pause", "stop"),
+    "pause_then_abort": ("pause", "abort"),
+    "stop_then_abort": ("stop", "abort"),
+    "abort_between_pauses": ("pause", "abort", "pause"),
+    "abort_then_sigint": ("abort", "SIGINT"),
+    "abort_then_sigterm": ("abort", "SIGTERM"),
+    "abort_then_sighup": ("abort", "SIGHUP"),
+    "pause_abort_sigint": ("pause", "abort", "SIGINT"),
+}
+SHORT = {"abort_then_pause", "abort_then_stop", "stop_then_abort", "abort_then_sigint"}
+
+
+def aborted(scene: Scene, *, words: tuple[str, ...]) -> None:
+    """An acknowledged abort happens, whatever else is said in its second and whatever `on_stop` says."""
+    tries(scene, words, "hold", expect_aborted)
+
+
+for _name, _words in ABORTS.items():
+    enter("requests", _name, functools.partial(aborted, words=_words), long_only=_name not in SHORT)
+
+
+def stopped(scene: Scene, *, on_stop: str) -> None:
+    """An acknowledged stop happens although a pause comes within its second."""
+    left_at = SAFE if on_stop == "safe" else 60.0
+    tries(scene, ("stop", "pause"), on_stop, functools.partial(expect_stopped, left_at=left_at))
+
+
+enter("requests", "stop_then_pause", functools.partial(stopped, on_stop="hold"))
+enter("requests", "stop_then_pause_safe", functools.partial(stopped, on_stop="safe"), long_only=True)
+
+
+def paused_and_resumed(scene: Scene) -> None:
+    """A pause and a resume within one second are both done, and the run goes on."""
+    tries(scene, ("pause", "resume"), "safe", functools.partial(expect_state, state="execute"))
+
+
+def resumed_and_paused(scene: Scene) -> None:
+    """A held run that is resumed and paused within one second is held."""
+    tries(scene, ("resume", "pause"), "safe", functools.partial(expect_state, state="held"), held=True)
+
+
+def resumed_and_aborted(scene: Scene) -> None:
+    """A held run that is resumed and aborted within one second is made safe."""
+    tries(scene, ("resume", "abort"), "hold", expect_aborted, held=True)
+
+
+enter("requests", "pause_then_resume", paused_and_resumed)
+enter("requests", "resume_then_pause", resumed_and_paused, long_only=True)
+enter("requests", "resume_then_abort", resumed_and_aborted)
+
+
+def killed_after_abort(scene: Scene) -> None:
+    """The program is killed in the moment in which it has acknowledged an abort: its guard makes the chamber safe."""
+    def judge(scene: Scene, laboratory: Laboratory, run: Run, said: Said) -> None:
+        scene.expect(said[0][1], f"the abort was not acknowledged: {said}")
+        scene.expect_safe(laboratory, time.monotonic() - SOON, GUARD_LIMIT + SOON, f"{said}")
+    tries(scene, ("abort", "SIGKILL"), "hold", judge)
+
+
+enter("requests", "abort_then_killed", killed_after_abort)

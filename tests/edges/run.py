@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""Breaks the real program at its edges, and judges by what the chamber was sent and what the record kept.
+
+    run.py GYROTHERM [NAME…] [--jobs N] [--long] [--hanging-disk LIBRARY] [--keep] [--list]
+
+NAME is an attack, a group of attacks, or a pattern like "rm_*"; without one, all are made. Each attack is a process of
+its own, N of them at once. Prints a line for each, then what failed in detail; exit code 1 if one did.
+"""
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import importlib
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from dataclasses import dataclass
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+import program
+from attack import ATTACKS, Attack, Failed, Scene, Skipped
+
+GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
+          "channels")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    attack: Attack
+    verdict: str  # ok, FAILED, skipped
+    why: list[str]
+    facts: list[str]
+    seconds: float
+
+    def line(self) -> str:
+        more = "; ".join(self.why[:1] if self.verdict == "skipped" else self.facts)
+        return f"{self.attack.name:<40} {self.verdict:<8} {self.seconds:6.1f} s  {more}".rstrip()
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", nargs="?", help="gyrotherm, with gyrotherm-make-safe beside it")
+    parser.add_argument("names", nargs="*", help="attacks, groups or patterns")
+    parser.add_argument("--jobs", type=int, default=8, help="how many attacks at once, those that only wait not counted "
+                        "in full (default: 8)")
+    parser.add_argument("--long", action="store_true", help="the long forms, and all repetitions")
+    parser.add_argument("--hanging-disk", default="", help="the library of tests/app/hanging_disk.cpp")
+    parser.add_argument("--keep", action="store_true", help="keep the folders of attacks that failed")
+    parser.add_argument("--list", action="store_true", help="print the attacks and end")
+    parser.add_argument("--alone", metavar="FOLDER", help=argparse.SUPPRESS)  # one attack in this very process
+    return parser.parse_args()
+
+
+def chosen(names: list[str], long: bool) -> list[Attack]:
+    """The attacks of these names, in the order of their groups."""
+    found = [a for a in ATTACKS.values()
+             if not names or any(a.group == n or fnmatch.fnmatchcase(a.name, n) for n in names)]
+    exact = set(names)
+    return [a for a in found if long or not a.long_only or a.name in exact]
+
+
+def end_with(runner: int, folder: pathlib.Path) -> None:
+    """Leaves nothing behind if the runner is killed."""
+    while os.getppid() == runner:
+        time.sleep(1)
+    program.sweep(folder)
+    shutil.rmtree(folder.parent, ignore_errors=True)
+    os._exit(1)
+
+
+def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
+    """Makes one attack and writes its outcome where the runner looks for it."""
+    folder = pathlib.Path(options.alone)
+    threading.Thread(target=end_with, args=(os.getppid(), folder), daemon=True).start()
+    scene = Scene(pathlib.Path(options.program), folder, options.long, options.hanging_disk)
+    verdict, why = "ok", scene.failures
+    try:
+        attack.carry_out(scene)
+    except Failed as failed:
+        scene.failures.append(str(failed))
+    except Skipped as skipped:
+        verdict, why = "skipped", [str(skipped)]
+    except Exception:  # a defect of the attack itself must be told, too
+        scene.failures.append(traceback.format_exc())
+    finally:
+        scene.close()
+    if scene.failures:
+        verdict, why = "FAILED", scene.failures
+    outcome = {"verdict": verdict, "why": why, "facts": scene.facts}
+    print("outcome " + json.dumps(outcome), flush=True)
+    return 0
+
+
+def run_in_a_process(attack: Attack, options: argparse.Namespace, base: pathlib.Path) -> Outcome:
+    folder = base / attack.name
+    folder.mkdir()
+    command = [sys.executable, __file__, options.program, attack.name, "--alone", str(folder)]
+    command += ["--long"] * options.long + ["--hanging-disk", options.hanging_disk] * bool(options.hanging_disk)
+    if attack.private_mounts and os.geteuid() == 0:
+        command = ["unshare", "--mount", "--propagation", "private", *command]
+    began = time.monotonic()
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               start_new_session=True)
+    try:
+        said, _ = process.communicate(timeout=attack.limit + 30)
+        text = said.decode(errors="replace")
+    except subprocess.TimeoutExpired:
+        process.kill()
+        text = f"the attack itself hung for {attack.limit + 30:g} s"
+    program.sweep(folder)
+    process.wait()
+    seconds = time.monotonic() - began
+    result = next((json.loads(line[8:]) for line in text.splitlines() if line.startswith("outcome ")), None)
+    if result is None:
+        result = {"verdict": "FAILED", "why": ["no outcome: " + text[-2000:]], "facts": []}
+    if result["verdict"] != "FAILED" or not options.keep:
+        shutil.rmtree(folder, ignore_errors=True)
+    return Outcome(attack, result["verdict"], result["why"], result["facts"], seconds)
+
+
+class Places:
+    """How many attacks may be made at once; a light one takes a third of a place."""
+
+    def __init__(self, places: int) -> None:
+        self.free = 3 * max(1, places)
+        self.change = threading.Condition()
+
+    def take(self, attack: Attack) -> None:
+        with self.change:
+            self.change.wait_for(lambda: self.free >= self.size(attack))
+            self.free -= self.size(attack)
+
+    def give_back(self, attack: Attack) -> None:
+        with self.change:
+            self.free += self.size(attack)
+            self.change.notify_all()
+
+    @staticmethod
+    def size(attack: Attack) -> int:
+        return 1 if attack.light else 3
+
+
+def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
+    """The longest first, so that none is left alone at the end."""
+    outcomes: list[Outcome] = []
+    places = Places(options.jobs)
+    base = pathlib.Path(tempfile.mkdtemp(prefix="gyrotherm-edges-"))
+    base.chmod(0o755)
+
+    def work(attack: Attack) -> None:
+        try:
+            outcome = run_in_a_process(attack, options, base)
+        finally:
+            places.give_back(attack)
+        outcomes.append(outcome)
+        print(outcome.line(), flush=True)
+
+    workers = []
+    for attack in sorted(attacks, key=lambda a: -a.limit):
+        places.take(attack)
+        workers.append(threading.Thread(target=work, args=(attack,)))
+        workers[-1].start()
+    for worker in workers:
+        worker.join()
+    if options.keep and any(o.verdict == "FAILED" for o in outcomes):
+        print(f"kept: {base}")
+    else:
+        shutil.rmtree(base, ignore_errors=True)
+    return outcomes
+
+
+def report(outcomes: list[Outcome], seconds: float) -> int:
+    failed = [o for o in outcomes if o.verdict == "FAILED"]
+    for outcome in failed:
+        print(f"\n{outcome.attack.name}: {outcome.attack.doc}")
+        for why in outcome.why:
+            print("  - " + why.replace("\n", "\n    "))
+    skipped = sum(o.verdict == "skipped" for o in outcomes)
+    print(f"\n{len(outcomes)} attacks: {len(outcomes) - len(failed) - skipped} ok, {len(failed)} failed, "
+          f"{skipped} skipped, in {seconds:.0f} s")
+    return 1 if failed or not outcomes else 0
+
+
+def main() -> int:
+    options = arguments()
+    for group in GROUPS:
+        importlib.import_module(group)
+    attacks = chosen(options.names, options.long)
+    if options.list:
+        for attack in attacks:
+            print(f"{attack.group:<10} {attack.name:<40} {attack.doc.splitlines()[0] if attack.doc else ''}")
+        return 0
+    if not options.program or not pathlib.Path(options.program).is_file():
+        print("expected the path of gyrotherm; --help says more", file=sys.stderr)
+        return 2
+    options.program = str(pathlib.Path(options.program).resolve())
+    if options.alone:
+        return carry_out_alone(attacks[0], options)
+    began = time.monotonic()
+    return report(run_all(attacks, options), time.monotonic() - began)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

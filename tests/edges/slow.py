@@ -1,0 +1,57 @@
+"""A controller that takes its time for each answer (M6)."""
+from __future__ import annotations
+
+import functools
+import math
+import time
+
+from attack import Scene, enter
+from records import holes, wrong_readings
+from rig import hold, ramp
+
+SECONDS = 120  # s, of which so many must have a reading of the chamber
+GOOD = {0.05: 120, 0.1: 118, 0.15: 110}
+
+
+def slow_answers(scene: Scene, *, answer_time: float) -> None:
+    """Each answer takes long while the profile ramps: nearly every second has its reading of the chamber all the
+    same."""
+    seconds = SECONDS if scene.long else 45
+    needed = math.floor(GOOD[answer_time] * seconds / SECONDS)
+    laboratory = scene.laboratory(air=30.0)
+    laboratory.chamber.answer_time = answer_time
+    run = scene.start(scene.profile(hold(30.0, 1), ramp(80.0, 6.0), hold(80.0, 3600)), scene.rig(laboratory))
+    scene.need(run.wait_acknowledged(0), f"the run did not begin: {run.errors()[-600:]}")
+    time.sleep(seconds + 2)
+    set_point = laboratory.chamber.set_point
+    scene.expect(not run.ended(), f"the run ended with {run.process.poll()}")
+    scene.stop(run)
+    record = scene.read(run.record)
+    airs = [air for slot, air in record.airs().items() if 1 <= slot <= seconds]
+    good = sum(air is not None for air in airs)
+    scene.fact(f"{good} of {seconds} s with a reading")
+    scene.expect(good >= needed, f"{good} of {seconds} s have a reading of the chamber, expected {needed}")
+    scene.expect(set_point > 30 + (seconds - 5) * 0.1 * 0.9, f"the ramp is only at {set_point:g} °C")
+    scene.expect(not holes(record), f"holes: {holes(record)}")
+    wrong = wrong_readings(record, laboratory)
+    scene.expect(not wrong, f"{len(wrong)} wrong or old readings: " + "; ".join(wrong[:4]))
+
+
+def checked(scene: Scene, *, answer_time: float, warns: bool) -> None:
+    """check --connect says whether a second suffices for a controller that takes so long."""
+    laboratory = scene.laboratory(air=30.0)
+    laboratory.chamber.answer_time = answer_time
+    ran = scene.programs.finish([scene.programs.gyrotherm, "check", "--rig", scene.rig(laboratory), "--connect"], 60)
+    scene.expect(ran.code == 0, f"exit {ran.code}: {ran.text[-400:]}")
+    warned = [line for line in ran.text.splitlines() if "warning" in line.lower()]
+    if warns:
+        scene.expect(any("second" in line for line in warned), f"no warning that a second does not suffice: {ran.text}")
+    else:
+        scene.expect(not warned, f"a warning without a cause: {warned}")
+
+
+for _time in GOOD:
+    enter("slow", f"answers_of_{_time * 1000:.0f}_ms", functools.partial(slow_answers, answer_time=_time),
+          long_only=_time == 0.05)
+enter("slow", "check_of_answers_of_50_ms", functools.partial(checked, answer_time=0.05, warns=False))
+enter("slow", "check_of_answers_of_300_ms", functools.partial(checked, answer_time=0.3, warns=True))

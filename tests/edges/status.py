@@ -1,0 +1,173 @@
+"""What others learn of a run and say to it while it does not answer; hostile texts and files; modes (M8 and lesser)."""
+from __future__ import annotations
+
+import datetime
+import functools
+import os
+import pathlib
+import signal
+import stat
+import subprocess
+import threading
+import time
+
+from attack import Scene, attack, enter
+from program import Ran, Run, kill, until
+from rig import hold
+
+TELL_LIMIT = 7.0  # s, within which `tell` answers or fails
+AT_ONCE = 3.0  # s
+EVIL = "\x1b[31mEVIL\x1b]0;title\x07\x9b2J"
+
+
+def stop_with_its_guard(scene: Scene, run: Run) -> list[int]:
+    """Stops the guard first, so that it does not end the program that is stopped next."""
+    guards = until(run.guards, 5) or []
+    for pid in guards:
+        kill(pid, signal.SIGSTOP)
+    run.signal(signal.SIGSTOP)
+    return guards
+
+
+@attack("status")
+def stopped_program_in_status(scene: Scene) -> None:
+    """A program that does not answer is not shown as a healthy run: status says when it was written, and that the
+    program does not answer."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    well = run.status()
+    scene.expect(well.get("answers") is True, f"a healthy run does not answer: {well.get('answers')}")
+    ago = well.get("written_ago_s")
+    scene.expect(isinstance(ago, (int, float)) and -1 <= ago <= 3, f"written_ago_s of a healthy run: {ago}")
+    guards = stop_with_its_guard(scene, run)
+    silent = until(lambda: run.status().get("answers") is False, 6, 0.3)
+    status = run.status()
+    scene.expect(silent, f"after 6 s status says answers = {status.get('answers')}, state = {status.get('state')}")
+    scene.expect((status.get("written_ago_s") or 0) > 1.5, f"written_ago_s = {status.get('written_ago_s')}")
+    try:
+        written = datetime.datetime.fromisoformat(str(status.get("written")).replace("Z", "+00:00"))
+        off = abs((datetime.datetime.now(datetime.timezone.utc) - written).total_seconds())
+        scene.expect(off < 30, f"written = {status.get('written')}, {off:.0f} s off")
+    except (ValueError, TypeError) as error:
+        scene.expect(False, f"written = {status.get('written')}: {error}")
+    words = scene.programs.finish([scene.programs.gyrotherm, "status", run.record], 10).text
+    scene.expect("answer" in words, f"its text does not say that the program does not answer: {words}")
+    run.signal(signal.SIGCONT)
+    for pid in guards:
+        kill(pid, signal.SIGCONT)
+    scene.expect(until(lambda: run.status().get("answers") is True, 6, 0.3), "it answers again, and status denies it")
+
+
+@attack("status", limit=240)
+def tell_a_stopped_program(scene: Scene) -> None:
+    """The program is stopped and a dozen others wait: tell ends within about 6 s."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    stop_with_its_guard(scene, run)
+    command = [scene.programs.gyrotherm, "tell", run.record, "note", "anybody there?"]
+    ran: list[Ran] = []
+    speakers = [threading.Thread(target=lambda: ran.append(scene.programs.finish(command, 25))) for _ in range(13)]
+    for speaker in speakers:
+        speaker.start()
+    for speaker in speakers:
+        speaker.join(40)
+    longest = max(one.seconds for one in ran)
+    scene.fact(f"longest {longest:.1f} s")
+    still = sum(one.code == -1000 for one in ran)
+    scene.expect(longest <= TELL_LIMIT, f"tell took {longest:.1f} s, {still} of {len(ran)} had to be killed")
+    scene.expect(all(one.code not in (0, -1000) for one in ran), f"exit codes {sorted(one.code for one in ran)}")
+
+
+@attack("status")
+def note_that_is_no_text(scene: Scene) -> None:
+    """A note that is no UTF-8 is refused, and every event of the record can be read as text."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    for bytes_ in (b"\xff\xfe broken", b"cut \xc3", b"\xed\xa0\x80 half a pair", b"\xc0\xaf overlong"):
+        command = [os.fsencode(scene.programs.gyrotherm), b"tell", os.fsencode(run.record), b"note", bytes_]
+        ran = subprocess.run(command, capture_output=True, timeout=20, check=False,
+                             env=scene.programs.environment(), stdin=subprocess.DEVNULL)
+        scene.expect(ran.returncode in (2, 3), f"the note {bytes_!r} was not refused: exit {ran.returncode}")
+    scene.expect(run.tell("note", "grüße, 22 °C")[0], "a note in good UTF-8 was refused")
+    time.sleep(2)
+    scene.stop(run)
+    events = scene.read(run.record).events
+    scene.expect(any("grüße" in text for _, _, text in events), "the good note is not in the record")
+
+
+def escape_sequences(scene: Scene, *, identity: str) -> None:
+    """An instrument says escape sequences: none of them reaches the terminal as such."""
+    laboratory = scene.laboratory()
+    laboratory.thermometer_2.identity = identity
+    rig, profile = scene.rig(laboratory), scene.profile(hold(60.0, 2))
+    gyrotherm = scene.programs.gyrotherm
+    for command in ([gyrotherm, "check", "--rig", rig, "--connect"],
+                    [gyrotherm, "check", "--rig", rig, "--connect", "--json"],
+                    [gyrotherm, "run", profile, "--rig", rig, "--out", scene.folder / "run.db", "-v"]):
+        ran = scene.programs.finish(command, 40)
+        raw = [byte for byte in ran.out + ran.err if byte < 0x20 and byte not in b"\n\t" or byte == 0x7F]
+        scene.expect(not raw, f"{command[1]}: control characters reach the output: {(ran.out + ran.err)[-300:]!r}")
+        scene.expect("EVIL" in ran.text or ran.code == 0, f"{command[1]}: exit {ran.code}, {ran.text[-300:]!r}")
+
+
+enter("status", "escape_sequences_of_an_instrument",
+      functools.partial(escape_sequences, identity=f"LSCI,MODEL218E,{EVIL},042109"))
+enter("status", "escape_sequences_of_a_foreign_instrument",
+      functools.partial(escape_sequences, identity=f"OTHER,{EVIL}"))
+
+
+@attack("status")
+def fifos_beside_a_record(scene: Scene) -> None:
+    """FIFOs lie where status and make-safe look for their small files: both end at once."""
+    laboratory = scene.laboratory()
+    laboratory.chamber.begin_at(60)
+    run = scene.start(scene.profile(hold(60.0, 3)), scene.rig(laboratory))
+    scene.need(run.wait(60) == 0, f"the run did not end well: {run.errors()[-400:]}")
+    for ending in (".armed", ".made-safe", ".status"):
+        path = pathlib.Path(f"{run.record}{ending}")
+        path.unlink(missing_ok=True)
+        os.mkfifo(path)
+        for command in ([scene.programs.gyrotherm, "status", run.record],
+                        [scene.programs.gyrotherm, "status", "--json", run.record],
+                        [scene.programs.gyrotherm, "status", "--verify", run.record],
+                        [scene.programs.make_safe, run.record], [scene.programs.make_safe, "--kill", run.record]):
+            ran = scene.programs.finish(command, 8)
+            scene.expect(ran.code != -1000 and ran.seconds < AT_ONCE,
+                         f"{command[0].name} {command[1]} hangs on a FIFO as {ending}")
+        path.unlink()
+
+
+@attack("status")
+def fifo_as_a_record(scene: Scene) -> None:
+    """The record itself is a FIFO: every command that reads records ends at once."""
+    record = scene.folder / "run.db"
+    os.mkfifo(record)
+    for words in (["status"], ["status", "--verify"], ["export"], ["resume"]):
+        ran = scene.programs.finish([scene.programs.gyrotherm, *words, record], 8)
+        scene.expect(ran.code not in (0, -1000) and ran.seconds < AT_ONCE, f"{words}: exit {ran.code}")
+
+
+def modes(scene: Scene, *, umask: str) -> None:
+    """Whatever the umask, a record, its parts, its status and its manifest are for their owner to write and for the
+    group to read."""
+    laboratory = scene.laboratory(air=30.0)
+    run = scene.start(scene.profile(hold(30.0, 14)), scene.rig(laboratory),
+                      before=("sh", "-c", f'umask {umask}; exec "$@"', "sh"))
+    scene.need(run.wait_acknowledged(2), f"the run did not begin: {run.errors()[-400:]}")
+    run.record.with_name("run.db-wal").unlink()  # so that there is a second part
+    scene.need(run.wait(60) == 0, f"the run did not end well: {run.errors()[-400:]}")
+    again = scene.start(scene.profile(hold(30.0, 300)), scene.rig(laboratory), "another.db",
+                        before=("sh", "-c", f'umask {umask}; exec "$@"', "sh"))
+    scene.need(again.wait_acknowledged(2), f"the run did not begin: {again.errors()[-400:]}")
+    found = {path.name: stat.S_IMODE(path.stat().st_mode) for name in ("run*", "another*")
+             for path in scene.folder.glob(name) if path.suffix not in (".out", ".err", ".socket") and path.is_file()}
+    scene.fact(", ".join(f"{name} {mode:o}" for name, mode in sorted(found.items())))
+    for name in ("run.db", "run.2.db", "run.db.sha256", "another.db", "another.db.status", "another.db.armed"):
+        scene.expect(name in found, f"{name} is not there: {sorted(found)}")
+    wrong = {name: f"{mode:04o}" for name, mode in found.items() if mode != 0o640}
+    scene.expect(not wrong, f"not 0640: {wrong}")
+    scene.stop(again)
+
+
+enter("status", "modes_with_umask_000", functools.partial(modes, umask="000"))
+enter("status", "modes_with_umask_022", functools.partial(modes, umask="022"), long_only=True)

@@ -1,0 +1,264 @@
+"""Outputs that take nothing any more: terminals, pipes, closed sessions (C1, M2, M5)."""
+from __future__ import annotations
+
+import functools
+import os
+import pathlib
+import signal
+import time
+
+from attack import GUARD_LIMIT, Scene, attack, enter
+from program import Pipe, Run, Terminal, json_lines, until
+from laboratory import Laboratory
+from rig import SAFE, hold
+
+CTRL_S = b"\x13"
+AFTER_THE_LIMIT = 5.0  # s, within which a chamber beyond its limit is safe
+
+
+def waits(scene: Scene, short: float, long: float) -> float:
+    """How long the output stays stopped; s."""
+    return long if scene.long else short
+
+
+def on_a_terminal(scene: Scene, laboratory: Laboratory, terminal: Terminal, **how: object) -> Run:
+    """A hot run whose panel and messages go to a terminal; its acknowledgements go into a file."""
+    return scene.hot_run(laboratory, terminal=terminal, **how)
+
+
+def expect_the_limit_holds(scene: Scene, laboratory: Laboratory, run: Run, stopped_at: float) -> None:
+    """The ticks go on while the output stands still; then the chamber shows 120 °C and must be safe within 5 s."""
+    scene.expect_ticks(laboratory, stopped_at, time.monotonic())
+    beyond = time.monotonic()
+    laboratory.chamber.shown_air = 120.0
+    scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
+    code = run.wait(15)
+    scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
+    if code is None:
+        run.signal(signal.SIGKILL)
+        run.wait(10)
+    scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
+
+
+@attack("terminal", limit=900)
+def ctrl_s(scene: Scene) -> None:
+    """Ctrl-S stops the terminal of a hot run: ticks, record and limits must not notice."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    terminal.read_on()
+    run = on_a_terminal(scene, laboratory, terminal)
+    terminal.press(CTRL_S)
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 15, 600))
+    expect_the_limit_holds(scene, laboratory, run, stopped_at)
+
+
+@attack("terminal", limit=900)
+def ctrl_s_on_the_way(scene: Scene) -> None:
+    """Ctrl-S while the chamber is on its way to 60 °C: the ramp, the record and the limits must not notice."""
+    laboratory, terminal = scene.laboratory(air=55.0), scene.terminal()
+    terminal.read_on()
+    run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), terminal=terminal)
+    scene.need(run.wait_acknowledged(2), f"the run did not begin: {terminal.shown[-600:]!r}")
+    terminal.press(CTRL_S)
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 15, 120))
+    scene.expect(abs(laboratory.chamber.set_point - 60) < 0.01,
+                 f"the ramp stands at {laboratory.chamber.set_point:g} °C")
+    expect_the_limit_holds(scene, laboratory, run, stopped_at)
+
+
+@attack("terminal", limit=900)
+def unread_terminal(scene: Scene) -> None:
+    """Nobody reads the terminal, as behind a stalled ssh, and it is full: ticks, record and limits must not notice."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    run = on_a_terminal(scene, laboratory, terminal)
+    if not scene.long:
+        terminal.fill()
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 15, 600))
+    expect_the_limit_holds(scene, laboratory, run, stopped_at)
+
+
+@attack("terminal")
+def unread_terminal_for_everything(scene: Scene) -> None:
+    """Acknowledgements, panel and messages go to one full terminal that nobody reads: the limits must hold."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    record = scene.folder / "run.db"
+    laboratory.chamber.begin_at(60)
+    run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), terminal=terminal, stdout=terminal.slave)
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, 60, 0.5), "it did not begin")
+    terminal.fill()
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 15, 120))
+    scene.expect_ticks(laboratory, stopped_at, time.monotonic())
+    beyond = time.monotonic()
+    laboratory.chamber.shown_air = 120.0
+    scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
+    code = run.wait(15)
+    scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
+
+
+def blocked_then_dies(scene: Scene, *, how: str, number: int) -> None:
+    """The terminal is stopped or full, and then the program is killed or stopped: its guard must act within 20 s."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    if how == "ctrl_s":
+        terminal.read_on()
+    run = on_a_terminal(scene, laboratory, terminal)
+    scene.expect_guarded(run)
+    if how == "ctrl_s":
+        terminal.press(CTRL_S)
+    else:
+        terminal.fill()
+    time.sleep(3)
+    died = time.monotonic()
+    run.signal(number)
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "the program gone, its terminal blocked")
+    scene.expect_held(laboratory, 2)
+
+
+for _how in ("ctrl_s", "unread"):
+    for _number, _word in ((signal.SIGKILL, "killed"), (signal.SIGSTOP, "stopped")):
+        enter("terminal", f"{_how}_then_{_word}", functools.partial(blocked_then_dies, how=_how, number=_number))
+
+
+@attack("terminal", limit=600)
+def full_pipe_for_messages(scene: Scene) -> None:
+    """Standard error is a full pipe that nobody reads: ticks, record and limits must not notice."""
+    laboratory, pipe = scene.laboratory(), Pipe()
+    scene.closing.append(pipe.close)
+    run = scene.hot_run(laboratory, stderr=pipe.writes)
+    pipe.fill()
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 15, 120))
+    laboratory.chamber.change_set_point(59.0)  # something to say
+    time.sleep(5)
+    laboratory.chamber.change_set_point(60.0)
+    time.sleep(5)
+    expect_the_limit_holds(scene, laboratory, run, stopped_at)
+
+
+@attack("terminal", limit=600)
+def full_pipe_for_acknowledgements(scene: Scene) -> None:
+    """Whoever reads --json stops for a while: the run goes on, and the next line says how many lines were missed."""
+    laboratory, pipe = scene.laboratory(), Pipe()
+    scene.closing.append(pipe.close)
+    record = scene.folder / "run.db"
+    laboratory.chamber.begin_at(60)
+    pipe.fill(but=120)
+    run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=pipe.writes)
+    pipe.let_go()
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, 60, 0.5),
+               f"it did not begin: {run.errors()}")
+    stopped_at = time.monotonic()
+    time.sleep(waits(scene, 30, 120))
+    scene.expect_ticks(laboratory, stopped_at, time.monotonic())
+    scene.expect(not run.ended(), f"the run has ended: {run.process.poll()}")
+    said = json_lines(pipe.read_for(6).decode(errors="replace"))
+    scene.expect(sum("missed" in line for line in said) == 1, f"not one line that says what was missed: {said[-8:]}")
+    told = [line["acknowledged"] for line in said if "acknowledged" in line]
+    scene.expect(told == sorted(set(told)), f"not in order: {told}")
+    before, expected = -1, 0
+    for line in said:
+        if "acknowledged" in line:
+            expected = line["acknowledged"] - before - 1
+            if "missed" in line:
+                scene.expect(line["missed"] == expected, f"{line} after {before}: {expected} lines were missed")
+            else:
+                scene.expect(expected == 0, f"{line} after {before} without a word of the lines between")
+            before = line["acknowledged"]
+    scene.stop(run)
+    scene.expect_whole(scene.read(record), laboratory, max(told, default=-1))
+
+
+@attack("terminal")
+def full_pipe_for_acknowledgements_then_killed(scene: Scene) -> None:
+    """The pipe of --json is full, and then the program is killed: its guard must act within 20 s."""
+    laboratory, pipe = scene.laboratory(), Pipe()
+    scene.closing.append(pipe.close)
+    laboratory.chamber.begin_at(60)
+    run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=pipe.writes)
+    scene.need(until(lambda: run.status().get("acknowledged", -1) >= 2, 60, 0.5), f"it did not begin: {run.errors()}")
+    pipe.fill()
+    time.sleep(3)
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "the program gone, its pipe full")
+
+
+@attack("terminal")
+def closed_outputs(scene: Scene) -> None:
+    """Standard output and standard error are /dev/full: the run goes on, and its record is whole."""
+    laboratory = scene.laboratory()
+    record = scene.folder / "run.db"
+    laboratory.chamber.begin_at(60)
+    with open("/dev/full", "wb") as full:
+        run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=full, stderr=full)
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 8, 60, 0.5), "it did not go on")
+    acknowledged = scene.programs.status(record).get("acknowledged", -1)
+    scene.stop(run)
+    scene.expect_whole(scene.read(record), laboratory, acknowledged)
+
+
+def hung_up(scene: Scene, *, on_hangup: str) -> None:
+    """The terminal is closed under the run: it goes on with its guard, or makes the chamber safe, as its rig file
+    says."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    safe = {"on_hangup": f'"{on_hangup}"'} if on_hangup else {}
+    run = on_a_terminal(scene, laboratory, terminal, rig={"safe": safe})
+    hung = time.monotonic()
+    terminal.hang_up()
+    if on_hangup == "safe":
+        scene.expect_safe(laboratory, hung, AFTER_THE_LIMIT, "a closed terminal with on_hangup = \"safe\"")
+        scene.expect(run.wait(15) == 6, f"exit {run.process.poll()}, expected 6")
+        return
+    time.sleep(8)
+    scene.expect(not run.ended(), f"the run ended with {run.process.poll()} at a closed terminal, the chamber at "
+                                  f"{laboratory.chamber.set_point:g} °C")
+    scene.expect_ticks(laboratory, hung, time.monotonic())
+    scene.expect(run.guards(), "nobody is on guard after the terminal was closed")
+    run.signal(signal.SIGKILL)
+    scene.expect_safe(laboratory, time.monotonic(), GUARD_LIMIT, "killed after its terminal was closed")
+    scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
+
+
+enter("terminal", "hangup_goes_on", functools.partial(hung_up, on_hangup=""))
+enter("terminal", "hangup_goes_on_as_told", functools.partial(hung_up, on_hangup="go_on"), long_only=True)
+enter("terminal", "hangup_makes_safe", functools.partial(hung_up, on_hangup="safe"))
+
+
+@attack("terminal")
+def back_after_ctrl_q(scene: Scene) -> None:
+    """Ctrl-Q after Ctrl-S: the panel comes back, and what was said meanwhile is there or counted."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    terminal.read_on()
+    run = on_a_terminal(scene, laboratory, terminal)
+    terminal.press(CTRL_S)
+    time.sleep(2)
+    done, _ = run.tell("note", "said while nobody looked")
+    scene.expect(done, "a note was refused")
+    time.sleep(8)
+    shown = len(terminal.shown)
+    terminal.press(b"\x11")
+    came = until(lambda: b"told" in terminal.shown[shown:] or b"missed" in terminal.shown[shown:], 10)
+    scene.expect(came, f"nothing of the note after Ctrl-Q: {bytes(terminal.shown[shown:])[-300:]!r}")
+    later = len(terminal.shown)
+    scene.expect(until(lambda: len(terminal.shown) > later + 200, 10), "the panel does not move after Ctrl-Q")
+    scene.stop(run)
+    scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
+
+
+@attack("terminal")
+def interrupt_at_a_blocked_terminal(scene: Scene) -> None:
+    """Ctrl-C reaches a run whose terminal takes nothing: it ends in order and the chamber holds."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    run = on_a_terminal(scene, laboratory, terminal)
+    terminal.fill()
+    time.sleep(3)
+    terminal.press(b"\x03")
+    code = run.wait(15)
+    scene.expect(code == 5, f"exit {code} after Ctrl-C at a full terminal, expected 5")
+    time.sleep(1)
+    scene.expect(abs(laboratory.chamber.set_point - 60) < 0.01,
+                 f"the chamber was left at {laboratory.chamber.set_point:g} °C instead of its set point")
+    scene.expect(not pathlib.Path(f"{run.record}.armed").exists(), "the armed file is still there")
+    scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())

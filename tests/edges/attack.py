@@ -38,19 +38,19 @@ class Attack:
     limit: float  # s, after which it counts as hung
     long_only: bool
     private_mounts: bool
-    light: bool  # it only waits: three of these take the place of one
+    alone: bool  # its figures need the machine's attention: it takes the place of three
 
 
 ATTACKS: dict[str, Attack] = {}
 
 
 def enter(group: str, name: str, carry_out: Callable[["Scene"], None], *, limit: float = 180, long_only: bool = False,
-          private_mounts: bool = False, light: bool = False) -> None:
+          private_mounts: bool = False, alone: bool = False) -> None:
     """Puts an attack on the list."""
     assert name not in ATTACKS, name
     inner = carry_out.func if isinstance(carry_out, functools.partial) else carry_out
     ATTACKS[name] = Attack(name, group, carry_out, (inner.__doc__ or "").strip(), limit, long_only, private_mounts,
-                          light)
+                          alone)
 
 
 def attack(group: str, **how: Any) -> Callable[[Callable[["Scene"], None]], Callable[["Scene"], None]]:
@@ -136,6 +136,16 @@ class Scene:
         self.need(abs(laboratory.chamber.set_point - at) < 0.01,
                   f"the chamber was not sent to {at} °C but {laboratory.chamber.set_point}")
         return run
+
+    def copy_programs(self) -> pathlib.Path:
+        """Has copies of both programs started from now on, which another user may run and a test may remove; returns
+        that of make-safe."""
+        folder = self.folder / "bin"
+        folder.mkdir()
+        for path in (self.programs.gyrotherm, self.programs.make_safe):
+            shutil.copy2(path, folder / path.name)
+        self.programs.gyrotherm = folder / self.programs.gyrotherm.name
+        return self.programs.make_safe
 
     def terminal(self) -> Terminal:
         terminal = Terminal()

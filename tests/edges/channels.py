@@ -19,7 +19,7 @@ GOES_ON_WITHIN = 30.0  # s; resume_delay is 10 s
 
 def names(text: str, channel: str) -> bool:
     """Whether the channel is named, as a word."""
-    return re.search(rf"(?<![\w.]){channel}(?![\w.])", text) is not None
+    return re.search(rf"(?<![\w.°]){channel}(?![\w.])", text) is not None
 
 
 def named(text: str, channels: tuple[str, ...]) -> list[str]:
@@ -100,4 +100,4 @@ CASES: dict[str, dict[str, Any]] = {
 SHORT = ("one_channel_lost", "one_channel_lost_with_warn", "one_channel_lost_that_is_not_needed", "line_of_eight_gone")
 
 for _name, _case in CASES.items():
-    enter("channels", _name, functools.partial(lost_channel, **_case), light=True, long_only=_name not in SHORT)
+    enter("channels", _name, functools.partial(lost_channel, **_case), long_only=_name not in SHORT)

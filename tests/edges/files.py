@@ -235,12 +235,12 @@ def attacked_and_killed(scene: Scene, *, mishap: Mishap) -> None:
 
 
 for _name, _mishap in MISHAPS.items():
-    enter("files", _name, functools.partial(attacked, mishap=_mishap), light=True)
-    enter("files", f"{_name}_and_killed", functools.partial(attacked_and_killed, mishap=_mishap), light=True,
+    enter("files", _name, functools.partial(attacked, mishap=_mishap))
+    enter("files", f"{_name}_and_killed", functools.partial(attacked_and_killed, mishap=_mishap),
           long_only=_name not in SHORT_KILLED)
 
 
-@attack("files", light=True)
+@attack("files")
 def second_part_too(scene: Scene) -> None:
     """After the main file its follower is removed as well: nothing is lost all the same."""
     run = begin(scene)

@@ -127,7 +127,7 @@ def safe_once_healed(scene: Scene, *, link: str, faults: dict[str, Any], off: bo
 
 for _carry_out, _cases in ((safe_while_broken, WHILE_BROKEN), (safe_once_healed, UNTIL_HEALED)):
     for _name, (_link, _faults, _off) in _cases.items():
-        enter("guard", f"dead_{_name}", functools.partial(_carry_out, link=_link, faults=_faults, off=_off), light=True,
+        enter("guard", f"dead_{_name}", functools.partial(_carry_out, link=_link, faults=_faults, off=_off),
               long_only=_name not in SHORT)
 
 

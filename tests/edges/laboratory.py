@@ -474,7 +474,7 @@ class Chamber(Instrument):
         if lost:
             self._remember(now, utc, pdu, "request lost", b"")
             return
-        answer = self._answer(pdu, utc, answer_lost)
+        answer = self.answer(pdu, utc, answer_lost)
         fate = "answer lost" if answer_lost else "refused" if answer[0] & 0x80 else "answered"
         self._remember(now, utc, pdu, fate, answer)
         if answer_lost:
@@ -498,7 +498,7 @@ class Chamber(Instrument):
         words = struct.unpack(f">{len(data) // 2}H", data[:len(data) // 2 * 2])
         self.exchanges.append(Exchange(now, utc, function, address, words, fate))
 
-    def _answer(self, pdu: bytes, utc: float, answer_lost: bool) -> bytes:
+    def answer(self, pdu: bytes, utc: float, answer_lost: bool) -> bytes:
         """What the controller does and says."""
         function = pdu[0]
         if self.exception:
@@ -518,14 +518,14 @@ class Chamber(Instrument):
             return bytes([pdu[0] | 0x80, 2])
         if AIR in wanted or OUTPUT in wanted:
             self._integrate()
-            served = self._next_air()
+            served = self.next_air()
             self._keep_float(AIR, served)
             if not answer_lost:
                 self.airs.append((utc, served))
         self._keep_float(ACTIVE_SET_POINT, self._float(SET_POINT))
         return bytes([pdu[0], 2 * count]) + struct.pack(f">{count}H", *(self._words[a] for a in wanted))
 
-    def _next_air(self) -> float:
+    def next_air(self) -> float:
         """Each served reading differs from those before by hundred-thousandths of a degree."""
         self._served += 1
         air = self.air if self.shown_air is None else self.shown_air
@@ -612,9 +612,9 @@ class Thermometers(Instrument):
                 if question == b"*IDN?":
                     line.send(connection, self.identity.encode() + b"\r\n", 0)
                 elif question in (b"CRDG? 0", b"CRDG?"):
-                    line.send(connection, self._readings().encode() + b"\r\n", 0)
+                    line.send(connection, self.readings().encode() + b"\r\n", 0)
 
-    def _readings(self) -> str:
+    def readings(self) -> str:
         number = len(self.served)
         texts = tuple(self.OUT_OF_RANGE if i in self.lost else f"{self.base + 0.1 * i + number % 97 * 0.001:+08.3f}"
                       for i in range(self.INPUTS))

@@ -20,7 +20,7 @@ SUSPENDED_BY = 8  # readings in a row that may be missing before the run must be
 # The lines of the hostile examination: link, and what is wrong with the line.
 HOSTILE: dict[str, tuple[str, dict[str, Any]]] = {
     "rtu_every_other_lost": ("rtu_over_tcp", {"delay": 0.1, "every_other_lost": True}),
-    "rtu_half_lost": ("rtu_over_tcp", {"delay": 0.02, "loss_of_requests": 0.5}),
+    "rtu_half_lost": ("rtu_over_tcp", {"delay": 0.1, "loss_of_requests": 0.3, "loss_of_answers": 0.3}),
     "rtu_late_0950_1200": ("rtu_over_tcp", {"late": (0.95, 1.2), "late_share": 0.5}),
     "rtu_late_0500_1500": ("rtu_over_tcp", {"late": (0.5, 1.5), "late_share": 1.0}),
     "rtu_late_0450": ("rtu_over_tcp", {"delay": 0.45}),
@@ -29,7 +29,7 @@ HOSTILE: dict[str, tuple[str, dict[str, Any]]] = {
     "rtu_mix_a": ("rtu", {"delay": 0.05, "loss_of_requests": 0.2, "noise_share": 0.2, "late": (0.3, 0.9),
                           "late_share": 0.2}),
     "rtu_mix_b": ("rtu_over_tcp", {"delay": 0.1, "loss_of_requests": 0.25, "loss_of_answers": 0.25, "noise_share": 0.2,
-                                   "late": (0.4, 1.3), "late_share": 0.3}),
+                                   "late": (0.9, 1.6), "late_share": 0.3}),
     "rtu_mix_c": ("rtu", {"delay": 0.1, "loss_of_answers": 0.4, "noise_share": 0.3, "late": (0.9, 1.6),
                           "late_share": 0.4}),
 }
@@ -103,10 +103,10 @@ def bad_line(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
 
 
 for _name, (_link, _faults) in HOSTILE.items():
-    enter("lines", _name, functools.partial(bad_line, link=_link, faults=_faults), limit=300, light=True)
+    enter("lines", _name, functools.partial(bad_line, link=_link, faults=_faults), limit=300)
 for _seed in range(1, 11):
     _link, _faults = drawn(_seed)
-    enter("lines", f"drawn_{_seed}", functools.partial(bad_line, link=_link, faults=_faults), limit=300, light=True,
+    enter("lines", f"drawn_{_seed}", functools.partial(bad_line, link=_link, faults=_faults), limit=300,
           long_only=_seed > 4)
 
 
@@ -144,7 +144,7 @@ def lost_for_good(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
 
 
 for _name, (_link, _faults) in LOST.items():
-    enter("lines", f"lost_{_name}", functools.partial(lost_for_good, link=_link, faults=_faults), limit=240, light=True,
+    enter("lines", f"lost_{_name}", functools.partial(lost_for_good, link=_link, faults=_faults), limit=240,
           long_only=_name not in ("tcp_silent", "rtu_over_tcp_silent", "rtu_over_tcp_gone", "rtu_silent"))
 
 
@@ -167,4 +167,4 @@ def killed_on_a_bad_line(scene: Scene, *, link: str, faults: dict[str, Any]) -> 
 for _name in ("rtu_every_other_lost", "rtu_half_lost", "rtu_late_0500_1500", "rtu_mix_b", "rtu_mix_c"):
     _link, _faults = HOSTILE[_name]
     enter("lines", f"killed_on_{_name}", functools.partial(killed_on_a_bad_line, link=_link, faults=_faults),
-          light=True, long_only=_name in ("rtu_mix_b", "rtu_late_0500_1500"))
+          long_only=_name in ("rtu_mix_b", "rtu_late_0500_1500"))

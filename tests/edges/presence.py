@@ -4,7 +4,6 @@ from __future__ import annotations
 import functools
 import os
 import pathlib
-import shutil
 import signal
 import socket
 import time
@@ -21,16 +20,6 @@ def expect_safe_death(scene: Scene, laboratory: Laboratory, run: Run, what: str)
     run.signal(signal.SIGKILL)
     scene.expect_safe(laboratory, died, GUARD_LIMIT, what)
     scene.expect_held(laboratory, 1)
-
-
-def private_programs(scene: Scene) -> pathlib.Path:
-    """Copies both programs into the attack's folder and has these started; returns make-safe."""
-    folder = scene.folder / "bin"
-    folder.mkdir()
-    for path in (scene.programs.gyrotherm, scene.programs.make_safe):
-        shutil.copy2(path, folder / path.name)
-    scene.programs.gyrotherm = folder / scene.programs.gyrotherm.name
-    return scene.programs.make_safe
 
 
 def says(run: Run, before: str, *words: str) -> bool:
@@ -81,7 +70,7 @@ def guard_killed_and_its_program_gone(scene: Scene) -> None:
     """The guard is killed and its program file is gone: an alarm in status and messages, and a guard again once the
     file is back."""
     laboratory = scene.laboratory()
-    make_safe = private_programs(scene)
+    make_safe = scene.copy_programs()
     run = scene.hot_run(laboratory)
     before = run.errors()
     away = make_safe.with_name("away")
@@ -93,7 +82,7 @@ def guard_killed_and_its_program_gone(scene: Scene) -> None:
     scene.expect(until(lambda: says(run, before, "guard"), 2), f"nobody was told: {run.errors()[len(before):]!r}")
     away.rename(make_safe)
     scene.expect(until(run.guards, 12), "no guard within 12 s after its program file was back")
-    gone = until(lambda: not run.status().get("faults_now"), 15, 0.5)
+    gone = until(lambda: not run.status().get("faults_now"), 30, 0.5)
     scene.expect(gone, f"the alarm stays although there is a guard: {run.status().get('faults_now')}")
     expect_safe_death(scene, laboratory, run, "killed after its guard was put back")
 

@@ -131,9 +131,19 @@ enter("requests", "stop_then_pause", functools.partial(stopped, on_stop="hold"))
 enter("requests", "stop_then_pause_safe", functools.partial(stopped, on_stop="safe"), long_only=True)
 
 
+def expect_paused_or_resumed(scene: Scene, laboratory: Laboratory, run: Run, said: Said) -> None:
+    """The pause was done. The resume is done, too, or refused because of it: not because the run were not held."""
+    (_, paused, _), (_, resumed, answer) = said
+    scene.expect(paused, f"the pause was refused: {said}")
+    scene.expect("not held" not in answer, f"the resume was refused for a reason that the pause denies: {said}")
+    time.sleep(2.5)
+    shown, promised = run.status().get("state"), "execute" if resumed else "held"
+    scene.expect(shown == promised, f"the run is \"{shown}\" and not \"{promised}\" after {said}")
+
+
 def paused_and_resumed(scene: Scene) -> None:
-    """A pause and a resume within one second are both done, and the run goes on."""
-    tries(scene, ("pause", "resume"), "safe", functools.partial(expect_state, state="execute"))
+    """After a pause and a resume within one second the run stands as the answers say."""
+    tries(scene, ("pause", "resume"), "safe", expect_paused_or_resumed)
 
 
 def resumed_and_paused(scene: Scene) -> None:

@@ -4,12 +4,13 @@
     run.py GYROTHERM [NAME…] [--jobs N] [--long] [--hanging-disk LIBRARY] [--keep] [--list]
 
 NAME is an attack, a group of attacks, or a pattern like "rm_*"; without one, all are made. Each attack is a process of
-its own, N of them at once. Prints a line for each, then what failed in detail; exit code 1 if one did.
+its own. Prints a line for each, then what failed in detail; exit code 1 if one did.
 """
 from __future__ import annotations
 
 import argparse
 import fnmatch
+import functools
 import importlib
 import json
 import os
@@ -49,8 +50,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", help="gyrotherm, with gyrotherm-make-safe beside it")
     parser.add_argument("names", nargs="*", help="attacks, groups or patterns")
-    parser.add_argument("--jobs", type=int, default=8, help="how many attacks at once, those that only wait not counted "
-                        "in full (default: 8)")
+    parser.add_argument("--jobs", type=int, default=8, help="places; three attacks take one (default: 8)")
     parser.add_argument("--long", action="store_true", help="the long forms, and all repetitions")
     parser.add_argument("--hanging-disk", default="", help="the library of tests/app/hanging_disk.cpp")
     parser.add_argument("--keep", action="store_true", help="keep the folders of attacks that failed")
@@ -99,12 +99,18 @@ def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
     return 0
 
 
+@functools.cache
+def private_mounts_are_possible() -> bool:
+    return shutil.which("unshare") is not None and \
+        subprocess.run(["unshare", "--mount", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
 def run_in_a_process(attack: Attack, options: argparse.Namespace, base: pathlib.Path) -> Outcome:
     folder = base / attack.name
     folder.mkdir()
     command = [sys.executable, __file__, options.program, attack.name, "--alone", str(folder)]
     command += ["--long"] * options.long + ["--hanging-disk", options.hanging_disk] * bool(options.hanging_disk)
-    if attack.private_mounts and os.geteuid() == 0:
+    if attack.private_mounts and private_mounts_are_possible():
         command = ["unshare", "--mount", "--propagation", "private", *command]
     began = time.monotonic()
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -127,7 +133,7 @@ def run_in_a_process(attack: Attack, options: argparse.Namespace, base: pathlib.
 
 
 class Places:
-    """How many attacks may be made at once; a light one takes a third of a place."""
+    """How many attacks may be made at once: three a place, for nearly all of them wait nearly all the time."""
 
     def __init__(self, places: int) -> None:
         self.free = 3 * max(1, places)
@@ -145,7 +151,7 @@ class Places:
 
     @staticmethod
     def size(attack: Attack) -> int:
-        return 1 if attack.light else 3
+        return 3 if attack.alone else 1
 
 
 def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
@@ -201,6 +207,7 @@ def main() -> int:
     if not options.program or not pathlib.Path(options.program).is_file():
         print("expected the path of gyrotherm; --help says more", file=sys.stderr)
         return 2
+    os.umask(0o022)
     options.program = str(pathlib.Path(options.program).resolve())
     if options.alone:
         return carry_out_alone(attacks[0], options)

@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Holds the verifier of these attacks: whatever is taken from, added to or changed in a record, it finds."""
+from __future__ import annotations
+
+import pathlib
+import sqlite3
+import struct
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from laboratory import AIR, SET_POINT, Chamber, Gyro, Laboratory, Thermometers, float_of, modbus_crc, words_of
+from records import Record, holes, lost_seconds, part_of, read_record, wrong_readings
+from rig import CHANNELS
+
+SECONDS = 12
+BEGAN = 1_800_000_000.0  # UTC of second 0
+
+
+class Served:
+    """What a laboratory without lines has served in some seconds."""
+
+    def __init__(self) -> None:
+        self.chamber, self.gyro = Chamber(rtu=False, seed=1), Gyro()
+        self.thermometer_1, self.thermometer_2 = Thermometers(24.0), Thermometers(26.0)
+        count = 0
+        for second in range(SECONDS):
+            utc = BEGAN + second + 0.05
+            self.chamber.airs.append((utc, self.chamber.next_air()))
+            for instrument in (self.thermometer_1, self.thermometer_2):
+                instrument.readings()
+                instrument.served[-1] = (utc, instrument.served[-1][1])
+            count += Gyro.pulses_of(second)
+            self.gyro.sent.append((utc - 0.5, count))
+
+    def row(self, second: int) -> list[object]:
+        temperatures = [float(text) for text in self.thermometer_1.served[second][1]]
+        temperatures.append(float(self.thermometer_2.served[second][1][0]))
+        before = self.gyro.sent[second - 1][1] if second else None
+        pulses = None if before is None else self.gyro.sent[second][1] - before
+        return [second, int((BEGAN + second) * 1e9), self.chamber.airs[second][1], *temperatures, pulses,
+                None if pulses is None else 10 ** 9, "execute"]
+
+
+class Verifier(unittest.TestCase):
+    def setUp(self) -> None:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.served = Served()
+        self.copies = 0
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        (self.folder / "run.db").unlink(missing_ok=True)
+        self.write("run.db", range(SECONDS))
+
+    def write(self, name: str, seconds: range) -> None:
+        database = sqlite3.connect(self.folder / name)
+        columns = ", ".join(f'"{c}" REAL' for c in CHANNELS)
+        database.executescript(
+            f"CREATE TABLE sample(slot INTEGER PRIMARY KEY, utc_ns INTEGER, chamber_air_c REAL, {columns},"
+            "pulses INTEGER, interval_ns INTEGER, state TEXT); CREATE TABLE gap(first, last, cause);"
+            "CREATE TABLE event(id INTEGER PRIMARY KEY, slot, kind, text); CREATE TABLE fault(slot, channel, what);")
+        for second in seconds:
+            row = self.served.row(second)
+            database.execute(f"INSERT INTO sample VALUES({', '.join('?' * len(row))})", row)
+        database.commit()
+        database.close()
+
+    def change(self, command: str) -> Record:
+        database = sqlite3.connect(self.folder / "run.db")
+        database.execute(command)
+        database.commit()
+        database.close()
+        return self.read()
+
+    def read(self) -> Record:
+        self.copies += 1
+        return read_record(self.folder / "run.db", self.folder / f"copy-{self.copies}")
+
+    def wrong(self, record: Record) -> list[str]:
+        laboratory = self.served
+        return wrong_readings(record, laboratory)  # type: ignore[arg-type]
+
+    def test_finds_nothing_in_a_good_record(self) -> None:
+        record = self.read()
+        self.assertEqual((len(record.rows), holes(record), lost_seconds(record, SECONDS - 1), self.wrong(record)),
+                         (SECONDS, [], [], []))
+
+    def test_finds_each_value_of_another_second_and_another_channel(self) -> None:
+        for column in ("chamber_air_c", *CHANNELS, "pulses"):
+            self.begin_anew()
+            record = self.change(f'UPDATE sample SET "{column}" = (SELECT "{column}" FROM sample WHERE slot = 6) '
+                                 "WHERE slot = 8")
+            self.assertEqual(len(self.wrong(record)), 1, column)
+        record = self.change("UPDATE sample SET A = B WHERE slot = 3")
+        self.assertTrue(any("second 3: A" in found for found in self.wrong(record)))
+
+    def test_finds_pulses_of_another_number_of_frames(self) -> None:
+        record = self.change(f"UPDATE sample SET interval_ns = {2 * 10 ** 9} WHERE slot = 5")
+        self.assertEqual(len(self.wrong(record)), 1)
+
+    def test_finds_seconds_that_are_missing_and_seconds_that_are_there_twice(self) -> None:
+        record = self.change("DELETE FROM sample WHERE slot IN (4, 11)")
+        self.assertEqual((holes(record), lost_seconds(record, SECONDS - 1)), ([4], [4, 11]))
+        record = self.change("INSERT INTO gap VALUES(4, 5, 'late')")
+        self.assertEqual((holes(record), lost_seconds(record, SECONDS - 1)), ([5], [11]))
+
+    def test_reads_the_parts_of_a_run_and_none_that_is_damaged(self) -> None:
+        self.write("run.2.db", range(6, SECONDS))
+        with open(self.folder / "run.db", "r+b") as file:
+            file.write(bytes(200))
+        record = self.read()
+        self.assertEqual((sorted(record.rows), list(record.damaged)), (list(range(6, SECONDS)), ["run.db"]))
+        self.assertEqual(lost_seconds(record, SECONDS - 1), list(range(6)))
+        self.assertEqual(part_of(self.folder / "run.db", 3).name, "run.3.db")
+
+
+class ChamberOfOurs(unittest.TestCase):
+    """The golden numbers of the protocol, for what the lines cannot show."""
+
+    def ask(self, pdu: bytes) -> bytes:
+        return self.chamber.answer(pdu, 0.0, False)
+
+    def setUp(self) -> None:
+        self.chamber = Chamber(rtu=False, seed=1)
+
+    def test_has_the_low_word_first(self) -> None:
+        self.assertEqual(words_of(-40.25), (0x0000, 0xC221))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(40.5))).hex(), "100ade0002")
+        self.assertEqual(self.chamber.set_point, 40.5)
+
+    def test_refuses_what_the_map_does_not_have_and_what_is_beyond_its_limits(self) -> None:
+        self.assertEqual(self.ask(struct.pack(">BHH", 3, 5, 1)), bytes([0x83, 2]))
+        self.assertEqual(self.ask(struct.pack(">BHH", 3, AIR, 3)), bytes([0x83, 2]))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, SET_POINT, 2, 4, *words_of(200.0))), bytes([0x90, 3]))
+        self.assertEqual(self.ask(struct.pack(">BHHBHH", 16, AIR, 2, 4, *words_of(20.0))), bytes([0x90, 2]))
+
+    def test_serves_no_air_twice(self) -> None:
+        served = [float_of(*struct.unpack(">HH", self.ask(struct.pack(">BHH", 3, AIR, 2))[2:])) for _ in range(900)]
+        self.assertEqual(len(set(served)), len(served))
+
+    def test_checks_frames_as_the_standard_does(self) -> None:
+        self.assertEqual(modbus_crc(bytes.fromhex("010300000001")).hex(), "840a")
+
+    def test_serves_on_all_links(self) -> None:
+        for link in Laboratory.LINKS:
+            laboratory = Laboratory(link)
+            self.assertEqual(laboratory.lines["chamber"].split(":")[0], "serial" if link == "rtu" else "tcp")
+            laboratory.close()
+
+
+if __name__ == "__main__":
+    unittest.main()

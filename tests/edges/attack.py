@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, Callable, Iterator
 
 import program
-import rig
 from laboratory import SET_POINT, Laboratory
 from program import Programs, Run, Terminal, until
 from records import Record, holes, lost_seconds, read_record, wrong_readings
@@ -126,8 +125,8 @@ class Scene:
         self.runs.append(again)
         return again
 
-    def hot_run(self, laboratory: Laboratory, *, at: float = 60.0, seconds: int = 3600, rig: dict[str, Any] | None = None,
-                acknowledged: int = 2, **how: Any) -> Run:
+    def hot_run(self, laboratory: Laboratory, *, at: float = 60.0, seconds: int = 3600,
+                rig: dict[str, Any] | None = None, acknowledged: int = 2, **how: Any) -> Run:
         """A run that holds the chamber at `at` and has acknowledged its first seconds."""
         laboratory.chamber.begin_at(at)
         run = self.start(self.profile(hold(at, seconds)), self.rig(laboratory, **(rig or {})), **how)
@@ -174,7 +173,7 @@ class Scene:
         chamber = laboratory.chamber
         late = [w.at - since for w in chamber.writes(since) if w.address == SET_POINT and abs(w.value - SAFE) < 0.01]
         so = f"22 °C was written after {late[0]:.1f} s" if late else "22 °C was never written"
-        return self.expect(False, f"{what}: not safe within {within:g} s ({so}; set point now {chamber.set_point:g} °C)")
+        return self.expect(False, f"{what}: not safe within {within:.0f} s ({so}; now {chamber.set_point:g} °C)")
 
     def expect_held(self, laboratory: Laboratory, seconds: float) -> None:
         """The safe set point stays for a while."""

@@ -1,4 +1,4 @@
-"""A program that dies while the chamber has a fault of its own: the guard tries until the chamber has confirmed (H1)."""
+"""A program that dies while its chamber has a fault, too: the guard tries until the chamber has confirmed (H1)."""
 from __future__ import annotations
 
 import functools
@@ -15,7 +15,7 @@ from rig import SAFE
 
 HEALED_AFTER = 40.0  # s, of a chamber that cannot take anything meanwhile
 
-# Faults under which the safe set point can be sent all the same: link, faults, whether conditioning is switched off too.
+# Faults under which the safe set point can be sent all the same: link, faults, whether it is switched off, too.
 WHILE_BROKEN: dict[str, tuple[str, dict[str, Any], bool]] = {
     "every_other_lost_0350": ("tcp", {"every_other_lost": True, "delay": 0.35}, False),
     "every_other_lost_0350_off": ("tcp", {"every_other_lost": True, "delay": 0.35}, True),
@@ -138,9 +138,10 @@ def make_safe_by_hand(scene: Scene) -> None:
     run = scene.hot_run(laboratory)
     guards = until(run.guards, 5) or []
     died = time.monotonic()
-    run.signal(signal.SIGKILL)
     for pid in guards:
         kill(pid)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
     laboratory.chamber.break_as(every_other_lost=True, delay=0.1)
     made = scene.programs.finish([scene.programs.make_safe, run.record], 30)
     scene.expect(made.code == 0, f"exit {made.code}: {made.text}")

@@ -1,4 +1,4 @@
-"""Other users, other folders, other names for one chamber: nobody keeps it hot, no two programs drive it (H2, P17, M10).
+"""Other users, other folders, other names: nobody keeps a chamber hot, no two programs drive it (H2, P17, M10).
 
 Each attack has a /run and a /tmp of its own, so that it meets nothing of this machine's.
 """
@@ -159,7 +159,8 @@ def began(machine: Machine, run: Run) -> bool:
 Preparation = Callable[[Machine, list[pathlib.Path], list[str]], None]
 
 
-def attacked(scene: Scene, *, before: Preparation | None = None, during: Callable[[Machine], None] | None = None) -> None:
+def attacked(scene: Scene, *, before: Preparation | None = None,
+             during: Callable[[Machine], None] | None = None) -> None:
     """Another user prepares or attacks the locks: a second program is refused all the same, and a killed one leaves a
     safe chamber."""
     machine = Machine(scene)
@@ -328,7 +329,8 @@ def lock_thieves_and_make_safe(scene: Scene) -> None:
     again = scene.resume(run)
     acknowledged = run.acknowledged()
     if not again.wait_acknowledged(acknowledged + 3, 30):
-        scene.expect("nobody" in again.errors(), f"resume neither went on nor named the holder: {again.errors()[-400:]}")
+        text = again.errors()
+        scene.expect("nobody" in text, f"resume neither went on nor named the holder: {text[-400:]}")
 
 
 def second_in_another_mount_namespace(scene: Scene) -> None:

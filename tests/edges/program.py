@@ -5,7 +5,6 @@ import fcntl
 import json
 import os
 import pathlib
-import pwd
 import signal
 import socket
 import struct
@@ -127,8 +126,9 @@ class Run:
         if not self.ended():
             self.process.send_signal(number)
 
-    def tell(self, word: str, note: str = "", within: float = 10) -> tuple[bool, str]:
-        return tell(self.record, word, note, within)
+    def tell(self, word: str, note: str = "") -> tuple[bool, str]:
+        """Whether it was done, and the answer."""
+        return Speaker(self.record, word, note).answer()
 
     def status(self) -> dict[str, Any]:
         return self.programs.status(self.record)
@@ -150,20 +150,33 @@ def json_lines(text: str) -> list[dict[str, Any]]:
     return found
 
 
-def tell(record: pathlib.Path, word: str, note: str = "", within: float = 10) -> tuple[bool, str]:
-    """Says one word to a run through its socket; whether it was done, and the answer, or why there is none."""
-    folder = os.open(record.parent, os.O_PATH | os.O_DIRECTORY)
-    try:
-        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as speaker:
-            speaker.settimeout(within)
-            speaker.connect(f"/proc/self/fd/{folder}/{record.name}.socket")
-            speaker.send(f"{TELL} {word} {note}".encode())
-            _, verdict, text = speaker.recv(4096).decode().split(" ", 2)
-    except (OSError, ValueError) as error:
-        return False, f"no answer: {error}"
-    finally:
-        os.close(folder)
-    return verdict == "done", text
+class Speaker:
+    """Says one word to a run through its socket; the answer may be heard later."""
+
+    def __init__(self, record: pathlib.Path, word: str, note: str = "", within: float = 10) -> None:
+        self.trouble: OSError | None = None
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.socket.settimeout(within)
+        folder = os.open(record.parent, os.O_PATH | os.O_DIRECTORY)
+        try:
+            self.socket.connect(f"/proc/self/fd/{folder}/{record.name}.socket")
+            self.socket.send(f"{TELL} {word} {note}".encode())
+        except OSError as error:
+            self.trouble = error
+        finally:
+            os.close(folder)
+
+    def answer(self) -> tuple[bool, str]:
+        """Whether it was done, and the answer, or why there is none."""
+        try:
+            if self.trouble:
+                raise self.trouble
+            _, verdict, text = self.socket.recv(4096).decode().split(" ", 2)
+        except (OSError, ValueError) as error:
+            return False, f"no answer: {error}"
+        finally:
+            self.socket.close()
+        return verdict == "done", text
 
 
 class Terminal:
@@ -353,11 +366,3 @@ def sweep(folder: pathlib.Path) -> None:
         time.sleep(0.05)
     for mount in reversed(mounts):
         subprocess.run(["umount", "-l", mount], check=False, timeout=30)
-
-
-def user_exists(name: str) -> bool:
-    try:
-        pwd.getpwnam(name)
-    except KeyError:
-        return False
-    return True

@@ -4,6 +4,7 @@ A record is copied before it is opened, and never while it is being written.
 """
 from __future__ import annotations
 
+import os
 import pathlib
 import shutil
 import sqlite3
@@ -65,6 +66,8 @@ def read_record(record: pathlib.Path, copies: pathlib.Path) -> Record:
 
 
 def add_part(found: Record, part: pathlib.Path, copies: pathlib.Path) -> None:
+    if not os.access(part, os.R_OK):
+        part.chmod(0o600)  # an attack has taken its own rights away
     copy = copies / part.name
     shutil.copyfile(part, copy)
     log = part.with_name(part.name + "-wal")

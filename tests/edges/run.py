@@ -24,6 +24,7 @@ import time
 import traceback
 from dataclasses import dataclass
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import program
@@ -157,7 +158,7 @@ class Places:
 def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
     """The longest first, so that none is left alone at the end."""
     outcomes: list[Outcome] = []
-    places = Places(options.jobs)
+    places, printing = Places(options.jobs), threading.Lock()
     base = pathlib.Path(tempfile.mkdtemp(prefix="gyrotherm-edges-"))
     base.chmod(0o755)
 
@@ -166,8 +167,9 @@ def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]
             outcome = run_in_a_process(attack, options, base)
         finally:
             places.give_back(attack)
-        outcomes.append(outcome)
-        print(outcome.line(), flush=True)
+        with printing:
+            outcomes.append(outcome)
+            print(outcome.line(), flush=True)
 
     workers = []
     for attack in sorted(attacks, key=lambda a: -a.limit):

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import functools
-import os
 import pathlib
 import signal
 import time
@@ -10,7 +9,7 @@ import time
 from attack import GUARD_LIMIT, Scene, attack, enter
 from program import Pipe, Run, Terminal, json_lines, until
 from laboratory import Laboratory
-from rig import SAFE, hold
+from rig import hold
 
 CTRL_S = b"\x13"
 AFTER_THE_LIMIT = 5.0  # s, within which a chamber beyond its limit is safe

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import unittest
 
+sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from laboratory import AIR, SET_POINT, Chamber, Gyro, Laboratory, Thermometers, float_of, modbus_crc, words_of

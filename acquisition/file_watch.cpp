@@ -108,17 +108,17 @@ std::optional<Interference> FileWatch::judge_name(const File& file) const {
   return {};
 }
 
-/// Of a log a crash would keep nothing behind what somebody wrote; a database may be longer than what counts of it.
+/// Of a log a crash would keep nothing behind what somebody wrote.
 bool FileWatch::was_merely_touched(File& file, const Seen& now) {
-  if (file.is_log || now.length < file.seen.length || sum_of(file.held, file.seen.length) != file.content) return false;
+  if (file.is_log || now.length != file.seen.length || sum_of(file.held, file.seen.length) != file.content)
+    return false;
   file.seen.written_ns = now.written_ns;
   return true;
 }
 
 std::optional<Interference> FileWatch::judge_content(File& file) {
   const auto now = see(file.held);
-  const bool same = now && now->length >= file.seen.length && now->written_ns == file.seen.written_ns;
-  if (same || (now && was_merely_touched(file, *now))) return {};
+  if ((now && *now == file.seen) || (now && was_merely_touched(file, *now))) return {};
   return interference(Interference::Kind::spoiled, file.is_log, file.name,
                       now && now->length < file.seen.length ? "cut short" : "written to");
 }

@@ -50,6 +50,9 @@ tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
 
 Result<void> drive(const UnderWay& run) {
   const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
+  const bool goes_to_its_end = outcome && *outcome != Outcome::made_safe;  // and is told there what is wrong with it
+  if (const auto damage = run.store.health().damage; !damage.empty() && !goes_to_its_end)
+    run.console.say("warning: " + damage);
   if (outcome) return conclude(run, *outcome);
   if (outcome.error().kind == FaultKind::interrupted) return interrupted_run(run);
   if (outcome.error().kind != FaultKind::interlock) run.experiment.make_safe(text(outcome.error()));

@@ -21,7 +21,8 @@
 namespace gyrotherm {
 namespace {
 
-constexpr mode_t kOwnFolder = 0755, kOwnFile = 0644;
+constexpr mode_t kOwnFolder = 0755;
+constexpr mode_t kOwnFile = 0600;  ///< whoever can open it at all can lock it
 constexpr mode_t kWritableByOthers = S_IWGRP | S_IWOTH;
 
 std::string as_file_name(const std::string& text) {
@@ -64,7 +65,9 @@ Descriptor lock_file(const std::string& place) {
     Descriptor file(::openat(folder.number(), (place + ".lock").c_str(),
                              O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, kOwnFile));
     struct stat found {};
-    if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && is_own(found)) return file;
+    if (file.is_open() && ::fstat(file.number(), &found) == 0 && S_ISREG(found.st_mode) && is_own(found) &&
+        ::fchmod(file.number(), kOwnFile) == 0)
+      return file;
   }
   return {};
 }

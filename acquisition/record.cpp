@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/chain_check.hpp"
 #include "acquisition/record_rows.hpp"
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/run_parts.hpp"
@@ -114,18 +115,24 @@ void join(Record& record, Record part, const Continuation& continuation) {
   if (part.last_utc) record.last_utc = part.last_utc;
 }
 
-Result<Record> read_file(const std::string& path) {
-  return open_record(path).and_then([](Database database) { return record_of(database); });
+/// A file that others go on from must be as it was written.
+Result<Record> read_file(const std::string& path, bool is_last) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  if (is_last) return record_of(*database);
+  if (const auto chain = check_chain(*database, path); !chain && !is_unchained(chain.error()))
+    return failure(chain.error());
+  return record_of(*database);
 }
 
-/// A file that cannot be read is passed over if others go on from it: what it held is in them, or is a gap.
+/// One that is not as it was written is passed over: what it held is in those after it, or is a gap.
 Result<Record> read_all(const std::string& path) {
   const auto files = files_of_record(path);
   if (!files) return failure(files.error());
   std::optional<Record> record;
   for (const auto& part : files->parts) {
-    auto more = read_file(part.path);
     const bool is_last = &part == &files->parts.back();
+    auto more = read_file(part.path, is_last);
     if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
     if (record) {

@@ -86,6 +86,7 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
 
 Result<RecordFiles> files_of_record(const std::string& record_path) {
   RecordFiles files;
+  std::optional<Fault> damaged;  // the last of them, so far
   auto run_id = run_id_of(record_path);
   if (run_id)
     files.parts.push_back({.path = record_path, .continuation = {.part = 1, .before = {}, .cause = {}}});
@@ -95,11 +96,14 @@ Result<RecordFiles> files_of_record(const std::string& record_path) {
     files.lost = run_id.error();
   for (int number = 2; is_there(part_path(record_path, number)); ++number) {
     auto found = part_at(part_path(record_path, number), number);
-    if (!found) return failure(found.error());
-    if (!*found) continue;
+    if (!found && is_locked(found.error())) return failure(found.error());
+    if (!found) damaged = found.error();
+    if (!found || !*found) continue;
+    damaged.reset();                                     // the run went on from there
     if (files.parts.empty()) run_id = (*found)->run_id;  // whose own file is lost
     if ((*found)->run_id == *run_id) files.parts.push_back(std::move((*found)->part));
   }
+  if (damaged) return failure(*damaged);
   if (files.parts.empty()) return failure(*files.lost);
   return files;
 }

@@ -45,7 +45,7 @@ struct RecordFiles {
   std::optional<Fault> lost;  ///< why the record's own file is not among them, which others go on from
 };
 /// A file of such a name that is not of this run is no part of it, nor is one that was begun and not filled. Fails with
-/// bad_file if there is no record, with storage if a file is being written, or a part is damaged.
+/// bad_file if there is no record, with storage if a file is being written, or the last part is damaged.
 [[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
 
 /// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().

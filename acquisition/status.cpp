@@ -163,7 +163,7 @@ Result<void> write_status(const RunStatus& status) {
   now.written_utc = SteadyClock().now().utc;
   now.written_since_boot = since_boot();
   now.written_in_boot = boot;
-  return replace_own_file(status_path(status.path), to_json(now) + '\n', Disk::not_awaited);
+  return replace_own_file(status_path(status.path), to_json(now) + '\n', Syncing::not_awaited);
 }
 
 std::optional<Duration> age_of(const RunStatus& status) {

@@ -74,7 +74,7 @@ void sync_folder(const Place& place) {
 struct Manner {
   mode_t mode{};
   bool whatever_the_umask{};
-  Disk disk{};
+  Syncing syncing{};
 };
 
 /// False with errno set; then nothing is left of it.
@@ -84,7 +84,7 @@ bool replace_in(const Place& place, std::string_view text, const Manner& manner)
   if (!file.is_open()) return false;
   const bool done = (!manner.whatever_the_umask || ::fchmod(file.number(), manner.mode) == 0) &&
                     write_all(file.number(), text) &&
-                    (manner.disk == Disk::not_awaited || ::fsync(file.number()) == 0) &&
+                    (manner.syncing == Syncing::not_awaited || ::fsync(file.number()) == 0) &&
                     ::renameat(place.folder.number(), name.c_str(), place.folder.number(), place.name.c_str()) == 0;
   if (done) return true;
   const int error = errno;
@@ -98,7 +98,7 @@ Result<void> replace(const std::string& path, const std::string& target, std::st
   if (!place) return failure(place.error().kind, path, place.error().what);
   if (!replace_in(*place, text, manner))
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
-  if (manner.disk == Disk::awaited) sync_folder(*place);
+  if (manner.syncing == Syncing::awaited) sync_folder(*place);
   return {};
 }
 
@@ -111,11 +111,11 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
     return failure(FaultKind::storage, path, "is there and is no regular file; it is not replaced");
   const auto target = std::filesystem::weakly_canonical(path, error).string();
   return replace(path, target.empty() ? path : target, text,
-                 {.mode = kForAll, .whatever_the_umask = false, .disk = Disk::awaited});
+                 {.mode = kForAll, .whatever_the_umask = false, .syncing = Syncing::awaited});
 }
 
-Result<void> replace_own_file(const std::string& path, std::string_view text, Disk disk) {
-  return replace(path, path, text, {.mode = kForTheGroup, .whatever_the_umask = true, .disk = disk});
+Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing) {
+  return replace(path, path, text, {.mode = kForTheGroup, .whatever_the_umask = true, .syncing = syncing});
 }
 
 }  // namespace gyrotherm

@@ -47,11 +47,12 @@ struct RegularFile {
 /// path is a device, a pipe or a folder.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
-enum class Disk { awaited, not_awaited };
+enum class Syncing { awaited, not_awaited };
 
 /// Replaces a file of our own that stands beside a record: as above, but what stands under the name itself is replaced,
-/// a link as well, and never followed. Mode 0640. `disk`: whether file and folder are synced before this returns;
+/// a link as well, and never followed. Mode 0640. `syncing`: whether file and folder are synced before this returns;
 /// what need not outlive the machine need not wait for it. Fails with storage.
-[[nodiscard]] Result<void> replace_own_file(const std::string& path, std::string_view text, Disk disk = Disk::awaited);
+[[nodiscard]] Result<void> replace_own_file(const std::string& path, std::string_view text,
+                                            Syncing syncing = Syncing::awaited);
 
 }  // namespace gyrotherm

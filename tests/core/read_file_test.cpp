@@ -149,7 +149,7 @@ TEST_F(OwnFile, ReplacesALinkItselfAndFollowsNone) {
   for (const std::string target : {"precious", "nowhere"}) {
     fs::remove(in("status"));
     fs::create_symlink(target, in("status"));
-    ASSERT_TRUE(replace_own_file(in("status"), "mine", Disk::not_awaited));
+    ASSERT_TRUE(replace_own_file(in("status"), "mine", Syncing::not_awaited));
     EXPECT_FALSE(fs::is_symlink(in("status")));
     EXPECT_EQ(read_text_file(in("status")).value(), "mine");
   }

@@ -90,10 +90,11 @@ Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
   auto& line = port_.line();
   const auto& trouble = line.trouble;
   if (trouble.gone) return failure(FaultKind::disconnected, "", "reset");
-  if (trouble.silent || port_.trouble.half_open) return {};
+  const auto loss = line.loss();
+  if (trouble.silent || port_.trouble.half_open || loss == LineEnd::Loss::of_request) return {};
   answer_.clear();
   port_.answer(frame, answer_);
-  if (answer_.empty() || trouble.answers_lost) return {};
+  if (answer_.empty() || trouble.answers_lost || loss == LineEnd::Loss::of_answer) return {};
   if (line.happens(trouble.garbled)) answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP guards the rest
   const bool cut = line.happens(trouble.cut);
   const auto at = line.lane().time() + trouble.late;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 
 #include "acquisition/background_store.hpp"
 #include "acquisition/record_status.hpp"
 #include "acquisition/run_file.hpp"
+#include "tests/rig/faults/disturbance.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -18,8 +20,9 @@ using Kind = MishapKind;
 bool is_of_disk(MishapKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
 
 bool has_mishaps_of_disk(const Schedule& schedule) {
-  return std::ranges::any_of(
-      schedule, [](const auto& mishap) { return is_of_disk(mishap.kind) || mishap.kind == Kind::power_cut; });
+  return std::ranges::any_of(schedule, [](const auto& mishap) {
+    return is_of_disk(mishap.kind) || is_of_record(mishap.kind) || mishap.kind == Kind::power_cut;
+  });
 }
 
 Disk::Disk(bool breaks, std::string path, std::int64_t most_rows) : path_(std::move(path)), most_rows_(most_rows) {
@@ -93,6 +96,31 @@ void Disk::fail_once(std::int64_t operation) {
 }
 
 bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
+
+void Disk::attack(const Mishap& mishap, int part) {
+  namespace fs = std::filesystem;
+  const auto file = part_path(path_, part) + (mishap.target == 0 ? "" : "-wal");
+  std::error_code error;
+  const auto size = static_cast<double>(fs::file_size(file, error));
+  if (error) return;
+  const auto place = static_cast<std::streamoff>(mishap.size * size);
+  switch (mishap.kind) {
+    case Kind::file_removed: fs::remove(file, error); return;
+    case Kind::file_replaced:
+      fs::copy_file(file, file + ".copy", error);
+      fs::rename(file + ".copy", file, error);
+      return;
+    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); return;
+    case Kind::file_overwritten: {
+      constexpr std::size_t kMuch = 4096;
+      std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+      stream.seekp(place);
+      stream << std::string(kMuch, 'x');
+      return;
+    }
+    default: return;
+  }
+}
 
 void Disk::heal() {
   if (vfs_) vfs_->heal();

@@ -33,6 +33,9 @@ class Disk {
   void suffer(const std::vector<Mishap>& standing);
   void fail_once(std::int64_t operation);
   void heal();
+  /// Another program does something to the file that the record is being written to, or to its log. Of one that it
+  /// destroys, the bytes are gone.
+  void attack(const Mishap& mishap, int part);
   /// What it does for the store in this second.
   void attend(std::int64_t second);
   /// A program dies, and its store with it: its disk does nothing more for it. In a power cut a part of what was not

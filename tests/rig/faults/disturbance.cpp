@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gyrotherm {
 namespace {
 
 using Kind = MishapKind;
 
-constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000;
+constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
 bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
@@ -16,8 +17,11 @@ bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::g
 
 }  // namespace
 
+bool is_of_record(MishapKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
+
 bool is_of_program(MishapKind kind) {
-  return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once;
+  return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once ||
+         is_of_record(kind);
 }
 
 std::vector<Mishap> Disturbance::pass(std::int64_t second) {
@@ -34,7 +38,7 @@ std::vector<Mishap> Disturbance::pass(std::int64_t second) {
     last_change_ = second;
     if (is_of_program(mishap.kind)) {
       of_program.push_back(mishap);
-      if (mishap.kind != Kind::machine_sleeps) continue;
+      if (mishap.kind != Kind::machine_sleeps && mishap.kind != Kind::outputs_blocked) continue;
     }
     changed = true;
     if (mishap.lasts == 0) {
@@ -92,6 +96,7 @@ void Disturbance::settle() {
 
 void Disturbance::stand(const Mishap& mishap) {
   if (mishap.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
+  if (is_of_program(mishap.kind)) return;
   if (mishap.kind <= Kind::chamber_wrong_number) return stand_on_line(mishap);
   if (mishap.kind <= Kind::air_sensor_broken) return stand_in_chamber(mishap);
   if (is_of_thermometer_line(mishap.kind) || is_of_gyro(mishap.kind)) return stand_on_line(mishap);
@@ -113,6 +118,8 @@ void Disturbance::stand_on_line(const Mishap& mishap) {
     case Kind::thermometer_gone:
     case Kind::gyro_gone: line.trouble.gone = true; return;
     case Kind::chamber_answers_lost: line.trouble.answers_lost = true; return;
+    case Kind::chamber_lossy:
+    case Kind::thermometer_lossy: line.trouble.lost = mishap.size; return;
     case Kind::chamber_late:
     case Kind::thermometer_late: line.trouble.late = from_seconds(mishap.size); return;
     case Kind::chamber_doubled:
@@ -155,6 +162,7 @@ void Disturbance::stand_in_thermometer(const Mishap& mishap) {
   switch (mishap.kind) {
     case Kind::thermometer_open: fault.shown_c = kOpenC; return;
     case Kind::thermometer_short: fault.shown_c = kShortC; return;
+    case Kind::thermometer_lost: fault.shown_c = kNoNumber; return;
     case Kind::thermometer_spike:
     case Kind::thermometer_drift: fault.error_k += mishap.size; return;
     case Kind::thermometers_swapped: std::swap(fault.place, thermometers[(channel + 1) % kThermalPlaces].place); return;

@@ -41,7 +41,9 @@ class Disturbance {
   std::int64_t last_change_ = -1;
 };
 
-/// Of the program, its machine or the operator, not of the plant.
+/// Done to the record's files by another program.
+[[nodiscard]] bool is_of_record(MishapKind kind);
+/// Of the program, its machine, its record or the operator, not of the plant.
 [[nodiscard]] bool is_of_program(MishapKind kind);
 
 }  // namespace gyrotherm

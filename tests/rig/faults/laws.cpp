@@ -87,6 +87,7 @@ void Laws::life_begins(std::int64_t last_recorded) {
   last_state_.reset();
   quiet_ticks_ = {};
   storage_told_ = false;
+  lost_channels_.clear();
 }
 
 bool Laws::stands(MishapKind first, MishapKind last) const {
@@ -186,6 +187,23 @@ void Laws::judge_machine(std::int64_t second, const WitnessStore& witness, RunSt
     broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
 }
 
+/// I21: a thermometer that is lost is told by name at once, and suspends the run if the analysis needs it.
+void Laws::judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample) {
+  const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
+  lost_channels_.resize(sample.thermometers.size());
+  for (std::size_t i = 0; i < lost_channels_.size(); ++i) {
+    auto& lost = lost_channels_[i];
+    const auto& name = file_.limits.channels[i];
+    lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
+    for (const auto& event : witness.events())
+      lost.told = lost.told || (event.kind == EventKind::fault && event.text.starts_with("thermometer " + name + ":"));
+    if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
+    const bool is_needed = std::ranges::count(file_.limits.needed_thermometers, i) > 0;
+    if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))
+      broken("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
+  }
+}
+
 /// I18: none without a cause.
 void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
   const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
@@ -272,6 +290,8 @@ void Laws::count_ticks(const Sample& sample) {
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
   const bool safe = abs(world.set_point() - file_.safe_set_point) <= kSame || !world.is_on();
   const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
+  const bool lossy_alone = disturbance_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
+  count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
 
@@ -295,6 +315,7 @@ void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
   if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
     broken("I20", second, "still suspended, long after the last fault");
   if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
+  if (ticks.lossy > 20) broken("I9", second, "a line that loses exchanges keeps the chamber from being safe");
 }
 
 /// I16: the same segment or the one that follows its end, and no second of soak that no row has.
@@ -319,7 +340,8 @@ void Laws::judge_resumption(std::int64_t second, const Progress& at) {
                        spoken(at.soaked), spoken(clock), spoken(soaked)));
 }
 
-/// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, where it says so.
+/// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, or that were in a
+/// file that was destroyed, where it says so.
 void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten) {
   auto given = rows_.begin();
   auto gap = record.gaps.begin();
@@ -327,7 +349,7 @@ void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t 
   const auto pass_gaps = [&] {
     for (; gap != record.gaps.end() && gap->first == next; ++gap) {
       next = gap->last + 1;
-      if (gap->cause == kDropped)
+      if (gap->cause == kDropped || gap->cause.starts_with("lost with "))
         while (given != rows_.end() && given->slot < next) ++given;
     }
   };
@@ -355,6 +377,7 @@ void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
   judge_values(second, sample);
   judge_state(second, sample);
   judge_machine(second, witness, sample.state);
+  judge_channels(second, witness, sample);
   judge_segments(second, sample);
   count_ticks(sample);
   judge_reactions(second, sample);

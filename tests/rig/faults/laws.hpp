@@ -50,6 +50,8 @@ class Laws {
   void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
+  /// Whether a mishap of the kinds from `first` to `last` stands now.
+  [[nodiscard]] bool stands(MishapKind first, MishapKind last) const;
   void broken(const char* law, std::int64_t second, const std::string& what);
 
   [[nodiscard]] const Violations& violations() const { return violations_; }
@@ -61,7 +63,12 @@ class Laws {
   /// How many ticks in a row something has been so.
   struct Ticks {
     std::int64_t link_bad{}, link_good{}, thermometers_bad{}, door{}, limiter{}, off{}, other_set_point{}, beyond{},
-        aborting{}, disk_dead{};
+        aborting{}, lossy{}, disk_dead{};
+  };
+  /// A thermometer that gives no reading.
+  struct LostChannel {
+    std::int64_t ticks{};
+    bool told{};
   };
 
   void judge_set_points(std::int64_t second, RunState state);
@@ -70,11 +77,11 @@ class Laws {
   void judge_state(std::int64_t second, const Sample& sample);
   void judge_machine(std::int64_t second, const WitnessStore& witness, RunState state);
   void judge_alarms(std::int64_t second, const WitnessStore& witness);
+  void judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample);
   void judge_segments(std::int64_t second, const Sample& sample);
   void judge_segment_end(std::int64_t second, int segment);
   void count_ticks(const Sample& sample);
   void judge_reactions(std::int64_t second, const Sample& sample);
-  [[nodiscard]] bool stands(MishapKind first, MishapKind last) const;
 
   const Profile& profile_;
   const RigFile& file_;
@@ -92,6 +99,7 @@ class Laws {
   std::int64_t last_slot_ = -1;  ///< that has a row or a gap
   Ticks quiet_ticks_;
   bool storage_told_ = false;
+  std::vector<LostChannel> lost_channels_;
   std::array<std::int64_t, 7> seconds_in_state_{};
 };
 

@@ -39,10 +39,11 @@ Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) 
 
 Result<void> LineEnd::write(std::span<const std::byte> bytes) {
   if (trouble.gone) return failure(FaultKind::disconnected, "line", "gone");
-  if (trouble.silent) return {};
+  const auto loss = this->loss();
+  if (trouble.silent || loss == Loss::of_request) return {};
   answered_.clear();
   answer_(bytes, answered_);
-  if (answered_.empty() || trouble.answers_lost) return {};
+  if (answered_.empty() || trouble.answers_lost || loss == Loss::of_answer) return {};
   if (happens(trouble.garbled)) garble_(answered_, random_);
   if (happens(trouble.cut)) answered_.resize(1 + random_() % answered_.size());
   arrive(answered_, trouble.late);

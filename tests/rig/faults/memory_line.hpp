@@ -23,6 +23,7 @@ struct LineTrouble {
   bool gone{};          ///< unplugged, or the connection refused
   bool silent{};        ///< what is sent does not arrive
   bool answers_lost{};  ///< what is sent is carried out, and the answer does not come
+  double lost{};        ///< what is sent, or its answer
   double garbled{}, cut{}, doubled{};
   Duration late{};  ///< answers come so much later
 };
@@ -46,6 +47,13 @@ class LineEnd {
   [[nodiscard]] std::mt19937_64& random() { return random_; }
   [[nodiscard]] bool happens(double share) {
     return share > 0 && std::uniform_real_distribution<>(0, 1)(random_) < share;
+  }
+
+  /// What becomes of one exchange on a line that loses some.
+  enum class Loss { none, of_request, of_answer };
+  [[nodiscard]] Loss loss() {
+    if (!happens(trouble.lost)) return Loss::none;
+    return random_() % 2 == 0 ? Loss::of_request : Loss::of_answer;
   }
 
   void open() { coming_.clear(), next_ = 0, open_ = true; }

@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kChannels = 9, kThermometerLines = 2;
+constexpr int kChannels = 9, kThermometerLines = 2, kRecordFiles = 2;
 /// Answers without a number of their own can be told from a later question's up to twice the time-out, 1 s.
 constexpr double kLatestAnswer = 0.95;
 
@@ -29,6 +29,7 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::chamber_gone, "chamber_gone"},
     {Kind::chamber_half_open, "chamber_half_open"},
     {Kind::chamber_answers_lost, "chamber_answers_lost"},
+    {Kind::chamber_lossy, "chamber_lossy", 1, true, 0.1, 0.8},
     {Kind::chamber_late, "chamber_late", 1, true, 0.1, kLatestAnswer},
     {Kind::chamber_doubled, "chamber_doubled", 1, true, 0.01, 1},
     {Kind::chamber_noise, "chamber_noise", 1, true, 0.01, 0.8},
@@ -53,12 +54,14 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::air_sensor_broken, "air_sensor_broken"},
     {Kind::thermometer_open, "thermometer_open", kChannels},
     {Kind::thermometer_short, "thermometer_short", kChannels},
+    {Kind::thermometer_lost, "thermometer_lost", kChannels},
     {Kind::thermometer_stuck, "thermometer_stuck", kChannels},
     {Kind::thermometer_spike, "thermometer_spike", kChannels, false, -60, 60},
     {Kind::thermometer_drift, "thermometer_drift", kChannels, true, -5, 5},
     {Kind::thermometers_swapped, "thermometers_swapped", kChannels},
     {Kind::thermometer_silent, "thermometer_silent", kThermometerLines},
     {Kind::thermometer_gone, "thermometer_gone", kThermometerLines},
+    {Kind::thermometer_lossy, "thermometer_lossy", kThermometerLines, true, 0.1, 0.8},
     {Kind::thermometer_noise, "thermometer_noise", kThermometerLines, true, 0.01, 0.8},
     {Kind::thermometer_late, "thermometer_late", kThermometerLines, true, 0.1, kLatestAnswer},
     {Kind::thermometer_doubled, "thermometer_doubled", kThermometerLines, true, 0.01, 1},
@@ -74,15 +77,21 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::disk_loses_syncs, "disk_loses_syncs"},
     {Kind::disk_slow, "disk_slow", 1, true, 1, 30},
     {Kind::disk_hangs, "disk_hangs"},
+    {Kind::file_removed, "file_removed", kRecordFiles, false},
+    {Kind::file_replaced, "file_replaced", kRecordFiles, false},
+    {Kind::file_cut, "file_cut", kRecordFiles, false, 0, 0.99},
+    {Kind::file_overwritten, "file_overwritten", kRecordFiles, false, 0, 0.99},
     {Kind::machine_sleeps, "machine_sleeps"},
     {Kind::wall_clock_steps, "wall_clock_steps", 1, false, -86400, 86400},
     {Kind::program_late, "program_late"},
     {Kind::program_crashes, "program_crashes"},
     {Kind::program_stopped, "program_stopped"},
+    {Kind::outputs_blocked, "outputs_blocked"},
     {Kind::power_cut, "power_cut"},
     {Kind::operator_pauses, "operator_pauses"},
     {Kind::operator_stops, "operator_stops", 1, false, 0, 0, 1},
     {Kind::operator_aborts, "operator_aborts", 1, false, 0, 0, 1},
+    {Kind::operators_at_once, "operators_at_once", 1, false, 16, 1023, 2},
 }};
 
 constexpr bool rows_are_in_order() {

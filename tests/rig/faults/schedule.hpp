@@ -17,6 +17,7 @@ enum class MishapKind {
   chamber_gone,
   chamber_half_open,
   chamber_answers_lost,
+  chamber_lossy,  ///< size: share of the exchanges of which the request or the answer is lost
   chamber_late,
   chamber_doubled,
   chamber_noise,
@@ -43,12 +44,14 @@ enum class MishapKind {
   // thermometers; the target is the channel, of a line the instrument
   thermometer_open,   ///< reads 850 °C
   thermometer_short,  ///< reads −200 °C
+  thermometer_lost,   ///< shows no number
   thermometer_stuck,
   thermometer_spike,     ///< size: K
   thermometer_drift,     ///< size: K
   thermometers_swapped,  ///< the target and the next
   thermometer_silent,
   thermometer_gone,
+  thermometer_lossy,
   thermometer_noise,
   thermometer_late,
   thermometer_doubled,
@@ -66,16 +69,23 @@ enum class MishapKind {
   disk_loses_syncs,
   disk_slow,   ///< size: s for a transaction
   disk_hangs,  ///< a write does not come back
+  // the record's files, by another program; the target is the main file or its log
+  file_removed,
+  file_replaced,     ///< by a copy
+  file_cut,          ///< size: to which share of its length
+  file_overwritten,  ///< size: at which share of its length
   // time and program
   machine_sleeps,    ///< no tick, and nobody takes what instruments send
   wall_clock_steps,  ///< size: s
   program_late,      ///< no tick for so long
   program_crashes,   ///< and is resumed after so long
   program_stopped,   ///< by a signal, likewise
+  outputs_blocked,   ///< nobody reads what it says
   power_cut,         ///< likewise, and what was not synced is lost
   operator_pauses,   ///< and resumes after so long
   operator_stops,
   operator_aborts,
+  operators_at_once,  ///< several requests within a second; size: which
   count
 };
 

@@ -8,33 +8,26 @@
 #include <filesystem>
 
 #include "acquisition/chain_check.hpp"
+#include "acquisition/manifest.hpp"
 #include "acquisition/record.hpp"
-#include "core/text_file.hpp"
+#include "acquisition/run_parts.hpp"
 #include "rig/continuation.hpp"
 #include "rig/resume_rule.hpp"
-#include "rig/run_info.hpp"
 #include "rig/set_point_path.hpp"
 
 namespace gyrotherm {
 namespace {
 
-constexpr std::int64_t kTriesAgainAfter = 30;     ///< a program that could not begin
-constexpr std::int64_t kOperatorComesAfter = 60;  ///< one that may not go on by itself
+constexpr std::int64_t kTriesAgainAfter = 30;  ///< a program that could not begin
 
-template <class T>
-T expected(Result<T> result) {
-  if (result) return std::move(*result);
-  fmt::print(stderr, "{}\n", text(result.error()));
-  std::abort();
+bool has(const Schedule& schedule, MishapKind kind) {
+  return std::ranges::any_of(schedule, [&](const auto& mishap) { return mishap.kind == kind; });
 }
-
-std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_DIR "/") + path; }
 
 /// Then its record cannot be one in memory, which ends with its store.
 bool survives_its_program(const Schedule& schedule) {
-  return has_mishaps_of_disk(schedule) || std::ranges::any_of(schedule, [](const auto& mishap) {
-           return mishap.kind == MishapKind::program_crashes || mishap.kind == MishapKind::program_stopped;
-         });
+  return has_mishaps_of_disk(schedule) || has(schedule, MishapKind::program_crashes) ||
+         has(schedule, MishapKind::program_stopped);
 }
 
 constexpr std::int64_t kShortBatch = 7;  ///< seconds, where the disk breaks
@@ -53,13 +46,14 @@ class Trial {
   void second();
   void pass_second();
   void obey(const Mishap& mishap);
+  void attack(const Mishap& mishap);
+  void see_to_the_record();
   [[nodiscard]] Result<RunContinuation> take_up();
   void begin_run();
   void resume_run();
   void assemble();
   void live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free);
   void end_life(std::int64_t down, bool power_cut = false);
-  void attend();
   void tick();
   void end(Ending ending);
   [[nodiscard]] std::int64_t clock_second() const { return clock_.now().since_start / kSecond; }
@@ -82,7 +76,11 @@ class Trial {
   LogHash hash_;
   std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
-  std::optional<std::int64_t> resumes_at_;  ///< when the operator lets a held run go on
+  Operators operators_;
+  std::optional<Listener> listener_;
+  const bool cuts_power_;
+  std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
+  bool spoiled_ = false;                     ///< … a main file
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;
@@ -103,7 +101,10 @@ Trial::Trial(const TrialGround& ground, const TrialSetting& setting)
       disk_(has_mishaps_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
       plant_(file_, ground.world, clock_, setting.seed),
       disturbance_(setting.schedule, plant_, clock_),
-      laws_(ground.profile, file_, plant_, disturbance_) {}
+      laws_(ground.profile, file_, plant_, disturbance_),
+      cuts_power_(has(setting.schedule, MishapKind::power_cut)) {
+  if (has(setting.schedule, MishapKind::outputs_blocked)) listener_.emplace();
+}
 
 void Trial::pass_second() {
   clock_.advance(kSecond);
@@ -193,6 +194,8 @@ void Trial::end_at_storage(const char* law, const Fault& fault, bool excused) {
 /// What was not synced is lost with it.
 void Trial::end_life(std::int64_t down, bool power_cut) {
   if (store_) acknowledged_ = store_->acknowledged();
+  if (store_ && attacked_at_) return end(Ending::lost_its_record);
+  operators_.forget();
   disk_.leave(power_cut, static_cast<unsigned>(setting_.seed + 1000 * static_cast<std::uint64_t>(lives_)), [&] {
     experiment_.reset();
     store_.reset();
@@ -220,34 +223,35 @@ void Trial::obey(const Mishap& mishap) {
       return end_life(mishap.lasts);
     case MishapKind::program_crashes: return end_life(mishap.lasts);
     case MishapKind::power_cut: return end_life(mishap.lasts, true);
-    case MishapKind::operator_pauses:
-      resumes_at_ = second_ + mishap.lasts;
-      return experiment_->tell(OperatorCommand::pause, "operator");
-    case MishapKind::operator_stops: return experiment_->tell(OperatorCommand::stop, "operator");
-    case MishapKind::operator_aborts: return experiment_->tell(OperatorCommand::abort, "operator");
-    default: return;
+    default: break;
   }
+  if (is_of_record(mishap.kind)) return attack(mishap);
+  operators_.ask(mishap, *experiment_, second_);
 }
 
-/// An operator who finds the run held looks at it for a while, and lets it go on.
-void Trial::attend() {
-  if (experiment_->run_state() != RunState::held) {
-    resumes_at_.reset();
-    return;
-  }
-  if (!resumes_at_) resumes_at_ = second_ + kOperatorComesAfter;
-  if (second_ < *resumes_at_) return;
-  experiment_->tell(OperatorCommand::resume, "operator");
-  resumes_at_ = second_ + kOperatorComesAfter;
+/// What a power cut leaves of files is known of those alone that nobody else has touched.
+void Trial::attack(const Mishap& mishap) {
+  if (cuts_power_) return;
+  disk_.attack(mishap, store_->health().parts);
+  attacked_at_ = store_->sync().value_or(-1);
+  if (mishap.target == 0) spoiled_ = true;
+}
+
+/// Whether the program has seen what was done to its record, and gone on beside it; P12: that is told.
+void Trial::see_to_the_record() {
+  if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
+  attacked_at_.reset();
+  if (store_->health().damage.empty()) laws_.broken("P12", second_, "a file of the record was attacked, and no word");
 }
 
 void Trial::tick() {
-  attend();
+  operators_.attend(*experiment_, second_);
   laws_.before_tick();
   const auto slot = clock_second() - 1;
   const auto outcome = experiment_->tick(slot);
   if (!outcome) return laws_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
   laws_.after_tick(second_, *store_);
+  if (const auto broken = operators_.broken_promise(experiment_->run_state())) laws_.broken("I22", second_, *broken);
   const auto health = store_->health();
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
@@ -281,18 +285,29 @@ void Trial::second() {
   } else {
     tick();
   }
+  if (listener_) {
+    listener_->hear();
+    if (!laws_.stands(MishapKind::outputs_blocked, MishapKind::outputs_blocked)) listener_->read();
+  }
   disk_.attend(second_);
+  see_to_the_record();
 }
 
 /// What the record really holds, against what it was given: each slot in one row or one gap, and all rows.
 void Trial::judge_record() {
   constexpr std::uint64_t kReadBackEvery = 4;  // of the records in memory, for time
   if (!store_ || (in_memory_ && setting_.seed / 2 % kReadBackEvery != 0)) return;
+  if (ending_ == Ending::lost_its_record) return;
   const auto record = in_memory_ ? store_->read_back() : read_after_closing();
+  if (attacked_at_) return;  // just before the end
   if (!record) return laws_.broken("record", second_, text(record.error()));
   laws_.judge_record(second_, *record, acknowledged_, left_unwritten_);
   if (in_memory_) return;
-  if (const auto verified = verify_record(path_); !verified) laws_.broken("I17", second_, text(verified.error()));
+  if (const auto verified = verify_record(path_); !verified && !spoiled_)
+    laws_.broken("I17", second_, text(verified.error()));
+  const bool closed_as_if_whole = is_there(manifest_path(path_));
+  if (spoiled_ && closed_as_if_whole && !verify_record(path_))
+    laws_.broken("P12", second_, "a spoiled record has a manifest");
 }
 
 /// As the program does at its end: it waits for the disk.
@@ -306,7 +321,7 @@ void Trial::close() {
   left_unwritten_ = store_->health().backlog_s > 0;
   if (left_unwritten_ && !excused) laws_.broken("P13", second_, "rows wait for a disk that is well");
   if (ending_ != Ending::complete || left_unwritten_ || disk_.hangs()) return;
-  if (const auto finished = store_->finish(); !finished && !excused)
+  if (const auto finished = store_->finish(); !finished && !excused && !spoiled_)
     laws_.broken("record", second_, text(finished.error()));
 }
 
@@ -325,6 +340,8 @@ TrialReport Trial::run() {
   while (!ending_ && second_ < longest) second();
   if (store_ && (!ending_ || *ending_ != Ending::complete)) (void)store_->sync();
   judge_record();
+  if (listener_)
+    if (const auto missing = listener_->missing()) laws_.broken("I23", second_, *missing);
   return {.violations = laws_.violations(),
           .ending = ending_.value_or(Ending::ran_out_of_time),
           .seconds = second_,
@@ -338,21 +355,6 @@ TrialReport Trial::run() {
 
 }  // namespace
 
-RunInfo info_of(const Profile& profile, const RigFile& file) { return run_info("", profile, file, 0, kVirtualEpoch); }
-
-TrialGround trial_ground(const std::string& profile) {
-  const auto rig_path = from("profiles/rigs/virtual-reference.toml");
-  const auto rig_text = expected(read_text_file(rig_path));
-  const auto map_text = expected(read_text_file(from("tests/rig/faults/chamber.toml")));
-  TrialGround ground;
-  ground.profile = expected(parse_profile(expected(read_text_file(from(profile))), profile));
-  ground.tcp = expected(parse_rig(rig_text, rig_path, {.chamber_map = map_text, .gyro_model = {}}));
-  ground.rtu = ground.tcp;
-  ground.rtu.chamber_map = expected(on_link(ground.tcp.chamber_map, LinkKind::rtu));
-  ground.world = expected(parse_world(rig_text, rig_path));
-  return ground;
-}
-
 const char* name(Ending ending) {
   switch (ending) {
     case Ending::complete: return "complete";
@@ -360,6 +362,7 @@ const char* name(Ending ending) {
     case Ending::stopped: return "stopped";
     case Ending::ran_out_of_time: return "ran out of time";
     case Ending::never_began: return "never began";
+    case Ending::lost_its_record: return "lost its record";
   }
   return "?";
 }

@@ -12,26 +12,16 @@
 #include "rig/rig.hpp"
 #include "tests/rig/faults/disk.hpp"
 #include "tests/rig/faults/disturbance.hpp"
+#include "tests/rig/faults/ground.hpp"
 #include "tests/rig/faults/laws.hpp"
+#include "tests/rig/faults/listener.hpp"
 #include "tests/rig/faults/memory_wires.hpp"
+#include "tests/rig/faults/operators.hpp"
 #include "tests/rig/faults/plant.hpp"
 #include "tests/rig/faults/schedule.hpp"
 #include "tests/rig/faults/witness.hpp"
 
 namespace gyrotherm {
-
-/// What trials share: parsed once.
-struct TrialGround {
-  Profile profile;
-  RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
-  WorldParameters world;
-};
-
-/// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
-[[nodiscard]] TrialGround trial_ground(const std::string& profile);
-
-/// What a record of this profile on this virtual rig knows.
-[[nodiscard]] RunInfo info_of(const Profile& profile, const RigFile& file);
 
 struct TrialSetting {
   std::uint64_t seed = 0;
@@ -40,7 +30,14 @@ struct TrialSetting {
   std::int64_t sync_every = 60;  ///< seconds
 };
 
-enum class Ending { complete, made_safe, stopped, ran_out_of_time, never_began };
+enum class Ending {
+  complete,
+  made_safe,
+  stopped,
+  ran_out_of_time,
+  never_began,
+  lost_its_record,  ///< destroyed while no program could have seen it
+};
 [[nodiscard]] const char* name(Ending ending);
 
 struct TrialReport {

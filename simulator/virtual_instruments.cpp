@@ -176,7 +176,7 @@ Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Pla
   const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
   chamber_port_ = serve("chamber", std::move(*listener++), chamber);
   if (options.ptys)
-    serve("chamber", std::move(*pty++), [this] { return std::make_unique<ModbusRtuSession>(chamber_); });
+    serve("chamber", std::move(*pty++), [this] { return std::make_unique<ModbusRtuSession>(chamber_, LinkKind::rtu); });
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
     const auto session = session_of(options.thermometers[i], places_[i], world_);

@@ -44,10 +44,12 @@ std::string link_in_words(const MapLink& link, bool serial) {
 
 /// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
 std::string what_speaks(const RigFile& rig, const ServedLine& served) {
-  const auto& link = rig.chamber_map.link;
-  if (served.instrument == "chamber")
-    return fmt::format("{}, unit {}, {}", link_in_words(link, served.line.starts_with("serial:")), link.modbus.unit,
-                       rig.chamber_map.name);
+  if (served.instrument == "chamber") {
+    const bool serial = served.line.starts_with("serial:");
+    const auto* rtu = serial ? rig.chamber_map.find(LinkKind::rtu) : nullptr;
+    const auto& link = rtu ? *rtu : rig.chamber_map.link;
+    return fmt::format("{}, unit {}, {}", link_in_words(link, serial), link.modbus.unit, rig.chamber_map.name);
+  }
   if (served.instrument == "gyro") return fmt::format("frames: {}", rig.gyro.frame.name);
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     if (served.instrument == fmt::format("thermometer {}", i + 1))

@@ -22,7 +22,7 @@ bool digits_pass(const FrameCheck& check, std::string_view covered, std::string_
   return stored == check_value(check, bytes_in(covered.substr(from)));
 }
 
-std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
+std::vector<std::string_view> words_between(const LineFormat& format, std::string_view line) {
   std::vector<std::string_view> words;
   for (std::size_t begin = 0; begin <= line.size();) {
     const auto end = std::min(line.find_first_of(format.separators, begin), line.size());
@@ -30,6 +30,28 @@ std::vector<std::string_view> words_of(const LineFormat& format, std::string_vie
     begin = end + 1;
   }
   return words;
+}
+
+/// None where the header is not as long as it should be.
+std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
+  if (format.header_words == 0) return words_between(format, line);
+  const auto end = line.find(format.header_end);
+  if (end == std::string_view::npos) return {};
+  auto words = words_between(format, line.substr(0, end));
+  if (words.size() != format.header_words) return {};
+  const auto rest = words_between(format, line.substr(end + format.header_end.size()));
+  words.insert(words.end(), rest.begin(), rest.end());
+  return words;
+}
+
+void read_header(const TomlTable& table, LineFormat& format) {
+  if (!table.has("header_words") && !table.has("header_end")) return;
+  format.header_words = bounded<std::size_t>(table, "header_words", table.integer("header_words"), 1, 255);
+  format.header_end = table.text("header_end");
+  if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
+    table.mistake("header_end", "expected what stands behind the header and is no separator, like \";\"");
+  if (format.header_words >= format.words)
+    table.mistake("header_words", "the whole line is header, expected fewer than \"words\"");
 }
 
 }  // namespace
@@ -45,6 +67,7 @@ LineFormat read_line_format(const TomlTable& table) {
   format.mark = table.text("mark", "");
   format.words = bounded<std::size_t>(table, "words", table.integer("words"), 1, 256);
   format.longest = bounded<std::size_t>(table, "longest", table.integer("longest", 256), 1, 4096);
+  read_header(table, format);
   return format;
 }
 
@@ -71,7 +94,11 @@ std::optional<std::vector<std::string_view>> split_line(const LineFormat& format
 }
 
 std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
-  auto line = fmt::format("{}", fmt::join(words, format.separators.substr(0, 1)));
+  std::string line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) line += i == format.header_words ? format.header_end : format.separators.substr(0, 1);
+    line += words[i];
+  }
   if (check.kind != CheckKind::none) {
     const auto covered = bytes_in(line).subspan(std::min(static_cast<std::size_t>(check.from), line.size()));
     line += fmt::format("{}{:0{}x}", format.mark, check_value(check, covered), 2 * byte_count(check));

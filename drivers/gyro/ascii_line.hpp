@@ -17,7 +17,9 @@ struct LineFormat {
   std::string starts_with;  ///< the first word; empty: any line
   std::string terminator = "\r\n";
   std::string separators = " ";
-  bool merges = true;         ///< several separators in a row are one, and those at the ends are none
+  bool merges = true;          ///< several separators in a row are one, and those at the ends are none
+  std::size_t header_words{};  ///< the first words, behind which `header_end` stands instead of a separator; 0: none
+  std::string header_end;
   std::string mark;           ///< the check's digits follow it; empty: no check
   std::size_t words{};        ///< exactly so many
   std::size_t longest = 256;  ///< bytes, terminator included

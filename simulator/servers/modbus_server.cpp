@@ -1,6 +1,7 @@
 #include "simulator/servers/modbus_server.hpp"
 
 #include <charconv>
+#include <optional>
 
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_rtu_frame.hpp"
@@ -25,21 +26,62 @@ void append(std::vector<std::byte>& to, const std::vector<std::byte>& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
+/// Registers that follow each other on the link and in the map in use.
+struct Run {
+  std::uint16_t address{}, count{};
+};
+
+/// `count` registers from `address` on as such runs; nothing if the link has one of them not.
+std::optional<std::vector<Run>> runs_of(const LinkAddresses& addresses, std::uint16_t address, std::uint16_t count) {
+  if (address + count > 0x10000) return std::nullopt;
+  std::vector<Run> runs;
+  for (std::uint16_t i = 0; i < count; ++i) {
+    const auto at = addresses.in_use(static_cast<std::uint16_t>(address + i));
+    if (!at) return std::nullopt;
+    if (!runs.empty() && runs.back().address + runs.back().count == *at)
+      ++runs.back().count;
+    else
+      runs.push_back({*at, 1});
+  }
+  return runs;
+}
+
+tl::expected<void, ModbusException> read_registers(const ChamberRegisters& registers, const LinkAddresses& addresses,
+                                                   const ModbusRequest& request, std::vector<std::uint16_t>& words) {
+  if (request.count == 0 || request.count > addresses.read_at_most())
+    return tl::unexpected(ModbusException::illegal_value);
+  const auto runs = runs_of(addresses, request.address, request.count);
+  if (!runs) return tl::unexpected(ModbusException::illegal_address);
+  for (const auto& run : *runs)
+    if (auto done = registers.read(static_cast<ReadFunction>(request.function), run.address, run.count, words); !done)
+      return done;
+  return {};
+}
+
+/// All or nothing: what is in two places on this link is not written at once.
+tl::expected<void, ModbusException> write_registers(ChamberRegisters& registers, const LinkAddresses& addresses,
+                                                    WriteFunction function, const ModbusRequest& request) {
+  if (request.words.empty()) return tl::unexpected(ModbusException::illegal_value);
+  const auto runs = runs_of(addresses, request.address, static_cast<std::uint16_t>(request.words.size()));
+  if (!runs || runs->size() != 1) return tl::unexpected(ModbusException::illegal_address);
+  return registers.write(function, runs->front().address, request.words);
+}
+
 }  // namespace
 
-tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const ModbusRequest& request,
-                                              std::vector<std::uint16_t>& words) {
+tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
+                                              const ModbusRequest& request, std::vector<std::uint16_t>& words) {
   switch (request.function) {
     case ModbusFunction::read_coils:
     case ModbusFunction::read_discrete_inputs:
-    case ModbusFunction::read_holding:
-    case ModbusFunction::read_input:
       return registers.read(static_cast<ReadFunction>(request.function), request.address, request.count, words);
+    case ModbusFunction::read_holding:
+    case ModbusFunction::read_input: return read_registers(registers, addresses, request, words);
     case ModbusFunction::write_coil: return registers.write(WriteFunction::coil, request.address, request.words);
     case ModbusFunction::write_single:
-      return registers.write(WriteFunction::one_register, request.address, request.words);
+      return write_registers(registers, addresses, WriteFunction::one_register, request);
     case ModbusFunction::write_multiple:
-      return registers.write(WriteFunction::registers, request.address, request.words);
+      return write_registers(registers, addresses, WriteFunction::registers, request);
     case ModbusFunction::loop_back: return {};
   }
   return tl::unexpected(ModbusException::illegal_function);
@@ -53,7 +95,7 @@ bool ModbusSession::feed(std::span<const std::byte> bytes, std::vector<std::byte
     if (!length) return false;
     if (!*length) break;
     const auto frame = rest.first(**length);
-    if (std::to_integer<std::uint8_t>(frame[kUnitAt]) == registers_.unit()) append(reply, answer(frame));
+    if (std::to_integer<std::uint8_t>(frame[kUnitAt]) == addresses_.unit()) append(reply, answer(frame));
     rest = rest.subspan(**length);
   }
   pending_.erase(pending_.begin(), pending_.end() - static_cast<std::ptrdiff_t>(rest.size()));
@@ -68,7 +110,7 @@ std::vector<std::byte> ModbusSession::answer(std::span<const std::byte> frame) {
   if (!request) return refuse(exception_code(request.error()));
   if (request->function == ModbusFunction::loop_back) return refuse(code(ModbusException::illegal_function));
   words_.clear();
-  if (const auto done = carry_out(registers_, *request, words_); !done) return refuse(code(done.error()));
+  if (const auto done = carry_out(registers_, addresses_, *request, words_); !done) return refuse(code(done.error()));
   return encode_reply(*request, words_);
 }
 
@@ -88,7 +130,7 @@ bool ModbusRtuSession::feed(std::span<const std::byte> bytes, std::vector<std::b
 }
 
 void ModbusRtuSession::answer(std::span<const std::byte> frame, std::vector<std::byte>& reply) {
-  if (std::to_integer<std::uint8_t>(frame.front()) != registers_.unit()) return;
+  if (std::to_integer<std::uint8_t>(frame.front()) != addresses_.unit()) return;
   const auto request = decode_rtu_request(frame);
   if (!request && request.error().kind == FaultKind::corrupted) return;
   const auto refuse = [&](std::uint8_t exception) {
@@ -96,13 +138,13 @@ void ModbusRtuSession::answer(std::span<const std::byte> frame, std::vector<std:
   };
   if (!request) return refuse(exception_code(request.error()));
   words_.clear();
-  if (const auto done = carry_out(registers_, *request, words_); !done) return refuse(code(done.error()));
+  if (const auto done = carry_out(registers_, addresses_, *request, words_); !done) return refuse(code(done.error()));
   append(reply, encode_rtu_reply(*request, words_));
 }
 
 std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers) {
   if (registers.map().link.kind == LinkKind::tcp) return std::make_unique<ModbusSession>(registers);
-  return std::make_unique<ModbusRtuSession>(registers);
+  return std::make_unique<ModbusRtuSession>(registers, registers.map().link.kind);
 }
 
 }  // namespace gyrotherm

@@ -4,13 +4,15 @@
 
 #include "drivers/line/modbus_pdu.hpp"
 #include "simulator/chamber_registers.hpp"
+#include "simulator/link_addresses.hpp"
 #include "simulator/servers/session.hpp"
 
 namespace gyrotherm {
 
-/// Carries out what is asked. `words`: what a read found. Fails with the exception that answers it. Function 4 reads
-/// the same registers as 3; coils are read by 1 and 2.
-[[nodiscard]] tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const ModbusRequest& request,
+/// Carries out what is asked at the addresses of one link. `words`: what a read found. Fails with the exception that
+/// answers it. Function 4 reads the same registers as 3; coils are read by 1 and 2.
+[[nodiscard]] tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
+                                                            const ModbusRequest& request,
                                                             std::vector<std::uint16_t>& words);
 
 /// Requests to another unit are not answered, as by a unit on a shared line; nor is what a map's unit meets with
@@ -18,13 +20,15 @@ namespace gyrotherm {
 class ModbusSession final : public Session {
  public:
   /// `registers` must outlive this.
-  explicit ModbusSession(ChamberRegisters& registers) : registers_(registers) {}
+  explicit ModbusSession(ChamberRegisters& registers)
+      : registers_(registers), addresses_(registers.map(), LinkKind::tcp) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
  private:
   [[nodiscard]] std::vector<std::byte> answer(std::span<const std::byte> frame);
 
   ChamberRegisters& registers_;
+  LinkAddresses addresses_;
   std::vector<std::byte> pending_;    ///< the beginning of a frame
   std::vector<std::uint16_t> words_;  ///< of one reply, kept for its memory
 };
@@ -33,13 +37,16 @@ class ModbusSession final : public Session {
 /// where its function says; what is no frame, or fails its check, is dropped up to the end of what came with it.
 class ModbusRtuSession final : public Session {
  public:
-  explicit ModbusRtuSession(ChamberRegisters& registers) : registers_(registers) {}
+  /// `kind`: the link's, whose unit and addresses are served.
+  ModbusRtuSession(ChamberRegisters& registers, LinkKind kind)
+      : registers_(registers), addresses_(registers.map(), kind) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
  private:
   void answer(std::span<const std::byte> frame, std::vector<std::byte>& reply);
 
   ChamberRegisters& registers_;
+  LinkAddresses addresses_;
   std::vector<std::byte> pending_;
   std::vector<std::uint16_t> words_;
 };

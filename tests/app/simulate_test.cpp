@@ -60,5 +60,27 @@ TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
   EXPECT_NE(status.out.find("\"simulated\":false"), std::string::npos) << status.out;
 }
 
+/// The unit register of an F4T is at 6730 on TCP and at 14080 on a serial line.
+TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
+  const Folder folder;
+  const auto rig = shell(
+      "sed 's#\\.\\./chambers/virtual#../chambers/watlow_f4t#' profiles/rigs/virtual.toml | sed "
+      "\"s#\\.\\./#$PWD/profiles/#\" > " +
+      (folder / "f4t.toml"));
+  ASSERT_EQ(rig.exit_code, 0) << rig.err;
+  Background simulate({"simulate", "--pty", "--rig", folder / "f4t.toml"}, folder / "log");
+  ASSERT_TRUE(simulate.wait_for("gyro           serial", 20)) << simulate.output();
+  const auto output = simulate.output();
+  std::smatch serial;
+  ASSERT_TRUE(std::regex_search(output, serial, std::regex(R"(chamber +(serial:\S+))"))) << output;
+  const auto real = shell("/usr/bin/python3 tests/app/real_rig.py " + (folder / "f4t.toml") + " " + serial[1].str() +
+                          " " + port_of("thermometer 1", output) + " " + port_of("thermometer 2", output) + " " +
+                          port_of("gyro", output) + " > " + (folder / "real.toml"));
+  ASSERT_EQ(real.exit_code, 0) << real.err;
+  const auto asked = gyrotherm_with("check --connect --rig " + (folder / "real.toml"));
+  EXPECT_EQ(asked.exit_code, 0) << asked.err;
+  EXPECT_NE(asked.out.find("chamber: Watlow F4T"), std::string::npos) << asked.out;
+}
+
 }  // namespace
 }  // namespace gyrotherm

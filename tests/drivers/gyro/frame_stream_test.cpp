@@ -1,7 +1,9 @@
 #include "drivers/gyro/frame_stream.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/drivers/fakes.hpp"
@@ -117,6 +119,34 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
     EXPECT_EQ(fed.frames[0].temperature, 21.0);
     EXPECT_EQ(fed.frames[0].timestamp, 484620'664'389'000u);
     EXPECT_TRUE(fed.frames[0].good);
+  }
+}
+
+/// What the virtual gyro sends: the short header ends with a semicolon, as a receiver's does; the check by
+/// zlib's crc32.
+TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
+  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const auto bytes = encode_frame(format, {.pulses = -215194, .timestamp = 484620'664'389'000u, .temperature = 21});
+  const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,0,0,484620.664389000,00001500,0,0,0,-215194,0,0*e94a3b79\r\n");
+}
+
+TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
+  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const std::string words =
+      "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895";
+  const auto taken = [&](std::string line) {
+    const auto check = check_value(format.check, std::as_bytes(std::span(line)).subspan(1));
+    return Fed(format, bytes_of(fmt::format("{}*{:08x}\r\n", line, check))).frames.size() == 1;
+  };
+  EXPECT_TRUE(taken(words));
+  auto commas = words;
+  std::replace(commas.begin(), commas.end(), ';', ',');
+  EXPECT_FALSE(taken(commas));
+  for (std::size_t comma = words.find(','); comma != std::string::npos; comma = words.find(',', comma + 1)) {
+    auto other = commas;
+    other[comma] = ';';
+    EXPECT_FALSE(taken(other)) << other;
   }
 }
 
@@ -275,6 +305,19 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
         EXPECT_EQ(fed.frames[i].pulses, static_cast<std::int64_t>(i) - 100) << name;
     }
   }
+}
+
+TEST(GyroStream, NamesEachMistakeOfAHeaderOfWords) {
+  const auto mistake = [](const std::string& was, const std::string& is) {
+    auto changed = shipped_stream("hg1700-rawimusxa").text;
+    changed.replace(changed.find(was), was.size(), is);
+    const auto stream = parse_gyro_stream(changed, "g.toml");
+    return stream ? std::string() : text(stream.error());
+  };
+  EXPECT_NE(mistake("header_end = \";\"", "header_end = \",\"").find("no separator"), std::string::npos);
+  EXPECT_NE(mistake("header_end = \";\"", "").find("missing key \"header_end\""), std::string::npos);
+  EXPECT_NE(mistake("header_words = 3", "").find("missing key \"header_words\""), std::string::npos);
+  EXPECT_NE(mistake("header_words = 3", "header_words = 14").find("fewer than \"words\""), std::string::npos);
 }
 
 TEST(GyroStream, NamesEachMistake) {

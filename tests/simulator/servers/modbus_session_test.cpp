@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "drivers/line/modbus_rtu_frame.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/laboratory.hpp"
 
@@ -165,6 +166,60 @@ TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
   EXPECT_EQ(words[10], 0x41A0);
   map.one_block = false;
   EXPECT_FALSE(ChamberRegisters(map, world).read(ReadFunction::holding_registers, 100, 12, words));
+}
+
+/// What a unit answers on one of its links to a read of `count` registers.
+Result<Words> read_on(ChamberRegisters& registers, LinkKind kind, std::uint16_t address, std::uint16_t count) {
+  const ModbusRequest request{1, registers.unit(), ModbusFunction::read_holding, address, count, {}};
+  std::vector<std::byte> reply;
+  if (kind == LinkKind::tcp) {
+    EXPECT_TRUE(ModbusSession(registers).feed(encode_request(request), reply));
+    return decode_reply(request, reply);
+  }
+  EXPECT_TRUE(ModbusRtuSession(registers, kind).feed(encode_rtu_request(request), reply));
+  return decode_rtu_answer(request, reply).and_then(words_of);
+}
+
+TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
+  const auto map = chamber_map("watlow_f4t");
+  const auto celsius = static_cast<std::uint16_t>(map.find("communication_unit")->codes.at("celsius").front());
+  for (const auto in_use : {LinkKind::tcp, LinkKind::rtu}) {
+    World world(world_of_rig("virtual"), {});
+    ChamberRegisters registers(on_link(map, in_use).value(), world);
+    EXPECT_EQ(read_on(registers, LinkKind::tcp, 6730, 1).value(), Words{celsius});
+    EXPECT_FALSE(read_on(registers, LinkKind::tcp, 14080, 1));
+    for (const auto rtu : {LinkKind::rtu, LinkKind::rtu_over_tcp}) {
+      EXPECT_EQ(read_on(registers, rtu, 14080, 1).value(), Words{celsius});
+      EXPECT_FALSE(read_on(registers, rtu, 6730, 1));
+      EXPECT_EQ(read_on(registers, rtu, 2782, 2).value(), read_on(registers, LinkKind::tcp, 2782, 2).value());
+      EXPECT_FALSE(read_on(registers, rtu, 65535, 2)) << "does not begin anew at 0";
+    }
+  }
+}
+
+/// An item of several registers that lies elsewhere, read together with what stands before and behind it there.
+TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
+  auto map = chamber_map("virtual");
+  MapLink rtu = map.links.front();
+  rtu.kind = LinkKind::rtu;
+  rtu.modbus.unit = 9;
+  map.links.push_back(rtu);
+  for (auto& item : map.items)
+    if (item.name == "set_point") item.rtu_address = 500;
+  World world(world_of_rig("virtual"), {});
+  ChamberRegisters registers(map, world);
+  const auto address = map.find("set_point")->address;
+  const auto words = encode(*map.find("set_point"), 30);
+  const auto write = [&](std::uint16_t at) {
+    const ModbusRequest request{1, 9, ModbusFunction::write_multiple, at, 2, words};
+    std::vector<std::byte> reply;
+    EXPECT_TRUE(ModbusRtuSession(registers, LinkKind::rtu).feed(encode_rtu_request(request), reply));
+    return decode_rtu_answer(request, reply).and_then(words_of).has_value();
+  };
+  EXPECT_FALSE(write(address));
+  EXPECT_TRUE(write(500));
+  EXPECT_EQ(world.set_point(), Celsius{30});
+  EXPECT_EQ(read_on(registers, LinkKind::tcp, address, 2).value(), words);
 }
 
 }  // namespace

@@ -94,10 +94,13 @@ class Gyro {
   /// Opens the line: what the gyro sends from now on can be read. Fails with disconnected. A gyro that needs no opening
   /// is open.
   [[nodiscard]] virtual Result<void> open() { return {}; }
+  /// Waits for a first frame, from which read() counts on. Once, before the first read. Fails like read(). A gyro that
+  /// counts from the start has nothing to wait for.
+  [[nodiscard]] virtual Result<void> take_origin() { return {}; }
   /// What was counted since the last successful read, over the interval that the gyro's own clock measured. Waits until
-  /// `expected` of its time is covered or the driver's limit is over. The first read sets the origin and covers only
-  /// what it saw. Fails with timeout, disconnected or corrupted (frames lost: the count of the interval is unknown and
-  /// the next read starts afresh).
+  /// `expected` of its time is covered or the driver's limit is over. Fails with timeout, disconnected or corrupted:
+  /// frames were lost, or the count begins anew here, after a silence or a broken line; what was counted meanwhile is
+  /// unknown, and the next read counts from here.
   [[nodiscard]] virtual Result<PulseCount> read(Duration expected) = 0;
   /// Frames of all reads so far. A gyro without frames has none.
   [[nodiscard]] virtual FrameCount frames() const { return {}; }

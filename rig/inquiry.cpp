@@ -100,7 +100,7 @@ Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<
 Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames, const std::function<void()>& let_pass) {
   if (auto opened = gyro.open(); !opened) return failure(opened.error());
   let_pass();
-  if (const auto origin = gyro.read(kSecond); !origin) return failure(origin.error());
+  if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
   const auto before = gyro.frames();
   PulseCount sum;
   for (int i = 0; i < kSeconds; ++i) {

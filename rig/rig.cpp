@@ -220,9 +220,9 @@ class AssembledRig : public Rig {
   }
 
   /// The first frame may be its whole period away, which is longer than one read waits.
-  Result<PulseCount> take_origin() {
-    auto origin = gyro_->read(kSecond);
-    return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->read(kSecond);
+  Result<void> take_origin() {
+    auto origin = gyro_->take_origin();
+    return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->take_origin();
   }
 
   RigFile file_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -35,15 +36,19 @@ class FramedGyro final : public Gyro {
   FramedGyro& operator=(const FramedGyro&) = delete;
 
   Result<void> open() override;
+  Result<void> take_origin() override;
   Result<PulseCount> read(Duration expected) override;
   FrameCount frames() const override { return frames_; }
 
  private:
   [[nodiscard]] Result<void> send(const GyroCommand& command);
-  [[nodiscard]] Result<PulseCount> read(Duration expected, FrameTally& tally);
+  /// Nothing: a frame to count from, and no more.
+  using MaybeCount = std::optional<PulseCount>;
+  [[nodiscard]] Result<MaybeCount> take(Duration expected);
+  [[nodiscard]] Result<MaybeCount> take(Duration expected, FrameTally& tally);
   [[nodiscard]] Result<bool> take_chunk(Duration within, FrameTally& tally);
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const;
-  [[nodiscard]] Result<PulseCount> verdict(const FrameTally& tally, Duration expected) const;
+  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, Duration expected) const;
   [[nodiscard]] bool counts_false_bytes() const;
   void start_afresh();
   [[nodiscard]] std::string place() const { return "gyro " + format_.name; }
@@ -128,20 +133,32 @@ Result<bool> FramedGyro::take_chunk(Duration within, FrameTally& tally) {
   return *size == kChunk;
 }
 
-Result<PulseCount> FramedGyro::verdict(const FrameTally& tally, Duration expected) const {
+Result<FramedGyro::MaybeCount> FramedGyro::verdict(const FrameTally& tally, Duration expected) const {
   if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
   if (tally.bad > 0)
     return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
-  if (tally.frames == 0) return PulseCount{};
+  if (tally.frames == 0) return std::nullopt;
   const auto interval = sum_.has_clock() ? tally.interval : expected;
   return PulseCount{sum_.counts(tally, interval), interval};
 }
 
+Result<void> FramedGyro::take_origin() {
+  return take(kSecond).map([](const MaybeCount&) {});
+}
+
 Result<PulseCount> FramedGyro::read(Duration expected) {
+  const auto count = take(expected);
+  if (!count) return failure(count.error());
+  if (!*count)
+    return failure(FaultKind::corrupted, place(), "its count begins anew; what it counted before is not known");
+  return **count;
+}
+
+Result<FramedGyro::MaybeCount> FramedGyro::take(Duration expected) {
   if (!open_ && !commands_.start.empty())
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
   FrameTally tally;
-  auto count = read(expected, tally);
+  auto count = take(expected, tally);
   frames_.lost += tally.lost;
   frames_.bad += tally.bad;
   const auto kind = count ? FaultKind::corrupted : count.error().kind;
@@ -149,7 +166,7 @@ Result<PulseCount> FramedGyro::read(Duration expected) {
   return count;
 }
 
-Result<PulseCount> FramedGyro::read(Duration expected, FrameTally& tally) {
+Result<FramedGyro::MaybeCount> FramedGyro::take(Duration expected, FrameTally& tally) {
   const Deadline deadline(within_, clock_);
   const bool first = !sum_.has_origin();
   bool enough = false;

@@ -1,5 +1,7 @@
 #include "acquisition/csv_line.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -22,13 +24,20 @@ Result<std::size_t> end_of_quoted(std::string_view line, std::size_t from, char 
   return failure(FaultKind::bad_file, std::to_string(close + 2), "text after a closing quote, expected a separator");
 }
 
-void cut_at_blanks(std::string_view line, std::vector<Field>& fields) {
+tl::unexpected<Fault> too_many_fields(std::size_t from) {
+  return failure(FaultKind::bad_file, std::to_string(from + 1),
+                 fmt::format("more than {} fields, expected fewer", kMostFields));
+}
+
+Result<void> cut_at_blanks(std::string_view line, std::vector<Field>& fields) {
   std::size_t from = line.find_first_not_of(kBlanks);
   while (from != std::string_view::npos) {
+    if (fields.size() == kMostFields) return too_many_fields(from);
     const std::size_t to = std::min(line.find_first_of(kBlanks, from), line.size());
     fields.push_back({line.substr(from, to - from), from + 1});
     from = line.find_first_not_of(kBlanks, to);
   }
+  return {};
 }
 
 }  // namespace
@@ -49,11 +58,9 @@ std::optional<double> number_in(std::string_view text) {
 
 Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields) {
   fields.clear();
-  if (separator == ' ') {
-    cut_at_blanks(line, fields);
-    return {};
-  }
+  if (separator == ' ') return cut_at_blanks(line, fields);
   for (std::size_t from = 0;;) {
+    if (fields.size() == kMostFields) return too_many_fields(from);
     std::size_t to = from;
     if (from < line.size() && line[from] == '"') {
       const auto end = end_of_quoted(line, from, separator);

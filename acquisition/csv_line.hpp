@@ -10,6 +10,9 @@
 
 namespace gyrotherm {
 
+inline constexpr std::size_t kLongestLine = 65536;  ///< bytes of a line of any table
+inline constexpr std::size_t kMostFields = 4096;    ///< … and its fields
+
 struct Field {
   std::string_view text;  ///< trimmed of blanks, without its quotes
   std::size_t column{};   ///< where it begins, in bytes from 1
@@ -17,7 +20,7 @@ struct Field {
 
 /// Cuts at `separator`; fields may stand in double quotes. With a blank as separator any run of blanks is one, and
 /// blanks at either end are none. Fails with bad_file (`where` is the column alone) if a quote is not closed or
-/// followed by text.
+/// followed by text, or where there are more than kMostFields.
 [[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
 
 [[nodiscard]] std::string_view trimmed(std::string_view text);

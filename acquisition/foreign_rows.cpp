@@ -54,7 +54,7 @@ Fault Reader::mistake(std::size_t column, std::string what) const {
   return {FaultKind::bad_file, fmt::format("{}:{}:{}", file_, line_number_, column), std::move(what)};
 }
 
-/// Goes to the next line that is neither empty nor a comment.
+/// Goes to the next line that is neither empty nor a comment; what is passed over may be of any length.
 bool Reader::next_line() {
   while (!rest_.empty()) {
     const std::size_t end = std::min(rest_.find('\n'), rest_.size());
@@ -69,6 +69,9 @@ bool Reader::next_line() {
 }
 
 Result<void> Reader::part_line() {
+  if (line_.size() > kLongestLine)
+    return failure(
+        mistake(kLongestLine + 1, fmt::format("more than {} bytes in a line, expected fewer", kLongestLine)));
   auto parted = cut(line_, map_.separator, fields_);
   if (!parted) parted.error().where = fmt::format("{}:{}:{}", file_, line_number_, parted.error().where);
   return parted;

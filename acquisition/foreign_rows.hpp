@@ -23,7 +23,8 @@ struct ForeignRows {
 /// Reads every row. Lines may end with LF or CRLF, a byte order mark is allowed, empty lines do not count; numbers have
 /// a decimal point. A row's interval is the map's; where rows have times of their own it is their median spacing for a
 /// rate, and for an increment the time since the row before (the first row: the median). Fails with bad_file at the
-/// first mistake, as `file:line:column: what, what was expected`; also if there is no row.
+/// first mistake, as `file:line:column: what, what was expected`; also if there is no row, or where a line has more
+/// than kLongestLine bytes or kMostFields fields (csv_line.hpp).
 [[nodiscard]] Result<ForeignRows> parse_foreign_rows(std::string_view text, const ImportMap& map,
                                                      const std::string& file);
 

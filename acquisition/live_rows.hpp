@@ -11,8 +11,6 @@
 
 namespace gyrotherm {
 
-inline constexpr std::size_t kLongestLine = 65536;
-
 class LiveRows {
  public:
   /// `source` begins the place of each mistake: "stdin" makes "stdin:12:3".

@@ -87,6 +87,26 @@ TEST(Import, NamesThePlaceOfEveryKindOfBadInput) {
   }
 }
 
+TEST(Import, BoundsALineAndItsFieldsWithItsNumber) {
+  const std::string header = "t,T,w\n", row = "1,2,3\n";
+  const auto said = [&](const std::string& bytes) {
+    const auto rows = parse_foreign_rows(bytes, rate_map(), "f");
+    return rows ? "read" : text(rows.error());
+  };
+  EXPECT_EQ(said(header + row + std::string(200'000'000, ',')),
+            "f:3:65537: more than 65536 bytes in a line, expected fewer");
+  EXPECT_EQ(said(header + row + "1,2,3" + std::string(65536, ' ') + "\n"),
+            "f:3:65537: more than 65536 bytes in a line, expected fewer");
+  EXPECT_EQ(said(header + row + std::string(5000, ',') + "\n"), "f:3:4097: more than 4096 fields, expected fewer");
+  EXPECT_EQ(said(header + row + std::string(70'000, ' ') + "\n"), "read") << "an empty line does not count";
+  ImportMap blanks = rate_map();
+  blanks.separator = ' ';
+  std::string wide;
+  for (int i = 0; i < 5000; ++i) wide += "1 ";
+  EXPECT_EQ(text(parse_foreign_rows(wide + "\n", blanks, "f").error()),
+            "f:1:8193: more than 4096 fields, expected fewer");
+}
+
 TEST(Import, NamesAColumnNumberThatTheFileLacks) {
   ImportMap map = rate_map();
   map.header = false;

@@ -11,6 +11,7 @@
 #include "core/clock.hpp"
 #include "core/text_file.hpp"
 #include "drivers/chamber/map_confidence.hpp"
+#include "report/json_pieces.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/timeline.hpp"
 #include "simulator/world.hpp"
@@ -188,7 +189,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     found.words += describe(*profile, timeline);
     found.json["profile"] = timeline_json(*profile, timeline);
   }
-  console.data(console.json ? found.json.dump() + "\n" : found.words);
+  console.data(console.json ? text_of(found.json) + "\n" : found.words);
   return Exit::done;
 }
 

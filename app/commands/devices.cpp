@@ -15,6 +15,7 @@
 #include "drivers/line/hid_line.hpp"
 #include "drivers/line/serial_port.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -122,7 +123,7 @@ Result<Exit> list_devices(Console& console) {
   const auto devices = all_devices();
   auto json = nlohmann::ordered_json::array();
   for (const auto& device : devices) json.push_back(device.facts);
-  console.data(console.json ? nlohmann::ordered_json{{"devices", json}}.dump() + "\n" : in_words(devices));
+  console.data(console.json ? text_of(nlohmann::ordered_json{{"devices", json}}) + "\n" : in_words(devices));
   return Exit::done;
 }
 

@@ -9,6 +9,7 @@
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"
+#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -157,7 +158,7 @@ std::string json(const Records& records, const Placement& placement, const std::
   if (placement.best_pair) json["best_pair"] = json_of(*placement.best_pair);
   if (placement.best_three) json["best_three"] = json_of(*placement.best_three);
   json["spared"] = placement.spared;
-  return json.dump() + "\n";
+  return text_of(json) + "\n";
 }
 
 Result<Exit> study(Console& console, const PlacementArguments& given) {

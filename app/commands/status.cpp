@@ -8,6 +8,7 @@
 #include "app/command.hpp"
 #include "app/guard/made_safe_file.hpp"
 #include "core/clock.hpp"
+#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -86,7 +87,7 @@ std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& gu
                          {"set_point_c", guard->set_point.value},
                          {"confirmed", guard->confirmed},
                          {"details", guard->details}};
-  return json.dump() + "\n";
+  return text_of(json) + "\n";
 }
 
 Result<Exit> show(Console& console, const std::string& path) {

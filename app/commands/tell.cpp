@@ -4,6 +4,7 @@
 
 #include "app/command.hpp"
 #include "app/conduct/tell_socket.hpp"
+#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -23,7 +24,7 @@ Result<Exit> speak(Console& console, const TellArguments& options) {
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
-    console.data(nlohmann::ordered_json{{"done", answer->text}}.dump() + "\n");
+    console.data(text_of(nlohmann::ordered_json{{"done", answer->text}}) + "\n");
   else
     console.say(options.run + ": " + answer->text);
   return Exit::done;

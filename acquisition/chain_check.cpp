@@ -218,7 +218,7 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   return checked;
 }
 
-Result<Verified> verify_record(const std::string& path) {
+Result<Verified> verify_files(const std::string& path) {
   const auto files = files_of_record(path);
   if (!files) return failure(files.error());
   if (files->lost)
@@ -236,6 +236,12 @@ Result<Verified> verify_record(const std::string& path) {
   for (const auto& part : files->parts)
     if (all.manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
       return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
+  return all;
+}
+
+Result<Verified> verify_record(const std::string& path) {
+  auto all = verify_files(path);
+  if (!all) return all;
   const auto lost = lost_end(path);
   if (!lost) return failure(lost.error());
   if (*lost) return failure(FaultKind::bad_file, path, in_words(**lost));

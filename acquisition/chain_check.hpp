@@ -38,9 +38,11 @@ struct Verified {
   bool manifest{};  ///< there was one, and it agreed
 };
 
-/// All files of a record: their chains, then their bytes against the manifest, if the run was closed with one; of a run
-/// that was not closed also whether it holds all that its status file says was acknowledged. Fails with bad_file naming
-/// what is not as it was written; also if the record is older than the chain, or not readable.
+/// All files of a record: their chains, then their bytes against the manifest, if the run was closed with one. Fails
+/// with bad_file naming what is not as it was written; also if the record is older than the chain, or not readable.
+[[nodiscard]] Result<Verified> verify_files(const std::string& path);
+
+/// Also, of a run that was not closed, whether it holds all that its status file says was acknowledged. Fails likewise.
 [[nodiscard]] Result<Verified> verify_record(const std::string& path);
 
 /// Writes the manifest of a run whose last file was just finished. A record of several files is verified first, and has

@@ -43,9 +43,9 @@ struct StoredRow {
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info,
                                        const std::function<void(const StoredRow&)>& use);
 
-/// Whether a run's clock, or the wall's, could show it: sums and differences of such times do not overflow.
+/// Whether a run's clock, or the wall's, could show it, until 2116: differences of such times do not overflow.
 [[nodiscard]] constexpr bool is_possible_time(Duration time) {
-  return time >= Duration{} && time <= Duration(std::int64_t{1} << 61);
+  return time >= Duration{} && time <= Duration(std::int64_t{1} << 62);
 }
 
 /// The last sample, if there is one.

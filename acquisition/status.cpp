@@ -42,8 +42,11 @@ void read_outlook(const Json& json, RunStatus& status) {
   if (json.contains("record_damage")) json.at("record_damage").get_to(status.record_damage);
   json.at("parts").get_to(status.parts);
   if (!json.contains("written_in_boot")) return;
-  status.written_utc = Duration(json.at("written_utc_ns").get<std::int64_t>());
-  status.written_since_boot = Duration(json.at("written_since_boot_ns").get<std::int64_t>());
+  const Duration utc(json.at("written_utc_ns").get<std::int64_t>());
+  const Duration since_boot(json.at("written_since_boot_ns").get<std::int64_t>());
+  if (!is_possible_time(utc) || !is_possible_time(since_boot)) return;
+  status.written_utc = utc;
+  status.written_since_boot = since_boot;
   json.at("written_in_boot").get_to(status.written_in_boot);
 }
 

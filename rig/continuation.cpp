@@ -1,5 +1,7 @@
 #include "rig/continuation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +10,8 @@
 
 namespace gyrotherm {
 namespace {
+
+constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual world: four months
 
 /// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
 /// asked). A gap was spent at the set point of the second that ended it.
@@ -104,6 +108,10 @@ Result<RunContinuation> continuation_of(const Record& record, const std::string&
   on.stood.held = ending.state == RunState::held;
   on.why_stopped = std::move(ending.why);
   on.start.seed = {.gyro = info.seed, .run = run};
+  if (on.rig.simulated && on.last_slot > kMostReplayed)
+    return failure(FaultKind::bad_file, path,
+                   fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", on.last_slot,
+                               kMostReplayed));
   const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
   on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
   if (on.rig.simulated) on.start.replay = replay_of(record, on);

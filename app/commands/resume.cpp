@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "acquisition/chain_check.hpp"
 #include "acquisition/status.hpp"
 #include "app/command.hpp"
 #include "app/conduct/conduct.hpp"
@@ -20,6 +21,11 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   // A record that cannot be read says so below; until then Ctrl-C ends this at once.
   const auto status = read_status(options.run);
+  // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
+  // looked at.
+  if (status && status->simulated)
+    if (const auto whole = verify_files(options.run); !whole && !is_unchained(whole.error()))
+      return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
     return failure(ran.error());

@@ -3,10 +3,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -29,26 +29,22 @@ int descriptor_of(int folder, const std::string& name) {
   return kNoDescriptor;
 }
 
-/// A sum of the first `length` bytes that anything but intent changes: FNV-1a over words of eight bytes.
-std::uint64_t sum_of(int descriptor, std::int64_t length) {
-  constexpr std::uint64_t kStart = 0xCBF29CE484222325U, kPrime = 0x100000001B3U;
-  constexpr std::size_t kWords = 8192;
-  std::vector<std::uint64_t> piece(kWords);
-  std::uint64_t sum = kStart;
-  for (std::int64_t at = 0; at < length;) {
-    const auto most = std::min<std::int64_t>(length - at, kWords * sizeof(std::uint64_t));
-    const auto size = ::pread(descriptor, piece.data(), static_cast<std::size_t>(most), at);
-    if (size <= 0) return 0;
-    const auto whole = (static_cast<std::size_t>(size) + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
-    std::memset(reinterpret_cast<char*>(piece.data()) + size, 0,
-                whole * sizeof(std::uint64_t) - static_cast<std::size_t>(size));
-    for (std::size_t i = 0; i < whole; ++i) {
-      sum = (sum ^ piece[i]) * kPrime;
-      sum ^= sum >> 32;  // what is in the upper half counts below, too
-    }
-    at += size;
-  }
-  return sum;
+std::int64_t big_endian(const unsigned char* bytes) {
+  return std::int64_t{bytes[0]} << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
+}
+
+/// Where the pages lie in the database that the frames of a log are of; some may be of an older log (SQLite, "WAL-mode
+/// File Format").
+std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
+  constexpr std::int64_t kHeader = 32, kPageSizeAt = 8, kFrameHeader = 24;
+  std::array<unsigned char, 4> number{};
+  const auto read = [&](std::int64_t at) { return ::pread(log, number.data(), number.size(), at) == 4; };
+  std::vector<std::int64_t> places;
+  if (!read(kPageSizeAt)) return places;
+  const auto page = big_endian(number.data());
+  for (auto at = kHeader; page > 0 && at + kFrameHeader + page <= length; at += kFrameHeader + page)
+    if (read(at)) places.push_back((big_endian(number.data()) - 1) * page);
+  return places;
 }
 
 Interference interference(Interference::Kind kind, bool of_log, const std::string& name, const char* what) {
@@ -74,8 +70,9 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
   const auto parent = split.parent_path().empty() ? std::string(".") : split.parent_path().string();
   auto folder = std::make_shared<Descriptor>(::open(parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   const auto name = split.filename().string();
-  std::array<File, 2> files{{{.name = name, .held = kNoDescriptor, .seen = {}, .is_log = false},
-                             {.name = name + "-wal", .held = kNoDescriptor, .seen = {}, .is_log = true}}};
+  std::array<File, 2> files{
+      {{.name = name, .held = kNoDescriptor, .seen = {}, .is_log = false, .content = {}},
+       {.name = name + "-wal", .held = kNoDescriptor, .seen = {}, .is_log = true, .content = {}}}};
   for (auto& file : files) {
     file.held = descriptor_of(folder->number(), file.name);
     if (file.held == kNoDescriptor)
@@ -86,17 +83,26 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
   return watch;
 }
 
-void FileWatch::remember(File& file) {
-  const auto now = see(file.held);
-  if (!now || *now == file.seen) return;
-  if (!file.is_log) file.content = sum_of(file.held, now->length);
-  file.seen = *now;
+void FileWatch::remember_log() {
+  if (const auto now = see(files_[1].held)) files_[1].seen = *now;
 }
 
-void FileWatch::remember_log() { remember(files_[1]); }
+void FileWatch::remember_fold() {
+  remember_log();
+  auto& database = files_[0];
+  const auto now = see(database.held);
+  if (!now || *now == database.seen) return;
+  database.content.renew(database.held, now->length, pages_in(files_[1].held, files_[1].seen.length));
+  database.seen = *now;
+}
 
 void FileWatch::remember() {
-  for (auto& file : files_) remember(file);
+  remember_log();
+  auto& database = files_[0];
+  const auto now = see(database.held);
+  if (!now) return;
+  database.content = BlockSums::of(database.held, now->length);
+  database.seen = *now;
 }
 
 std::optional<Interference> FileWatch::judge_name(const File& file) const {
@@ -110,7 +116,7 @@ std::optional<Interference> FileWatch::judge_name(const File& file) const {
 
 /// Of a log a crash would keep nothing behind what somebody wrote.
 bool FileWatch::was_merely_touched(File& file, const Seen& now) {
-  if (file.is_log || now.length != file.seen.length || sum_of(file.held, file.seen.length) != file.content)
+  if (file.is_log || now.length != file.seen.length || BlockSums::of(file.held, file.seen.length) != file.content)
     return false;
   file.seen.written_ns = now.written_ns;
   return true;

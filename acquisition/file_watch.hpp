@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/block_sums.hpp"
 #include "core/result.hpp"
 #include "drivers/line/descriptor.hpp"
 
@@ -36,8 +37,10 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> look();
   /// Compares the names alone. To be called after writing.
   [[nodiscard]] std::optional<Interference> look_at_names() const;
-  /// What stands there now was written by this process: in the log alone, or in both.
+  /// What stands there now was written by this process: in the log; in the database too, by folding in the log; or
+  /// wherever it may be.
   void remember_log();
+  void remember_fold();
   void remember();
 
  private:
@@ -51,13 +54,12 @@ class FileWatch {
     int held{};        ///< the descriptor, SQLite's own
     Seen seen;
     bool is_log{};
-    std::uint64_t content{};  ///< a sum of it, of the database alone
+    BlockSums content;  ///< of the database alone
   };
   FileWatch(std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
       : folder_(std::move(folder)), files_(std::move(files)) {}
 
   [[nodiscard]] static std::optional<Seen> see(int descriptor);
-  static void remember(File& file);
   [[nodiscard]] static bool was_merely_touched(File& file, const Seen& now);
   [[nodiscard]] std::optional<Interference> judge_name(const File& file) const;
   [[nodiscard]] static std::optional<Interference> judge_content(File& file);

@@ -46,9 +46,9 @@ struct Record {
 };
 
 /// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
-/// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them are
-/// a gap, "lost with RUN.db: …". Safe while a run is being written? No: it refuses with storage ("being written by …");
-/// see status.hpp. Fails with bad_file (not a record, another schema version, damaged).
+/// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them
+/// are a gap, "lost with RUN.db: …". Safe while a run is being written? No: it refuses with storage ("being written by
+/// …"); see status.hpp. Fails with bad_file (not a record, another schema version, damaged).
 [[nodiscard]] Result<Record> read_record(const std::string& path);
 
 }  // namespace gyrotherm

@@ -1,16 +1,13 @@
 #include "acquisition/run_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <array>
 #include <cassert>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 
 #include "acquisition/chain_check.hpp"
+#include "acquisition/durability.hpp"
 #include "acquisition/run_info_rows.hpp"
 #include "acquisition/schema.hpp"
 #include "acquisition/store.hpp"
@@ -18,55 +15,6 @@
 
 namespace gyrotherm {
 namespace {
-
-constexpr int kWriterPatienceMs = 500;  // a second program is told within a second
-
-struct Setting {
-  const char* pragma;
-  const char* value;
-  const char* read_back;
-};
-
-/// Exclusive before WAL, so that the log's index lives in memory and no -shm file exists; FULL, so that a commit is on
-/// the disk when it returns. The log is folded in by fold_log(), at 200 pages: SQLite's own way would hide its failure.
-constexpr std::array kDurable{
-    Setting{"journal_mode", "WAL", "wal"},
-    Setting{"synchronous", "FULL", "2"},
-    Setting{"wal_autocheckpoint", "0", "0"},
-};
-constexpr int kLongLogPages = 200;
-constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
-/// On its way out of WAL mode SQLite writes the first page anew, of which only bytes 18 to 99 differ: a disk that
-/// writes sectors whole has the old page or the new one, and both are read. So the journal of that stays in memory, and
-/// a program that dies there leaves none for a reader to play back. Into WAL mode it goes while the file is empty.
-constexpr Setting kNoJournal{"journal_mode", "MEMORY", "memory"};
-
-Result<void> apply(Database& database, const Setting& setting, const std::string& path) {
-  if (const auto set = database.ask(fmt::format("PRAGMA {} = {}", setting.pragma, setting.value)); !set)
-    return failure(set.error());
-  const auto now = database.ask(fmt::format("PRAGMA {}", setting.pragma));
-  if (!now) return failure(now.error());
-  if (*now == setting.read_back) return {};
-  return failure(FaultKind::storage, path,
-                 fmt::format("SQLite keeps {} at \"{}\", expected \"{}\"", setting.pragma, *now, setting.read_back));
-}
-
-Result<void> make_durable(Database& database, const std::string& path) {
-  for (const Setting& setting : kDurable)
-    if (auto applied = apply(database, setting, path); !applied) return applied;
-  return {};
-}
-
-/// An empty file that did not exist before; SQLite takes it for an empty database.
-Result<void> make_new_file(const std::string& path) {
-  constexpr mode_t kForTheGroup = 0640;  // of its log too, which SQLite makes like it
-  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kForTheGroup);
-  if (file < 0 && errno == EEXIST)
-    return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
-  if (file < 0) return failure(FaultKind::storage, path, std::strerror(errno));
-  ::close(file);
-  return {};
-}
 
 bool in_memory(const std::string& path) { return path == kInMemory; }
 
@@ -91,11 +39,10 @@ Result<std::optional<RowChain>> stored_chain(Database& database, const std::stri
 Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
                            const std::optional<Continuation>& continuation) {
   const auto prepared =
-      in_memory(path)
-          ? Result<void>{}
-          : apply(database, kExclusive, path).and_then([&] { return apply(database, kNoJournal, path); }).and_then([&] {
-              return make_durable(database, path);
-            });
+      in_memory(path) ? Result<void>{}
+                      : claim(database, path).and_then([&] { return keep_no_journal(database, path); }).and_then([&] {
+                          return make_durable(database, path);
+                        });
   return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
       .and_then([&] { return create_schema(database, info.thermometers); })
       .and_then([&] { return write_run_info(database, info); })
@@ -237,7 +184,7 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   if (auto alone = check_no_journal(path, path); !alone) return failure(alone.error());
   auto database = Database::open(path, Access::read_write, kWriterPatienceMs);
   if (!database) return failure(database.error());
-  const auto usable = apply(*database, kExclusive, path)
+  const auto usable = claim(*database, path)
                           .and_then([&] { return check_schema(*database, path); })
                           .and_then([&] { return check_unfinished(*database, path); })
                           .and_then([&] { return make_durable(*database, path); });
@@ -297,9 +244,10 @@ Result<void> RunFile::roll_back() {
 }
 
 Result<void> RunFile::fold_log() {
+  constexpr int kLongLogPages = 200;
   if (database_.log_pages() < kLongLogPages) return {};
   auto done = database_.fold_log();
-  if (watch_) watch_->remember();
+  if (watch_) watch_->remember_fold();
   return done;
 }
 
@@ -413,7 +361,7 @@ Result<void> RunFile::finish() {
         if (busy == "0") return {};
         return failure(FaultKind::storage, path_, "the log could not be folded into the record");
       })
-      .and_then([this] { return apply(database_, kNoJournal, path_); });
+      .and_then([this] { return keep_no_journal(database_, path_); });
 }
 
 }  // namespace gyrotherm

@@ -13,9 +13,8 @@
 
 namespace gyrotherm {
 
-inline constexpr std::size_t kLargestText =
-    4'000'000;  ///< bytes of what people write, and of what stands beside a record
-inline constexpr std::size_t kLargestTable = 256'000'000;  ///< bytes of a table, a model, a report
+/// Bytes of what people write, and of what stands beside a record; and of a table, a model, a report.
+inline constexpr std::size_t kLargestText = 4'000'000, kLargestTable = 256'000'000;
 
 enum class Links { followed, refused };
 

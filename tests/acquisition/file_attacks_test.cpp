@@ -214,9 +214,10 @@ TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
     ASSERT_TRUE(store->append(sample_at(slot++), {}));
     ASSERT_TRUE(store->settle(kLong));
   };
-  for (int i = 0; i < 300; ++i) second();
-  fs::last_write_time(path, fs::file_time_type::clock::now());
-  second();
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 50 == 49) fs::last_write_time(path, fs::file_time_type::clock::now());
+    second();
+  }
   fs::permissions(path, fs::perms::none);
   second();
   fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
@@ -226,7 +227,7 @@ TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
   EXPECT_EQ(store->health().damage, "");
   EXPECT_TRUE(store->finish());
   store.reset();
-  EXPECT_EQ(read_record(path).value().slot.size(), 303u);
+  EXPECT_EQ(read_record(path).value().slot.size(), 2002u);
   EXPECT_TRUE(verify_record(path));
 }
 

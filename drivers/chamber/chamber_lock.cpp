@@ -34,13 +34,13 @@ std::string as_file_name(const std::string& text) {
   return name;
 }
 
-/// In the order of preference. The last two lie where anybody may make a folder of that name first; then it is not the
-/// user's own, and is not used.
+/// In the order of preference, none of them on a disk, which may hang. The last one lies where anybody may make a
+/// folder of that name first; then it is not the user's own, and is not used.
 std::vector<std::string> folders() {
   std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
     all.push_back(std::string(own) + "/gyrotherm");
-  for (const auto* shared : {"/run/lock", "/tmp"}) all.push_back(fmt::format("{}/gyrotherm-{}", shared, ::geteuid()));
+  all.push_back(fmt::format("/run/lock/gyrotherm-{}", ::geteuid()));
   return all;
 }
 

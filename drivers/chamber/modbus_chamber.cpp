@@ -155,9 +155,7 @@ void ModbusChamber::look_at_status(const Snapshot& core, Duration began) {
     auto words = registers_->read(span->function, span->first, span->count);
     if (words)
       turns_.found(std::move(*words));
-    else if (words.error().kind == FaultKind::refused)
-      turns_.refused();
-    else
+    else if (words.error().kind != FaultKind::refused || !turns_.refused())
       return;
   }
   if (!turns_.is_complete()) return;
@@ -200,14 +198,14 @@ Result<ChamberState> ModbusChamber::look() {
   const auto set_point = set_point_in(*core);
   if (!set_point) return failure(set_point.error());
   look_at_status(*core, began);
-  if (turns_.is_overdue())
-    return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
   return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
 }
 
 /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
 Result<ChamberState> ModbusChamber::read() {
   auto state = look();
+  if (state && turns_.is_overdue())
+    return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
   if (state) return state;
   turns_.begin_anew();
   status_.activity = ChamberActivity::unknown;

@@ -27,7 +27,9 @@ void read_settings(const TomlTable& link, ModbusLink& modbus) {
   modbus.unit = bounded<std::uint8_t>(link, "unit", link.integer("unit", modbus.unit), 0, 255);
   modbus.port = bounded<std::uint16_t>(link, "port", link.integer("port", modbus.port), 1, 65535);
   read_time(link, "timeout", modbus.timeout);
-  if (modbus.timeout <= Duration::zero()) link.mistake("timeout", "\"timeout\" is zero, expected a positive duration");
+  constexpr Duration kLongest = std::chrono::seconds(2);  // three of them are less than the guard's patience
+  if (modbus.timeout <= Duration::zero() || modbus.timeout > kLongest)
+    link.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
   read_time(link, "minimum_period", modbus.minimum_period);
   read_time(link, "after_write", modbus.after_write);
   read_time(link, "gap", modbus.gap);

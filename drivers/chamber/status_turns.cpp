@@ -49,9 +49,17 @@ const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
   return &pieces_[at_];
 }
 
-void StatusTurns::found(std::vector<std::uint16_t> words) { so_far_.add(pieces_[at_++], std::move(words)); }
+void StatusTurns::found(std::vector<std::uint16_t> words) {
+  had_[at_] = true;
+  so_far_.add(pieces_[at_++], std::move(words));
+}
 
-void StatusTurns::refused() { pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(at_)); }
+bool StatusTurns::refused() {
+  if (had_[at_]) return false;
+  pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(at_));
+  had_.erase(had_.begin() + static_cast<std::ptrdiff_t>(at_));
+  return true;
+}
 
 Snapshot StatusTurns::take() {
   at_ = 0;
@@ -60,6 +68,6 @@ Snapshot StatusTurns::take() {
   return std::exchange(so_far_, {});
 }
 
-bool StatusTurns::is_overdue() const { return since_round_ > kReadingsWithoutARound; }
+bool StatusTurns::is_overdue() const { return since_round_ > kReadingsWithoutARound + every_; }
 
 }  // namespace gyrotherm

@@ -28,19 +28,21 @@ class StatusTurns {
   [[nodiscard]] const ReadSpan* next(Duration spent, Duration exchange);
   /// The words of the piece that next() gave.
   void found(std::vector<std::uint16_t> words);
-  /// The unit does not have that piece: it is never asked for again.
-  void refused();
+  /// The unit says that it does not have that piece: it is never asked for again, unless it was there before. Returns
+  /// whether the next one can be asked for.
+  bool refused();
 
   /// Whether the round is complete now; then its snapshot is handed out, once.
   [[nodiscard]] bool is_complete() const { return under_way_ && at_ == pieces_.size(); }
   [[nodiscard]] Snapshot take();
 
-  /// For more than 60 readings no round was completed.
+  /// For more than 60 readings after one was due no round was completed.
   [[nodiscard]] bool is_overdue() const;
   [[nodiscard]] int pieces() const { return static_cast<int>(pieces_.size()); }
 
  private:
   std::vector<ReadSpan> pieces_;
+  std::vector<bool> had_ = std::vector<bool>(pieces_.size());  ///< of each piece: whether it was ever found
   int every_;
   std::size_t at_ = 0;      ///< the piece that is next
   Snapshot so_far_;         ///< of the round under way

@@ -96,9 +96,12 @@ std::string GuardedRegisters::place(const ModbusRequest& request) const {
                      table(), request.address, request.count);
 }
 
+/// A gateway that did not reach the unit says so by an exception, too: the unit itself has refused nothing.
 Fault GuardedRegisters::refusal(std::uint8_t exception) const {
+  constexpr std::uint8_t kNoPath = 10, kNoAnswer = 11;
   const auto own = link_.exception_names.find(exception);
-  return {FaultKind::refused, "",
+  const bool refused = own != link_.exception_names.end() || (exception != kNoPath && exception != kNoAnswer);
+  return {refused ? FaultKind::refused : FaultKind::timeout, "",
           fmt::format("exception {}, {}", exception,
                       own == link_.exception_names.end() ? exception_meaning(exception) : own->second)};
 }

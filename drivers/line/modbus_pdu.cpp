@@ -51,14 +51,18 @@ tl::unexpected<Fault> answer_with(const char* exception) {
   return failure(FaultKind::refused, "modbus request", exception);
 }
 
+/// 0 or 1.
+std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size_t bit) {
+  return (byte_at(bytes, at) >> bit & 1) != 0 ? 1 : 0;
+}
+
 Result<ModbusAnswer> decode_data(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (const auto found = byte_at(reply, 1); found != data_size(request))
     return wrong_field("byte count", found, data_size(request));
   if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
   ModbusAnswer answer{.words = std::vector<std::uint16_t>(request.count)};
   for (std::size_t i = 0; i < answer.words.size(); ++i)
-    answer.words[i] =
-        reads_bits(request.function) ? byte_at(reply, 2 + i / 8) >> (i % 8) & 1 : word_at(reply, 2 + 2 * i);
+    answer.words[i] = reads_bits(request.function) ? bit_at(reply, 2 + i / 8, i % 8) : word_at(reply, 2 + 2 * i);
   return answer;
 }
 

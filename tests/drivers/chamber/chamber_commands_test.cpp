@@ -340,6 +340,26 @@ TEST_F(ChamberCommands, ALostPieceOfTheStatusCostsNoReading) {
   EXPECT_TRUE(chamber->read());
 }
 
+TEST_F(ChamberCommands, ASlowLineWhoseStatusWasOverdueComesBack) {
+  unit->words[7] = 1;
+  unit->each_exchange = [&] { time->rest(std::chrono::milliseconds(200)); };
+  const auto second = [&] {
+    const auto began = time->now();
+    auto state = chamber->read();
+    time->rest(std::max(Duration{}, began + seconds(1) - time->now()));
+    return state;
+  };
+  ASSERT_TRUE(second());
+  unit->loses = [&] { return unit->asked.back() >= 7; };
+  for (int i = 0; i < 120; ++i) (void)second();
+  EXPECT_FALSE(second());
+  unit->loses = [] { return false; };
+  for (int i = 0; i < 20; ++i) (void)second();
+  const auto state = second();
+  ASSERT_TRUE(state) << text(state.error());
+  EXPECT_EQ(state->activity, ChamberActivity::running);
+}
+
 TEST_F(ChamberCommands, WhatItDidBeforeASilenceItMayDoNoLonger) {
   unit->words[7] = 1;
   EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);

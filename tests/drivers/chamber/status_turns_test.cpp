@@ -68,12 +68,24 @@ TEST(StatusTurns, APieceThatTheUnitDoesNotHaveIsNeverAskedForAgain) {
   StatusTurns turns(pieces(3), 1);
   turns.begin_reading();
   static_cast<void>(turns.next(0ms, 1ms));
-  turns.refused();
+  EXPECT_TRUE(turns.refused());
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
   turns.found({1}), turns.found({1});
   EXPECT_TRUE(turns.is_complete());
   static_cast<void>(turns.take());
   EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
+}
+
+TEST(StatusTurns, APieceThatWasThereIsAskedForAgainWhateverIsAnswered) {
+  StatusTurns turns(pieces(2), 1);
+  EXPECT_EQ(reading(turns, 0ms, 1ms), 2);
+  static_cast<void>(turns.take());
+  turns.begin_reading();
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
+  EXPECT_FALSE(turns.refused()) << "an exception now does not mean that there is no such register";
+  EXPECT_EQ(turns.pieces(), 2);
+  turns.begin_reading();
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
 }
 
 TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
@@ -94,7 +106,7 @@ TEST(StatusTurns, AllAtOnceIsForOneReading) {
 
 TEST(StatusTurns, ARoundThatIsNotCompletedForAMinuteIsOverdue) {
   StatusTurns turns(pieces(1), 3);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 60 + 3; ++i) {
     turns.begin_reading();
     EXPECT_FALSE(turns.is_overdue()) << i;
   }

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::int64_t kOnePress = 500'000'000;  ///< ns: signals as near as that were one press of a key
 
-std::atomic<int> interrupts_so_far{0};
+std::atomic<int> stops_so_far{0};
 std::atomic<int> hangups_so_far{0};
+std::atomic<int> hangups_forgiven{0};
 std::atomic<std::int64_t> first_at{0};  ///< ns of the monotonic clock
 std::atomic<bool> second_ends{false};
 int wake_pipe[2] = {-1, -1};
@@ -28,8 +29,8 @@ std::int64_t now_ns() {
 
 void on_signal(int number) {
   const int before = errno;
-  if (number == SIGHUP) ++hangups_so_far;
-  if (++interrupts_so_far == 1) {
+  ++(number == SIGHUP ? hangups_so_far : stops_so_far);
+  if (interrupts() == 1) {
     first_at = now_ns();
   } else if (second_ends && now_ns() - first_at > kOnePress) {
     std::signal(number, SIG_DFL);
@@ -59,11 +60,15 @@ void watch_for_interrupts(SecondInterrupt second) {
 
 void ignore_closed_pipes() { std::signal(SIGPIPE, SIG_IGN); }
 
-bool interrupted() { return interrupts_so_far > 0; }
+bool interrupted() { return interrupts() > 0; }
 
-int interrupts() { return interrupts_so_far; }
+int interrupts() { return stops_so_far + hangups_so_far - hangups_forgiven; }
+
+int stops() { return stops_so_far; }
 
 int hangups() { return hangups_so_far; }
+
+void forgive_hangups() { hangups_forgiven = hangups_so_far.load(); }
 
 int interrupt_descriptor() { return wake_pipe[0]; }
 

@@ -17,13 +17,16 @@ void watch_for_interrupts(SecondInterrupt second);
 /// A reader that has gone is found by the write that fails, not by SIGPIPE. Once, at the start of the program.
 void ignore_closed_pipes();
 
-/// True from the first such signal on.
+/// True from the first such signal on, forgiven ones aside.
 [[nodiscard]] bool interrupted();
 
-/// How many there have been.
+/// How many there have been, forgiven ones aside.
 [[nodiscard]] int interrupts();
-/// How many of them were SIGHUP.
+/// How many asked for an end (SIGINT, SIGTERM), and how many said that the terminal is lost (SIGHUP).
+[[nodiscard]] int stops();
 [[nodiscard]] int hangups();
+/// The lost terminal has been answered, and is no interrupt any more.
+void forgive_hangups();
 
 /// Becomes readable at each such signal; for an event loop. None (−1) while nobody watches.
 [[nodiscard]] int interrupt_descriptor();

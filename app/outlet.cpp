@@ -106,6 +106,7 @@ void Outlet::never_wait() {
 void Outlet::say(const Lines& lines) {
   std::unique_lock lock(desk_->mutex);
   auto text = lines(desk_->dropped);
+  if (text.empty() && !desk_->lines.empty()) return;
   if (!desk_->lines.empty() && desk_->waiting + text.size() > kMostWaiting) {
     ++desk_->dropped;
     return;

@@ -65,9 +65,12 @@ Duration time_since_last(const Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
-/// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe.
+/// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe, but where a program
+/// had died and left it so.
 tl::unexpected<Fault> not_begun(Custody& custody, const Rig& rig, Fault why) {
-  if (rig.is_as_found())
+  if (rig.is_as_found() && custody.took_over())
+    why.what += "; the chamber is as it was when its program had died, and is made safe";
+  else if (rig.is_as_found())
     custody.release();
   else
     why.what += "; the chamber could not be put back to where it was found, and is made safe";
@@ -150,7 +153,7 @@ Result<void> check_controller(const SetPointRange& limits, const Profile& profil
 Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
                        const std::string& path, bool upload) {
   std::optional<OneCore> one_core;
-  if (file.simulated) one_core.emplace();
+  file.simulated ? void(one_core.emplace()) : console.never_wait();
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
@@ -178,9 +181,11 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   };
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) {
+    auto why = not_begun(*custody, **rig, names.error());
     if (store && *store) remove_unbegun(std::move(*store), path);
-    return not_begun(*custody, **rig, names.error());
+    return why;
   }
+  custody->beat({});
   for (const auto& who : *names) console.detail(who);
   Experiment experiment(profile, **rig, **store, first, 0);
   experiment.note(EventKind::started, profile.name);
@@ -201,7 +206,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (!on) return failure(on.error());
   const auto lost = lost_end(path);  // before the record is written again
   std::optional<OneCore> one_core;
-  if (on->rig.simulated) one_core.emplace();
+  on->rig.simulated ? void(one_core.emplace()) : console.never_wait();
   auto custody = Custody::take(on->rig, path);
   if (!custody) return failure(custody.error());
   auto rig = Rig::assemble(on->rig, on->start);
@@ -218,6 +223,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     return custody->arm().map([&] { return entry.set_point; });
   };
   if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*custody, **rig, names.error());
+  custody->beat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
   Experiment experiment(on->profile, **rig, **store, on->state, first);

@@ -27,6 +27,8 @@ class Custody {
   void beat(Duration stuck);
   /// Why nobody would make the chamber safe; empty: somebody would, or there is nothing to guard.
   [[nodiscard]] std::string trouble() const { return life_line_ ? life_line_->trouble() : ""; }
+  /// The chamber is one that a program had left when it died, and nobody has made safe since.
+  [[nodiscard]] bool took_over() const { return life_line_ && life_line_->took_over(); }
   /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.
   void release();
 

@@ -70,9 +70,6 @@ Result<Outcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
-/// Signals that ask for an end; a terminal that was closed does not.
-int asked_to_end() { return interrupts() - hangups(); }
-
 /// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
 /// obeyed, and it is said why.
 bool must_stay(const UnderWay& run) {
@@ -80,7 +77,7 @@ bool must_stay(const UnderWay& run) {
     run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
     return true;
   }
-  if (run.experiment.run_state() != RunState::aborting || asked_to_end() > 1) return false;
+  if (run.experiment.run_state() != RunState::aborting || stops() > 1) return false;
   run.console.say(
       "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
   return true;
@@ -110,7 +107,6 @@ class RealTime {
  public:
   explicit RealTime(const UnderWay& run)
       : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
-    run_.console.never_wait();
     timer_.setTimerType(Qt::PreciseTimer);
     timer_.setSingleShot(true);
     timer_.callOnTimeout([this] { tick(); });
@@ -121,7 +117,9 @@ class RealTime {
     QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
     QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
     told.setEnabled(ears_.has_value());
-    QObject::connect(&told, &QSocketNotifier::activated, [this] { listen(run_, ears_); });
+    QObject::connect(&told, &QSocketNotifier::activated, [this] {
+      if (!ended_) listen(run_, ears_);
+    });
     arm();
     QCoreApplication::exec();
     return result_;
@@ -154,6 +152,7 @@ class RealTime {
   void hang_up() {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();
+    forgive_hangups();
     if (run_.rig.file().procedure.on_hangup == OnHangup::go_on)
       run_.experiment.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
     else if (run_.experiment.objection(OperatorCommand::abort).empty())
@@ -164,7 +163,8 @@ class RealTime {
     take_wake_ups();
     if (ended_) return;
     hang_up();
-    if (asked_to_end() == 0 || must_stay(run_)) return;
+    listen(run_, ears_);  // what was told before outranks Ctrl-C
+    if (stops() == 0 || must_stay(run_)) return;
     end(run_.experiment.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
   }
 

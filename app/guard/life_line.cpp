@@ -240,13 +240,16 @@ void LifeLine::Ties::tend(void (Ties::*chore)()) {
 
 Result<std::unique_ptr<LifeLine>> LifeLine::tie(const Armed& armed) {
   auto ties = std::make_shared<Ties>(armed);
+  const auto before = read_armed(armed_path(armed.record));
   if (auto written = arm(armed); !written) return failure(written.error());
   for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no run stands still by accident
+  const bool after_a_death = before && *before;
   if (auto started = ties->start_guard(); !started) {
-    disarm(armed.record);
+    if (!after_a_death || !arm(**before)) disarm(armed.record);
     return failure(started.error());
   }
   std::unique_ptr<LifeLine> line(new LifeLine(ties));
+  line->took_over_ = after_a_death;
   line->systemd_ = NotifySocket::from_environment();
   line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
   if (line->systemd_) line->systemd_->tell("READY=1");
@@ -295,6 +298,12 @@ void LifeLine::good_bye() {
   disarm(ties_->armed.record);
 }
 
-LifeLine::~LifeLine() { end_threads(); }
+/// The line stays open until the process ends: the guard, which kills whoever lives then, leaves it time to say how the
+/// run ended.
+LifeLine::~LifeLine() {
+  end_threads();
+  const std::lock_guard lock(ties_->mutex);
+  (void)std::move(ties_->line).release();
+}
 
 }  // namespace gyrotherm

@@ -18,9 +18,9 @@ namespace gyrotherm {
 class LifeLine {
  public:
   /// Writes the armed file, starts the guard and waits until it watches. Fails with storage, or with bad_file if no
-  /// guard can be started; then nothing is left of either.
+  /// guard can be started; then there is the armed file that was there before, or none.
   [[nodiscard]] static Result<std::unique_ptr<LifeLine>> tie(const Armed& armed);
-  /// Without a good-bye the guard takes it for a death.
+  /// Without a good-bye the guard takes the end of the process for a death.
   ~LifeLine();
   LifeLine(const LifeLine&) = delete;
   LifeLine& operator=(const LifeLine&) = delete;
@@ -29,6 +29,8 @@ class LifeLine {
   void beat();
   /// The run has ended in order: nobody need make anything safe.
   void good_bye();
+  /// There was an armed file: a program had died, and its chamber has not been made safe.
+  [[nodiscard]] bool took_over() const { return took_over_; }
   /// Why the chamber would not be made safe if this program died now, or hardly; empty: it would.
   [[nodiscard]] std::string trouble() const;
 
@@ -40,7 +42,7 @@ class LifeLine {
   std::shared_ptr<Ties> ties_;  ///< shared with the threads, of which one may outlast this while a disk hangs
   std::optional<NotifySocket> systemd_;
   std::optional<std::string> watchdog_limit_;  ///< how long systemd lets this program be silent
-  bool beating_ = false;
+  bool beating_ = false, took_over_ = false;
   std::thread guard_tender_, file_tender_;
 };
 

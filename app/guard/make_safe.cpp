@@ -43,6 +43,8 @@ constexpr const char* kHelp =
     "Makes the chamber of a run safe whose program has died. Does nothing if the run had ended in order.\n\n"
     "  gyrotherm-make-safe RUN.db          once: its set point in at most 10 s, the rest in at most 25 s\n"
     "  gyrotherm-make-safe --kill RUN.db   ends the program that drives the chamber first, if it still lives\n"
+    "  gyrotherm-make-safe --insist RUN.db as --kill, and goes on until the chamber has confirmed it: for a service\n"
+    "                                      manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
     "                                      after 8 s without a byte, until the chamber has confirmed it\n\n"
     "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 armed file is wrong;\n"
@@ -58,7 +60,12 @@ MakeSafeExit exit_for(const Rescued& rescued) {
   return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
 }
 
-MakeSafeExit once(Voice& voice, const std::string& record, bool kill) {
+/// What was asked for on the command line.
+enum class Manner { gently, kill, insist };
+
+MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because);
+
+MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   const auto armed = read_armed(armed_path(record));
   if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
   if (!*armed) {
@@ -66,14 +73,16 @@ MakeSafeExit once(Voice& voice, const std::string& record, bool kill) {
     return MakeSafeExit::safe;
   }
   const auto& by = (*armed)->armed_by;
-  if (!kill && lives(by)) {
+  if (manner == Manner::gently && lives(by)) {
     voice.say(fmt::format("process {} drives the chamber and lives; with --kill it is ended first", by.pid));
     return MakeSafeExit::in_use;
   }
   const auto chamber = chamber_of(**armed);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
+  constexpr const char* kEnded = "the program that drove it had ended";
+  if (manner == Manner::insist) return rescue(voice, **armed, *chamber, kEnded);
   if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
-  Trail trail(**armed, "the program that drove it had ended");
+  Trail trail(**armed, kEnded);
   const auto rescued = attempt_once(**armed, *chamber, voice);
   if (rescued.in_use) return exit_for(rescued);
   trail.leave(rescued);
@@ -88,17 +97,21 @@ const char* in_words(WatchEnd end) {
 }
 
 /// Until the chamber has confirmed it, or another program has taken the run or for a minute the chamber, or somebody
-/// has removed the armed file.
-MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, WatchEnd end) {
+/// has removed the armed file, who calls it off with that.
+MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because) {
   if (!kill_surely(armed.armed_by, kProgramsEndWithin))
     voice.say(fmt::format("process {} could not be ended", armed.armed_by.pid));
-  Trail trail(armed, in_words(end));
+  Trail trail(armed, because);
   auto rescued = attempt_once(armed, chamber, voice);
-  voice.say(in_words(end));
+  voice.say(because);
   for (int in_use = 0;; rescued = attempt_once(armed, chamber, voice)) {
     in_use = rescued.in_use ? in_use + 1 : 0;
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.words());
-    if (rescued.reached == SafeStage::all || in_use >= kGivesUpTo || !trail.is_still_armed()) break;
+    if (rescued.reached == SafeStage::all || in_use >= kGivesUpTo) break;
+    if (!trail.is_still_armed()) {
+      voice.say("the armed file is gone, or another run's: this ends here, and the chamber has not confirmed it");
+      break;
+    }
     std::this_thread::sleep_for(rescued.reached == SafeStage::set_point ? kUntilTheRest : kUntilTheSetPoint);
   }
   if (rescued.reached == SafeStage::all) trail.disarm();
@@ -116,7 +129,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   if (::write(STDIN_FILENO, &kWatching, 1) != 1) return MakeSafeExit::usage;
   const auto end = watch(STDIN_FILENO);
-  return end == WatchEnd::good_bye ? MakeSafeExit::safe : rescue(voice, *armed, *chamber, end);
+  return end == WatchEnd::good_bye ? MakeSafeExit::safe : rescue(voice, *armed, *chamber, in_words(end));
 }
 
 /// A terminal that closes, its Ctrl-C, an orderly end of the session and a watchdog that means another process are no
@@ -137,14 +150,15 @@ MakeSafeExit run(int argc, char** argv) {
     survive();
   }
   Voice voice;
-  const bool with_option = first == "--guard" || first == "--kill";
+  const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
   if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
-    voice.say("expected [--guard|--kill] RUN.db; --help says more");
+    voice.say("expected [--kill|--insist|--guard] RUN.db; --help says more");
     return MakeSafeExit::usage;
   }
   std::error_code error;
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
-  return first == "--guard" ? guard(voice, record) : once(voice, record, first == "--kill");
+  if (first == "--guard") return guard(voice, record);
+  return once(voice, record, first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently);
 }
 
 }  // namespace

@@ -64,12 +64,15 @@ bool Trail::settle(Duration within) {
   return !writing_ && !trace_to_write_ && !to_disarm_;
 }
 
-bool Trail::is_still_armed() const {
-  ChildWork look([this](const auto& tell) {
-    const auto now = read_armed(armed_path(armed_.record));
-    tell(!now || (*now && (*now)->armed_by == armed_.armed_by) ? "yes" : "no");
-  });
-  return look.next(kLook) != "no";
+bool Trail::is_still_armed() {
+  if (!looking_)
+    looking_ = std::make_unique<ChildWork>([this](const auto& tell) {
+      const auto now = read_armed(armed_path(armed_.record));
+      tell(!now || (*now && (*now)->armed_by == armed_.armed_by) ? "yes" : "no");
+    });
+  const auto answer = looking_->next(kLook);
+  if (answer || looking_->has_ended()) looking_.reset();
+  return answer != "no";
 }
 
 }  // namespace gyrotherm

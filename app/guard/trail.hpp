@@ -28,7 +28,7 @@ class Trail {
 
   /// Whether the run is still the one that was watched, and its armed file there. A disk that does not say so within
   /// two seconds counts as if it were.
-  [[nodiscard]] bool is_still_armed() const;
+  [[nodiscard]] bool is_still_armed();
 
   /// The trace in words.
   [[nodiscard]] std::string words() const { return in_words(trace_); }
@@ -41,6 +41,7 @@ class Trail {
   std::optional<Deadline> same_until_;
   bool trace_to_write_ = false, to_disarm_ = false;
   std::unique_ptr<ChildWork> writing_;  ///< one at a time, so that the newest trace is the last
+  std::unique_ptr<ChildWork> looking_;  ///< likewise, and while the disk hangs none is added
 };
 
 }  // namespace gyrotherm

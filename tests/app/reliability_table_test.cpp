@@ -14,18 +14,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "Suite.Law" of every test in the sources, and the names of the fuzz targets.
+/// "Suite.Law" of every test in the sources, the groups of attacks, and the names of the fuzz targets.
 const std::set<std::string>& sources_tests() {
   static const std::set<std::string> all = [] {
     std::set<std::string> found;
-    const std::regex test(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))"), fuzz(R"(gyrotherm_fuzz\((\w+))");
+    const auto collect = [&](const std::string& text, const char* pattern, const std::string& before) {
+      const std::regex one(pattern);
+      for (std::sregex_iterator match(text.begin(), text.end(), one), end; match != end; ++match)
+        found.insert(before + (*match)[1].str() + (match->size() > 2 ? "." + (*match)[2].str() : ""));
+    };
     for (const auto& entry : fs::recursive_directory_iterator(GYROTHERM_SOURCE_DIR "/tests")) {
       const bool cmake = entry.path().filename() == "CMakeLists.txt";
       if (!cmake && entry.path().extension() != ".cpp") continue;
       const auto text = read_text_file(entry.path().string()).value();
-      const auto& pattern = cmake ? fuzz : test;
-      for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match)
-        found.insert(cmake ? (*match)[1].str() : (*match)[1].str() + "." + (*match)[2].str());
+      if (!cmake) collect(text, R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))", "");
+      if (cmake) collect(text, R"(gyrotherm_fuzz\((\w+))", "");
+      if (cmake) collect(text, R"(gyrotherm_edges\((\w+))", "Edges.");
+      if (cmake) collect(text, R"(add_test\(NAME (\w+)\.(\w+))", "");
     }
     return found;
   }();

@@ -4,13 +4,14 @@ from __future__ import annotations
 import functools
 import pathlib
 import signal
+import subprocess
 import threading
 import time
 from typing import Any
 
 from attack import GUARD_LIMIT, Scene, enter
-from laboratory import AUTO, OFF, Chamber
-from program import kill, until
+from laboratory import AUTO, OFF, Chamber, Laboratory
+from program import Run, kill, until
 from rig import SAFE
 
 HEALED_AFTER = 40.0  # s, of a chamber that cannot take anything meanwhile
@@ -131,10 +132,8 @@ for _carry_out, _cases in ((safe_while_broken, WHILE_BROKEN), (safe_once_healed,
               long_only=_name not in SHORT)
 
 
-def make_safe_by_hand(scene: Scene) -> None:
-    """Program and guard are killed at once: gyrotherm-make-safe by hand makes the chamber safe over a line that loses
-    every second request."""
-    laboratory = scene.laboratory()
+def both_killed(scene: Scene, laboratory: Laboratory) -> tuple[Run, float]:
+    """A hot run of which nobody is left; and when that was."""
     run = scene.hot_run(laboratory)
     guards = until(run.guards, 5) or []
     died = time.monotonic()
@@ -142,6 +141,14 @@ def make_safe_by_hand(scene: Scene) -> None:
         kill(pid)
     run.signal(signal.SIGKILL)
     run.wait(5)
+    return run, died
+
+
+def make_safe_by_hand(scene: Scene) -> None:
+    """Program and guard are killed at once: gyrotherm-make-safe by hand makes the chamber safe over a line that loses
+    every second request."""
+    laboratory = scene.laboratory()
+    run, died = both_killed(scene, laboratory)
     laboratory.chamber.break_as(every_other_lost=True, delay=0.1)
     made = scene.programs.finish([scene.programs.make_safe, run.record], 30)
     scene.expect(made.code == 0, f"exit {made.code}: {made.text}")
@@ -149,3 +156,40 @@ def make_safe_by_hand(scene: Scene) -> None:
 
 
 enter("guard", "make_safe_by_hand", make_safe_by_hand)
+
+
+def make_safe_that_insists(scene: Scene) -> None:
+    """Program and guard are killed at once, and the chamber is silent: make-safe --insist, as systemd calls it, goes on
+    until the chamber has confirmed it."""
+    laboratory = scene.laboratory()
+    run, _ = both_killed(scene, laboratory)
+    laboratory.chamber.break_as(silent=True)
+    made = subprocess.Popen([scene.programs.make_safe, "--insist", run.record], env=scene.programs.environment(),
+                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    time.sleep(HEALED_AFTER if scene.long else 28)
+    scene.expect(made.poll() is None, f"it gave up after less than 28 s, with {made.poll()}")
+    healed = time.monotonic()
+    laboratory.chamber.heal()
+    scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again")
+    code = until(lambda: made.poll() is not None and [made.poll()], 30)
+    scene.expect(code == [0], f"exit {code}, expected 0")
+
+
+enter("guard", "make_safe_that_insists", make_safe_that_insists)
+
+
+def resume_that_fails(scene: Scene) -> None:
+    """Program and guard are killed at once, and the gyro is gone: the resume fails, and the chamber that it found hot
+    is made safe."""
+    laboratory = scene.laboratory()
+    run, _ = both_killed(scene, laboratory)
+    laboratory.gyro.gone = True
+    began = time.monotonic()
+    again = scene.resume(run)
+    code = again.wait(60)
+    scene.expect(code in (3, 4), f"exit {code}, expected 3: {again.errors()[-400:]}")
+    scene.expect_safe(laboratory, began, time.monotonic() - began + GUARD_LIMIT, "a resume that failed")
+    scene.expect(until(lambda: has_confirmed(run.record), 45), "the chamber has not confirmed it within 45 s")
+
+
+enter("guard", "resume_that_fails", resume_that_fails)

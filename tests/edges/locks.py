@@ -14,7 +14,7 @@ import socket
 import subprocess
 import sys
 import time
-from typing import Any, Callable
+from typing import Any, Callable, Iterable
 
 from attack import GUARD_LIMIT, START_LIMIT, Failed, Scene, Skipped, as_root, enter, with_tools
 from laboratory import Laboratory
@@ -223,7 +223,10 @@ def files_as_folders(machine: Machine, files: list[pathlib.Path], names: list[st
 
 
 SQUAT = """
-import socket, sys, time
+import os, socket, sys, time
+os.setgroups([])
+os.setgid(65534)
+os.setuid(65534)
 names, kept = sys.argv[1:], []
 while names:
     for name in list(names):
@@ -243,11 +246,20 @@ time.sleep(600)
 """
 
 
+def squat(machine: Machine, names: Iterable[str], interpreter: pathlib.Path = pathlib.Path(sys.executable)) -> None:
+    """Nobody takes these names, or waits for them. Begun as root: nobody need not be allowed to run this Python."""
+    environment = machine.scene.programs.environment({"PYTHONHOME": sys.base_prefix})
+    machine.thieves.append(subprocess.Popen([interpreter, "-c", SQUAT, *names], env=environment, start_new_session=True,
+                                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                            stderr=subprocess.DEVNULL))
+
+
 def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str]) -> None:
     if not names:
         machine.scene.fact("the program listens at no abstract name")
-    machine.nobody_begins(sys.executable, "-c", SQUAT, *names)
-    until(lambda: set(names) <= abstract_names(), 5)
+    squat(machine, names)
+    taken = until(lambda: set(names) <= abstract_names(), 5)
+    machine.scene.need(bool(taken), "nobody could not take the names")
 
 
 # What nobody does while it runs.
@@ -273,8 +285,18 @@ def lies(machine: Machine) -> None:
 
 
 def name_thieves(machine: Machine) -> None:
-    machine.nobody_begins(sys.executable, "-c", SQUAT, *abstract_names())
+    squat(machine, abstract_names())
     time.sleep(0.5)
+
+
+def namesakes(machine: Machine) -> None:
+    """Thieves of names that are called as the program is."""
+    likeness = machine.scene.folder / "likeness" / "gyrotherm"
+    likeness.parent.mkdir(mode=0o755)
+    shutil.copy2(os.path.realpath(sys.executable), likeness)
+    squat(machine, abstract_names(), likeness)
+    time.sleep(0.5)
+    machine.scene.need(machine.thieves[-1].poll() is None, "the likeness did not run")
 
 
 def with_folder_of_nobody(then: Callable[[Machine], None]) -> dict[str, Any]:
@@ -300,6 +322,7 @@ PREPARED: dict[str, dict[str, Any]] = {
     "lock_removal": {"during": removal},
     "lock_lies": {"during": lies},
     "lock_name_thieves": {"during": name_thieves},
+    "lock_name_thieves_called_gyrotherm": {"during": namesakes},
 }
 
 for _name, _what in PREPARED.items():

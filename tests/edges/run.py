@@ -16,6 +16,7 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -80,6 +81,7 @@ def end_with(runner: int, folder: pathlib.Path) -> None:
 def carry_out_alone(attack: Attack, options: argparse.Namespace) -> int:
     """Makes one attack and writes its outcome where the runner looks for it."""
     folder = pathlib.Path(options.alone)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it would be ignored by every program started here
     threading.Thread(target=end_with, args=(os.getppid(), folder), daemon=True).start()
     scene = Scene(pathlib.Path(options.program), folder, options.long, options.hanging_disk)
     verdict, why = "ok", scene.failures

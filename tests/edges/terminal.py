@@ -7,7 +7,7 @@ import signal
 import time
 
 from attack import GUARD_LIMIT, Scene, attack, enter
-from program import Pipe, Run, Terminal, json_lines, until
+from program import Pipe, Run, Terminal, json_lines, kill, until
 from laboratory import Laboratory
 from rig import hold
 
@@ -76,6 +76,26 @@ def unread_terminal(scene: Scene) -> None:
     stopped_at = time.monotonic()
     time.sleep(waits(scene, 15, 600))
     expect_the_limit_holds(scene, laboratory, run, stopped_at)
+
+
+@attack("terminal")
+def resume_on_an_unread_terminal(scene: Scene) -> None:
+    """A killed run is resumed on a terminal that is full and that nobody reads: it goes on, and its limits hold."""
+    laboratory, terminal = scene.laboratory(), scene.terminal()
+    run = scene.hot_run(laboratory)
+    for pid in until(run.guards, 5) or []:
+        kill(pid)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    acknowledged = run.acknowledged()
+    terminal.fill()
+    again = scene.resume(run, terminal=terminal)
+    scene.need(again.wait_acknowledged(acknowledged + 5, 40), "the run did not go on")
+    beyond = time.monotonic()
+    laboratory.chamber.shown_air = 120.0
+    scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
+    code = again.wait(15)
+    scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
 
 
 @attack("terminal")

@@ -1,0 +1,228 @@
+"""The program, honest files of every kind, and one hostile input with what is done with it."""
+import hashlib
+import os
+import random
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE_S = 5
+TOML_MEMORY_MB = 200
+DONE, WRONG_FILE = 0, 4
+
+PROFILE = """schema = "gyrotherm-profile/1"
+name = "strange"
+[metadata]
+article = "nobody's"
+[defaults]
+soak_band = "1 K"
+[[segment]]
+kind = "hold"
+at = "20 °C"
+time = "100 s"
+[[segment]]
+kind = "repeat"
+count = 2
+  [[segment.segment]]
+  kind = "ramp"
+  to = "22 °C"
+  rate = "5 °C/min"
+  [[segment.segment]]
+  kind = "ramp"
+  to = "20 °C"
+  time = "2 min"
+"""
+LONG_PROFILE = PROFILE + '[[segment]]\nkind = "hold"\ntime = "15000 s"\n'
+IMPORT_MAP = """schema = "gyrotherm-import/1"
+name = "small"
+[file]
+separator = ","
+header = true
+[time]
+interval = "1 s"
+[[thermometer]]
+name = "A"
+column = "A"
+[[thermometer]]
+name = "B"
+column = "B"
+[gyro]
+column = "bias"
+kind = "rate"
+scale = 1.0
+[analysis]
+gradients = ["A", "B"]
+"""
+
+
+def table(rows):
+    draw = random.Random(1)
+    lines = ["A,B,bias"]
+    for i in range(rows):
+        a = 20 + 15 * ((i / 700.0) % 2 - 1)
+        b = 20 + 14 * (((i - 40) / 700.0) % 2 - 1)
+        lines.append("%.3f,%.3f,%.5f" % (a, b, 0.3 * (a - b) + draw.gauss(0, 0.2)))
+    return "\n".join(lines) + "\n"
+
+
+def resident_mb(pid):
+    """The most that it has had so far. What wait4() says includes this very program before it became the other."""
+    try:
+        with open("/proc/%d/status" % pid) as status:
+            return next((int(line.split()[1]) / 1024 for line in status if line.startswith("VmHWM")), 0)
+    except OSError:
+        return 0
+
+
+class Ran:
+    def __init__(self, code, out, err, seconds, memory_mb):
+        self.code, self.out, self.err, self.seconds, self.memory_mb = code, out, err, seconds, memory_mb
+
+
+class Laboratory:
+    """The program, and honest files to spoil copies of."""
+
+    def __init__(self, program, source, sanitized):
+        self.program, self.source = os.path.abspath(program), os.path.abspath(source)
+        self.patience_s = 12 * PATIENCE_S if sanitized else PATIENCE_S
+        self.sanitized = sanitized
+        self.folder = tempfile.mkdtemp(prefix="gyrotherm-hostile-")
+        self.honest = os.path.join(self.folder, "honest")
+        os.mkdir(self.honest)
+        self.make_honest_files()
+
+    def of(self, name):
+        return os.path.join(self.honest, name)
+
+    def text_of(self, *parts):
+        with open(os.path.join(self.source, *parts), encoding="utf-8") as file:
+            return file.read()
+
+    def run(self, arguments, patience_s=None, cwd=None, stdin=None):
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            began = time.monotonic()
+            child = subprocess.Popen([self.program] + arguments, stdin=stdin or subprocess.DEVNULL, stdout=out,
+                                     stderr=err, cwd=cwd or self.folder)
+            deadline = began + (patience_s or self.patience_s)
+            code, memory_mb = child.poll(), 0
+            while code is None:
+                memory_mb = max(memory_mb, resident_mb(child.pid))
+                time.sleep(0.002)
+                code = child.poll()
+                if code is None and time.monotonic() > deadline:
+                    child.kill()
+                    child.wait()
+                    code = "hang"
+            out.seek(0)
+            err.seek(0)
+            return Ran(code, out.read(), err.read(), time.monotonic() - began, memory_mb)
+
+    def must(self, arguments):
+        ran = self.run(arguments, patience_s=600)
+        if ran.code != DONE:
+            sys.exit("%s ended with %s: %s" % (arguments, ran.code, ran.err.decode(errors="replace")))
+
+    def make_honest_files(self):
+        rig = self.text_of("profiles", "rigs", "virtual.toml").replace('"../', '"%s/profiles/' % self.source)
+        mixed = self.text_of("profiles", "rigs", "virtual-mixed.toml").replace('"../', '"%s/profiles/' % self.source)
+        for name, text in {"profile.toml": PROFILE, "long.toml": LONG_PROFILE, "rig.toml": rig, "mixed.toml": mixed,
+                           "map.toml": IMPORT_MAP, "table.csv": table(3000),
+                           "chamber.toml": self.text_of("profiles", "chambers", "watlow_f4t.toml"),
+                           "stream.toml": self.text_of("profiles", "gyro-streams", "kvh-17xx-a.toml"),
+                           "gyro.toml": self.text_of("profiles", "gyros", "calibrated.toml")}.items():
+            with open(self.of(name), "w", encoding="utf-8") as file:
+                file.write(text)
+        self.must(["run", self.of("profile.toml"), "--rig", self.of("rig.toml"), "--out", self.of("finished.db")])
+        self.must(["export", self.of("finished.db"), "--out", self.of("finished.csv")])
+        self.must(["import", self.of("table.csv"), "--map", self.of("map.toml"), "--out", self.of("table.db")])
+        self.must(["train", self.of("table.db"), "--method", "linear", "--inputs", "A-B,A", "--folds", "blocks",
+                   "--out", self.of("linear.json")])
+        self.must(["train", self.of("table.db"), "--inputs", "A-B,A", "--folds", "blocks", "--quick", "--out",
+                   self.of("svr.json")])
+        self.leave_unfinished()
+        with open(self.of("finished.csv"), "rb") as file:
+            self.finished_rows = file.read()
+
+    def leave_unfinished(self):
+        """A run that was killed: a log lies beside the record."""
+        with open(os.devnull, "w") as nowhere:
+            child = subprocess.Popen([self.program, "run", self.of("long.toml"), "--rig", self.of("rig.toml"), "--json",
+                                      "--quiet", "--out", self.of("unfinished.db")], stdout=subprocess.PIPE,
+                                     stderr=nowhere)
+            child.stdout.readline()
+            child.kill()
+            child.wait()
+        if not os.path.getsize(self.of("unfinished.db-wal")):
+            sys.exit("the run that was killed left no log")
+
+
+def listing(folder):
+    """Every name with what stands there; what was asked for goes into out/."""
+    found = {}
+    for root, folders, files in os.walk(folder):
+        if root == folder and "out" in folders:
+            folders.remove("out")
+        for name in folders + files:
+            path = os.path.join(root, name)
+            facts = os.lstat(path)
+            content = os.readlink(path) if stat.S_ISLNK(facts.st_mode) else ""
+            if stat.S_ISREG(facts.st_mode) and facts.st_size < 20_000_000:
+                with open(path, "rb") as file:
+                    content = hashlib.sha256(file.read()).hexdigest()
+            times = facts.st_mtime_ns if stat.S_ISREG(facts.st_mode) else 0
+            found[os.path.relpath(path, folder)] = (facts.st_mode, facts.st_ino, facts.st_size, times, content)
+    return found
+
+
+class Input:
+    """One hostile input in a folder of its own, and what is done with it."""
+
+    def __init__(self, laboratory, number, seed):
+        self.laboratory, self.number = laboratory, number
+        self.random = random.Random("%d %d" % (seed, number))
+        self.folder = os.path.join(laboratory.folder, "input-%d" % number)
+        self.complaints = []
+        os.mkdir(self.folder)
+        os.mkdir(self.of("out"))
+        self.put("precious", b"precious\0")
+
+    def of(self, name):
+        return os.path.join(self.folder, name)
+
+    def put(self, name, content):
+        with open(self.of(name), "wb") as file:
+            file.write(content if isinstance(content, bytes) else content.encode())
+        return self.of(name)
+
+    def copy(self, *names):
+        for name in names:
+            if os.path.exists(self.laboratory.of(name)):
+                shutil.copy2(self.laboratory.of(name), self.of(name))
+        return self.of(names[0])
+
+    def complain(self, what):
+        self.complaints.append(what)
+
+    def expect(self, codes, *arguments, memory_mb=None, stdin=None, patience_s=None):
+        """Runs the program on it; the answer is one of `codes`, told in words that steer no terminal."""
+        before = listing(self.folder)
+        ran = self.laboratory.run(list(arguments), patience_s=patience_s, cwd=self.folder, stdin=stdin)
+        told = "%s -> %s in %.2f s, %.0f MB: %r" % (" ".join(arguments), ran.code, ran.seconds, ran.memory_mb,
+                                                    ran.err[:300])
+        if ran.code not in codes:
+            self.complain("expected %s: %s" % (" or ".join(map(str, codes)), told))
+        if memory_mb and not self.laboratory.sanitized and ran.memory_mb > memory_mb:
+            self.complain("more than %d MB: %s" % (memory_mb, told))
+        if ran.code == WRONG_FILE and b"gyrotherm: " not in ran.err:
+            self.complain("refused without a message: " + told)
+        for stream in (ran.out, ran.err):
+            if any((byte < 32 and byte not in b"\n\t") or byte == 127 for byte in stream):
+                self.complain("controls in what it says: " + told)
+        after = listing(self.folder)
+        if after != before:
+            changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
+            self.complain("touched %s: %s" % (", ".join(changed), told))
+        return ran

@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""Hands files of strangers to the program: each is either read or refused with one message, in seconds, in a bounded
+memory, and nothing but what was asked for is touched.
+
+    run.py PROGRAM SOURCE [--count N] [--first N] [--seed N] [--sanitized] [--keep DIR]
+
+Each input is drawn from its own seed, so that a failing one comes again with --first NUMBER --count 1."""
+import argparse
+import collections
+import concurrent.futures
+import json
+import os
+import random
+import resource
+import shutil
+import sqlite3
+import stat
+import sys
+import time
+
+from laboratory import Input, Laboratory
+from neighbours import file_beside, links_beside, pipe_beside, something_else
+from records import (cut_log, cut_record, edited_record, emptied_record, flipped_log, flipped_record, journal_beside,
+                     no_record, resumed_after_damage, strange_name)
+from tables import hostile_model, hostile_table
+from texts import text_in_a_record, toml_bomb, toml_mutation
+
+# Shares of a hundred inputs.
+KINDS = [(toml_mutation, 16), (toml_bomb, 10), (text_in_a_record, 2), (flipped_record, 12), (cut_record, 3),
+         (flipped_log, 5), (cut_log, 4), (resumed_after_damage, 3), (edited_record, 9), (journal_beside, 5),
+         (emptied_record, 1), (no_record, 2), (strange_name, 1), (links_beside, 4), (something_else, 8),
+         (pipe_beside, 2), (file_beside, 3), (hostile_model, 6), (hostile_table, 4)]
+
+
+def pipes(folder, names):
+    return [name for name in names if stat.S_ISFIFO(os.lstat(os.path.join(folder, name)).st_mode)]
+
+
+def carry_out(laboratory, number, seed, keep):
+    """The kinds take turns in their shares, so that any stretch of inputs has all of them."""
+    turns = [kind for kind, share in KINDS for _ in range(share)]
+    random.Random(seed).shuffle(turns)
+    kind = turns[number % len(turns)]
+    one = Input(laboratory, number, seed)
+    began = time.monotonic()
+    try:
+        kind(one)
+    except (OSError, sqlite3.Error, json.JSONDecodeError, UnicodeDecodeError) as error:
+        one.complain("the input could not be made or judged: %r" % error)
+    if one.complaints and keep:
+        shutil.copytree(one.folder, os.path.join(keep, "input-%d" % number), symlinks=True, dirs_exist_ok=True,
+                        ignore=pipes)
+    shutil.rmtree(one.folder)
+    return number, kind.__name__, one.complaints, time.monotonic() - began
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("source")
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=16)
+    parser.add_argument("--sanitized", action="store_true", help="the program is slow and large")
+    parser.add_argument("--keep", help="where the inputs that failed are left")
+    options = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if not options.sanitized:
+        resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+    laboratory = Laboratory(options.program, options.source, options.sanitized)
+    failed, times, counts = 0, collections.Counter(), collections.Counter()
+    try:
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            numbers = range(options.first, options.first + options.count)
+            for number, kind, complaints, seconds in pool.map(
+                    lambda n: carry_out(laboratory, n, options.seed, options.keep), numbers):
+                times[kind] += seconds
+                counts[kind] += 1
+                failed += 1 if complaints else 0
+                for complaint in complaints:
+                    print("%d %s: %s" % (number, kind, complaint), flush=True)
+    finally:
+        shutil.rmtree(laboratory.folder, ignore_errors=True)
+    for kind, count in counts.most_common():
+        print("%5d %-22s %.2f s each" % (count, kind, times[kind] / count))
+    print("%d inputs, %d failed" % (sum(counts.values()), failed))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

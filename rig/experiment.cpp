@@ -85,6 +85,10 @@ void Experiment::note(EventKind kind, std::string text) {
 }
 
 std::string Experiment::objection(OperatorCommand command) const {
+  const bool takes_over = command == OperatorCommand::resume && stands(Cause::foreign_set_point);
+  if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
+  if (command == OperatorCommand::resume && run_state() == RunState::held && !holds_.empty() && !takes_over)
+    return "what holds it still stands: " + holds_;
   if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
   return watch_ && command == OperatorCommand::pause
              ? "the controller carries the profile out; only its panel can pause it"
@@ -205,6 +209,7 @@ void Experiment::change_to(Procedure procedure) {
 }
 
 void Experiment::step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed) {
+  holds_ = verdict.reaction == Reaction::hold ? verdict.cause : "";
   auto request = take_request();
   if (watch_ && request && request->command == OperatorCommand::pause) {
     note(EventKind::note, "it cannot be paused: the controller carries the profile out by itself");

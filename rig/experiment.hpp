@@ -110,6 +110,7 @@ class Experiment {
   std::optional<ProgramWatch> watch_;  ///< of a controller that carries the profile out
   OperatorRequests requests_;
   bool taking_over_ = false;
+  std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
   int last_segment_ = -1;
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
   std::vector<std::string> alarms_;  ///< of the chamber, last seen

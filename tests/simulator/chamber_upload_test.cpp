@@ -103,14 +103,14 @@ TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
   line.pass(10);
-  const auto running = line.chamber->read();
+  const auto running = line.chamber->inspect();  // all of its status, however many readings of a slow line that is
   ASSERT_TRUE(running) << text(running.error());
   EXPECT_TRUE(running->activity == ChamberActivity::program || running->activity == ChamberActivity::soaking)
       << name(running->activity);
   EXPECT_TRUE(running->alarms.empty()) << running->alarms.front();
   if (!line.map.sequences.contains("resume")) return;
   ASSERT_TRUE(line.chamber->perform("pause"));
-  const auto held = line.chamber->read();
+  const auto held = line.chamber->inspect();
   ASSERT_TRUE(held);
   EXPECT_EQ(held->activity, ChamberActivity::holding);
   ASSERT_TRUE(line.chamber->perform("resume"));

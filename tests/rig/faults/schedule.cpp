@@ -47,7 +47,7 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
     {Kind::cooler_weak, "cooler_weak", 1, true, 0, 1},
     {Kind::machinery_stuck, "machinery_stuck", 1, true, -1, 1},
     {Kind::door_open, "door_open"},
-    {Kind::limiter_trips, "limiter_trips", 1, false, 0, 0, 1},
+    {Kind::limiter_trips, "limiter_trips", 1, false, 0, 0, 2},
     {Kind::filter_dirty, "filter_dirty"},
     {Kind::air_sensor_error, "air_sensor_error", 1, true, -30, 30},
     {Kind::air_sensor_frozen, "air_sensor_frozen"},

@@ -27,7 +27,7 @@ MUTANTS = [
      "spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;", "true;",
      "drivers_test", "StatusTurns.OfASlowLineThePiecesTakeTurnsAndASetPointHasItsTime"),
     ("a status that is never complete is not missed", "drivers/chamber/status_turns.cpp",
-     "return since_round_ > kReadingsWithoutARound;", "return false;",
+     "return since_round_ > kReadingsWithoutARound + every_;", "return false;",
      "drivers_test", "StatusTurns.ARoundThatIsNotCompletedForAMinuteIsOverdue"),
     ("an old piece of the status counts after a silence", "drivers/chamber/status_turns.cpp",
      "void StatusTurns::begin_anew() {\n  so_far_.clear();\n  at_ = 0;", "void StatusTurns::begin_anew() {",

@@ -37,6 +37,7 @@ constexpr auto kFilesWithin = seconds(5);       ///< beside the record, where so
 constexpr auto kUntilTheSetPoint = seconds(1);  ///< between two attempts, before the chamber has taken it
 constexpr auto kUntilTheRest = seconds(10);     ///< … and afterwards
 constexpr int kGivesUpTo = 60;                  ///< s for which another program has had the chamber
+constexpr int kWaitsFor = 15;                   ///< s, likewise, where somebody waits: it may be the guard, at work
 
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
@@ -83,7 +84,15 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   if (manner == Manner::insist) return rescue(voice, **armed, *chamber, kEnded);
   if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
   Trail trail(**armed, kEnded);
-  const auto rescued = attempt_once(**armed, *chamber, voice);
+  auto rescued = attempt_once(**armed, *chamber, voice);
+  for (int waited = 0; rescued.in_use && waited < kWaitsFor; ++waited) {
+    std::this_thread::sleep_for(seconds(1));
+    if (const auto now = read_armed(armed_path(record)); now && !*now) {
+      voice.say(record + ": another program has made its chamber safe");
+      return MakeSafeExit::safe;
+    }
+    rescued = attempt_once(**armed, *chamber, voice);
+  }
   if (rescued.in_use) return exit_for(rescued);
   trail.leave(rescued);
   if (rescued.reached == SafeStage::all) trail.disarm();

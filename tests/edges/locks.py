@@ -241,7 +241,7 @@ while names:
                 break
             except OSError:
                 pass
-    time.sleep(0.005)
+    time.sleep(0.0001)
 time.sleep(600)
 """
 

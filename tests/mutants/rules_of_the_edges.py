@@ -96,7 +96,7 @@ MUTANTS = [
      "    answer(descriptor);\n", "",
      "outer_ring_test", "Guard.AnswersWhatItHearsAndSoIsKnownToLive"),
     ("work that hangs holds up the guard", "app/guard/child_work.cpp",
-     "std::optional<std::string> ChildWork::next(Duration within) {", "std::optional<std::string> ChildWork::next(Duration) {\n  const auto within = std::chrono::hours(1);",
+     "std::optional<std::string> ChildWork::next(Duration within) {", "std::optional<std::string> ChildWork::next(Duration) {\n  const auto within = std::chrono::seconds(30);",
      "outer_ring_test", "ChildWork.OneThatHangsHoldsUpNobody"),
     ("an armed file that is gone stays gone", "app/guard/life_line.cpp",
      "const auto written = in_place ? Result<void>() : arm(armed);", "const Result<void> written;",

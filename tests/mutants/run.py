@@ -141,4 +141,5 @@ def main():
     sys.exit(caught != len(chosen))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -215,6 +215,28 @@ TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
   }
 }
 
+/// The last write before a run's first command; then all of them.
+TEST(DiskFaults, ADiskThatForgetsIsFoundBeforeTheFirstCommand) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  std::int64_t writes = 0;
+  {
+    FailingVfs vfs;
+    vfs.fail(0, true, FailingVfs::Kind::forgetful);
+    const auto store = Store::create(path, two_thermometers(), {});
+    ASSERT_TRUE(store);
+    writes = vfs.operations();
+  }
+  for (const std::int64_t from : {writes, writes / 2, std::int64_t{1}}) {
+    remove_record(path);
+    FailingVfs vfs;
+    vfs.fail(from, true, FailingVfs::Kind::forgetful);
+    EXPECT_FALSE(Store::create(path, two_thermometers(), {})) << from;
+    EXPECT_GT(vfs.failures(), 0) << from;
+    EXPECT_FALSE(std::filesystem::exists(path)) << from;
+  }
+}
+
 /// A small ext4 with blocks of 4 KiB, from a file; only root may.
 class SmallDisk {
  public:

@@ -35,6 +35,8 @@ int read(sqlite3_file* file, void* into, int size, sqlite3_int64 offset) {
 
 int write(sqlite3_file* file, const void* from, int size, sqlite3_int64 offset) {
   if (const int code = of(file).vfs->count('w')) return code;
+  const std::string other(static_cast<std::size_t>(size), '\0');
+  if (of(file).vfs->forgets()) from = other.data();
   of(file).vfs->wrote(*of(file).path, offset, {static_cast<const char*>(from), static_cast<std::size_t>(size)});
   return of(file).below()->pMethods->xWrite(of(file).below(), from, size, offset);
 }
@@ -190,7 +192,14 @@ void FailingVfs::fail(std::int64_t operation, bool sticky, Kind kind) {
   failures_ = 0;
 }
 
+bool FailingVfs::forgets() {
+  if (kind_ != Kind::forgetful || ++operations_ < fail_at_ || fail_at_ == 0) return false;
+  ++failures_;
+  return true;
+}
+
 int FailingVfs::count(char operation) {
+  if (kind_ == Kind::forgetful) return SQLITE_OK;
   if (kind_ == Kind::sync_error && operation != 's') return SQLITE_OK;
   if (kind_ == Kind::full && operation != 'w') return SQLITE_OK;
   ++operations_;

@@ -20,6 +20,7 @@ class FailingVfs {
     sync_error,  ///< syncs alone; what was to be synced is lost, although the next sync succeeds, as in Linux
     full,        ///< writes alone, for want of space
     power_cut,   ///< from then on nothing has any effect
+    forgetful,   ///< writes alone: the disk says that they succeeded, and has other bytes
   };
 
   FailingVfs();
@@ -37,8 +38,9 @@ class FailingVfs {
   /// sectors of 512 bytes, by chance. All files must be closed.
   void lose_what_was_not_synced(unsigned seed);
 
-  /// For the file system itself: the code to fail with, or 0.
+  /// For the file system itself: the code to fail with, or 0; of a write, whether the disk forgets it.
   int count(char operation);
+  bool forgets();
   void wrote(const std::string& path, std::int64_t offset, std::string bytes);
   void truncated(const std::string& path, std::int64_t size);
   void synced(const std::string& path);

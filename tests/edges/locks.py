@@ -55,6 +55,7 @@ class Machine:
         self.hot = scene.profile(hold(60.0, 3600))
         self.other = scene.profile(hold(45.0, 3600), name="other.toml")
         self.thieves: list[subprocess.Popen[bytes]] = []
+        self.stolen: set[str] = set()  # names that thieves have before the guard of a killed program acts
         self.first_began = 0.0
 
     def rig(self, host: str = "127.0.0.1", name: str = "rig.toml") -> pathlib.Path:
@@ -93,12 +94,20 @@ class Machine:
                 found += [p for p in (folder.iterdir() if folder.is_dir() else [folder]) if p.is_file()]
         return [p for p in found if not p.is_relative_to(self.scene.folder)]
 
+    def names(self) -> set[str]:
+        """The abstract names with the chamber's port that streams listen at: each type of socket has names of its own,
+        and attacks side by side have theirs."""
+        listening, stream = "00010000", "0001"
+        port = self.laboratory.lines["chamber"].rpartition(":")[2]
+        rows = [line.split() for line in pathlib.Path("/proc/net/unix").read_text(errors="replace").splitlines()[1:]]
+        return {row[7][1:] for row in rows
+                if len(row) > 7 and row[3:5] == [listening, stream] and row[7].startswith("@") and port in row[7]}
+
     def learn(self) -> tuple[list[pathlib.Path], list[str]]:
         """The names that the program locks and listens at, by letting it run for a moment; then all is removed."""
-        before = abstract_names()
         run = self.first(record="learnt.db", name="learnt")
         self.scene.need(run.wait_acknowledged(0, START_LIMIT), f"it did not begin: {run.errors()[-600:]}")
-        files, names = self.lock_files(), sorted(abstract_names() - before)
+        files, names = self.lock_files(), sorted(self.names())
         run.signal(signal.SIGTERM)
         self.scene.need(run.wait(20) == 5, "it did not end")
         for file in files:
@@ -106,13 +115,6 @@ class Machine:
             if file.parent.name.startswith("gyrotherm"):
                 shutil.rmtree(file.parent, ignore_errors=True)
         return files, names
-
-
-def abstract_names() -> set[str]:
-    """The listening abstract sockets of this machine that may be gyrotherm's."""
-    lines = pathlib.Path("/proc/net/unix").read_text(errors="replace").splitlines()[1:]
-    names = {line.split()[7][1:] for line in lines if len(line.split()) > 7 and line.split()[7].startswith("@")}
-    return {name for name in names if "gyrotherm" in name}
 
 
 def expect_told(scene: Scene, text: str, user: str, pid: int) -> None:
@@ -132,8 +134,16 @@ def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") 
 
 def expect_safe_death(machine: Machine, run: Run) -> None:
     """The first program is killed, and its chamber is safe within 20 s."""
+    guards = until(run.guards, 5) or [] if machine.stolen else []
+    for pid in guards:
+        kill(pid, signal.SIGSTOP)
     died = time.monotonic()
     run.signal(signal.SIGKILL)
+    if machine.stolen:
+        run.wait(5)
+        machine.scene.need(bool(until(lambda: machine.stolen <= machine.names(), 5)), "the thieves were too slow")
+    for pid in guards:
+        kill(pid, signal.SIGCONT)
     machine.scene.expect_safe(machine.laboratory, died, GUARD_LIMIT, "the program killed")
     machine.scene.expect_held(machine.laboratory, 1)
 
@@ -227,20 +237,19 @@ import os, socket, sys, time
 os.setgroups([])
 os.setgid(65534)
 os.setuid(65534)
-names, kept = sys.argv[1:], []
-while names:
-    for name in list(names):
-        for kind in (socket.SOCK_STREAM, socket.SOCK_SEQPACKET, socket.SOCK_DGRAM):
-            try:
-                own = socket.socket(socket.AF_UNIX, kind)
-                own.bind(chr(0) + name)
-                if kind != socket.SOCK_DGRAM:
-                    own.listen(8)
-                kept.append(own)
-                names.remove(name)
-                break
-            except OSError:
-                pass
+kinds = (socket.SOCK_STREAM, socket.SOCK_SEQPACKET, socket.SOCK_DGRAM)
+wanted, kept = [(name, kind) for name in sys.argv[1:] for kind in kinds], []
+while wanted:
+    for name, kind in list(wanted):
+        try:
+            own = socket.socket(socket.AF_UNIX, kind)
+            own.bind(chr(0) + name)
+            if kind != socket.SOCK_DGRAM:
+                own.listen(128)
+            kept.append(own)
+            wanted.remove((name, kind))
+        except OSError:
+            pass
     time.sleep(0.0001)
 time.sleep(600)
 """
@@ -258,7 +267,7 @@ def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str
     if not names:
         machine.scene.fact("the program listens at no abstract name")
     squat(machine, names)
-    taken = until(lambda: set(names) <= abstract_names(), 5)
+    taken = until(lambda: set(names) <= machine.names(), 5)
     machine.scene.need(bool(taken), "nobody could not take the names")
 
 
@@ -285,16 +294,17 @@ def lies(machine: Machine) -> None:
 
 
 def name_thieves(machine: Machine) -> None:
-    squat(machine, abstract_names())
+    squat(machine, machine.names())
     time.sleep(0.5)
 
 
 def namesakes(machine: Machine) -> None:
-    """Thieves of names that are called as the program is."""
+    """Thieves of names that are called as the program is, and are quicker than its guard."""
     likeness = machine.scene.folder / "likeness" / "gyrotherm"
     likeness.parent.mkdir(mode=0o755)
     shutil.copy2(os.path.realpath(sys.executable), likeness)
-    squat(machine, abstract_names(), likeness)
+    machine.stolen = machine.names()
+    squat(machine, machine.stolen, likeness)
     time.sleep(0.5)
     machine.scene.need(machine.thieves[-1].poll() is None, "the likeness did not run")
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/log_check.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -131,16 +133,39 @@ std::optional<Interference> FileWatch::judge_content(File& file) {
 
 /// What happened to the database is the graver.
 std::optional<Interference> FileWatch::look() {
-  if (auto found = look_at_names()) return found;
+  if (auto found = judge_names()) return found;
   for (auto& file : files_)
     if (auto found = judge_content(file)) return found;
   return {};
 }
 
-std::optional<Interference> FileWatch::look_at_names() const {
+std::optional<Interference> FileWatch::judge_names() const {
   for (const auto& file : files_)
     if (auto found = judge_name(file)) return found;
   return {};
+}
+
+std::optional<Interference> FileWatch::look_at_log(std::int64_t frames) const {
+  const auto& log = files_[1];
+  if (log_is_whole(log.held, frames)) return {};
+  return interference(Interference::Kind::spoiled, true, log.name, "written to");
+}
+
+std::optional<Interference> FileWatch::look_after_writing(std::int64_t frames) {
+  constexpr Duration kPause = std::chrono::milliseconds(500);
+  if (auto found = judge_names()) return found;
+  const auto now = clock_.now().since_start;
+  if (log_seen_ && now - *log_seen_ < kPause) return {};
+  log_seen_ = now;
+  return look_at_log(frames);
+}
+
+std::optional<Interference> FileWatch::look_closely(std::int64_t frames) const {
+  const auto& database = files_[0];
+  if (auto found = judge_names()) return found;
+  if (BlockSums::of(database.held, database.seen.length) != database.content)
+    return interference(Interference::Kind::spoiled, false, database.name, "written to");
+  return look_at_log(frames);
 }
 
 }  // namespace gyrotherm

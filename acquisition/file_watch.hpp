@@ -10,6 +10,7 @@
 #include <string>
 
 #include "acquisition/block_sums.hpp"
+#include "core/clock.hpp"
 #include "core/result.hpp"
 #include "drivers/line/descriptor.hpp"
 
@@ -35,8 +36,13 @@ class FileWatch {
   /// Compares names, lengths and times of writing with what they were at the last remember(), and the database's
   /// content where its time alone is another: somebody may merely have touched it. To be called before writing.
   [[nodiscard]] std::optional<Interference> look();
-  /// Compares the names alone. To be called after writing.
-  [[nodiscard]] std::optional<Interference> look_at_names() const;
+  /// Compares the names, and as often as twice a second the log of so many frames with the sums in it, which shows
+  /// what somebody wrote while this process did. To be called after writing.
+  [[nodiscard]] std::optional<Interference> look_after_writing(std::int64_t frames);
+  /// Compares the log alone. To be called before it is folded in.
+  [[nodiscard]] std::optional<Interference> look_at_log(std::int64_t frames) const;
+  /// Compares everything, the database's content by its sums. To be called before a record is said to be whole.
+  [[nodiscard]] std::optional<Interference> look_closely(std::int64_t frames) const;
   /// What stands there now was written by this process: in the log; in the database too, by folding in the log; or
   /// wherever it may be.
   void remember_log();
@@ -62,10 +68,13 @@ class FileWatch {
   [[nodiscard]] static std::optional<Seen> see(int descriptor);
   [[nodiscard]] static bool was_merely_touched(File& file, const Seen& now);
   [[nodiscard]] std::optional<Interference> judge_name(const File& file) const;
+  [[nodiscard]] std::optional<Interference> judge_names() const;
   [[nodiscard]] static std::optional<Interference> judge_content(File& file);
 
   std::shared_ptr<const Descriptor> folder_;  ///< a folder that is moved is still theirs
   std::array<File, 2> files_;
+  SteadyClock clock_;
+  std::optional<Duration> log_seen_;  ///< when the log's sums were last compared
 };
 
 }  // namespace gyrotherm

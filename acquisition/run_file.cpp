@@ -211,7 +211,7 @@ Result<void> RunFile::begin() {
 Result<void> RunFile::commit() {
   if (auto done = statements_->commit.run(); !done) return done;
   if (watch_) {
-    if (auto refused = refuse_if(watch_->look_at_names()); !refused) return refused;
+    if (auto refused = refuse_if(watch_->look_after_writing(database_.log_pages())); !refused) return refused;
     watch_->remember_log();
   }
   committed_ = now_;
@@ -246,6 +246,8 @@ Result<void> RunFile::roll_back() {
 Result<void> RunFile::fold_log() {
   constexpr int kLongLogPages = 200;
   if (database_.log_pages() < kLongLogPages) return {};
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look_at_log(database_.log_pages())); !refused) return refused;
   auto done = database_.fold_log();
   if (watch_) watch_->remember_fold();
   return done;
@@ -355,7 +357,7 @@ Result<void> RunFile::finish() {
   if (watch_)
     if (auto refused = refuse_if(watch_->look()); !refused) return refused;
   return seal()
-      .and_then([this] { return watch_ ? refuse_if(watch_->look_at_names()) : Result<void>{}; })
+      .and_then([this] { return watch_ ? refuse_if(watch_->look_closely(database_.log_pages())) : Result<void>{}; })
       .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
       .and_then([this](const std::string& busy) -> Result<void> {
         if (busy == "0") return {};

@@ -4,9 +4,11 @@
 
 #include <fstream>
 #include <functional>
+#include <thread>
 
 #include "acquisition/chain_check.hpp"
 #include "acquisition/manifest.hpp"
+#include "acquisition/run_file.hpp"
 #include "acquisition/run_parts.hpp"
 #include "runs.hpp"
 
@@ -204,6 +206,65 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_EQ(record->slot.front(), 50) << "the first that was in memory when the log was lost";
   EXPECT_EQ(record->slot.size(), 350u);
+}
+
+/// A transaction of its own.
+Result<void> second(
+    RunFile& file, std::int64_t slot, const std::function<void()>& between = [] {}) {
+  const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
+  const auto begun = file.begin();
+  between();
+  return begun.and_then([&] { return file.insert(entry); })
+      .and_then([&] { return file.replace_frames({}); })
+      .and_then([&] { return file.commit(); });
+}
+
+/// What is written while the program writes too has the time of the program's own writing.
+TEST(FileAttack, OfALogWhileItIsWrittenIsSeen) {
+  for (const std::streamoff at : {0, 40, 3000}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    auto file = RunFile::create(path, two_thermometers()).value();
+    ASSERT_TRUE(second(file, 0));
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    EXPECT_FALSE(second(file, 1, [&] { overwrite(path + "-wal", at, 8, 'x'); })) << at;
+    ASSERT_TRUE(file.interference()) << at;
+    EXPECT_TRUE(file.interference()->of_log) << at;
+    file.leave_untouched();
+  }
+}
+
+TEST(FileAttack, OfALogBetweenTwoLooksIsSeenBeforeItIsFoldedIn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto file = RunFile::create(path, two_thermometers()).value();
+  Result<void> done;
+  for (std::int64_t slot = 0; done && slot < 300; ++slot)
+    done = second(file, slot, [&] {
+             if (slot == 5) overwrite(path + "-wal", 3000, 8, 'x');
+           }).and_then([&] { return file.fold_log(); });
+  EXPECT_FALSE(done);
+  EXPECT_TRUE(file.interference());
+  file.leave_untouched();
+}
+
+TEST(FileAttack, OfARecordWhileItsLogIsFoldedInIsSeenAtItsEnd) {
+  constexpr std::int64_t kFew = 3000;
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto file = RunFile::create(path, two_thermometers()).value();
+  std::int64_t slot = 0;
+  const auto fill = [&] {
+    for (const auto end = slot + kFew; slot < end; ++slot) ASSERT_TRUE(second(file, slot));
+  };
+  fill();
+  ASSERT_TRUE(file.fold_log());
+  fill();
+  overwrite(path, 70'000, 8, 'x');
+  ASSERT_TRUE(file.fold_log());
+  EXPECT_FALSE(file.finish());
+  ASSERT_TRUE(file.interference());
+  EXPECT_FALSE(file.interference()->of_log);
 }
 
 TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {

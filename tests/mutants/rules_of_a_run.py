@@ -42,7 +42,7 @@ MUTANTS = [
      "sequencer_test", "Procedure.AnAbortIsLatchedAndWaitsForTheChamber"),
     ("a pause outranks an abort", "sequencer/procedure.cpp",
      "if (now.verdict.reaction == Reaction::abort) return",
-     "if (now.verdict.reaction == Reaction::abort && !now.command) return",
+     "if (now.verdict.reaction == Reaction::abort && !now.request) return",
      "sequencer_test", "Procedure.TheMostSevereWins"),
     ("set points are sent when it is over", "sequencer/procedure.cpp",
      "return state == RunState::execute || state == RunState::suspended", "return state == RunState::complete || state == RunState::execute || state == RunState::suspended",

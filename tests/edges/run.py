@@ -63,8 +63,11 @@ def arguments() -> argparse.Namespace:
 
 def chosen(names: list[str], long: bool) -> list[Attack]:
     """The attacks of these names, in the order of their groups."""
-    found = [a for a in ATTACKS.values()
-             if not names or any(a.group == n or fnmatch.fnmatchcase(a.name, n) for n in names)]
+    of_name = {n: [a for a in ATTACKS.values() if a.group == n or fnmatch.fnmatchcase(a.name, n)] for n in names}
+    for name, attacks in of_name.items():
+        if not attacks:
+            sys.exit(f"no attack and no group is called {name}; --list names them")
+    found = [a for a in ATTACKS.values() if not names or any(a in attacks for attacks in of_name.values())]
     exact = set(names)
     return [a for a in found if long or not a.long_only or a.name in exact]
 

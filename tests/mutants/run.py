@@ -131,6 +131,8 @@ def main():
         sys.exit(__doc__)
     bench = Bench(sys.argv[1])
     chosen = [m for m in MUTANTS if len(sys.argv) < 3 or sys.argv[2] in m[0]]
+    if not chosen:
+        sys.exit(f"no mutant has {sys.argv[2]} in its name")
     caught = 0
     for name, source, old, new, program, test in chosen:
         found = verdict(bench, source, old, new, program, test)

@@ -21,8 +21,9 @@ int descriptor_of(int folder, const std::string& name) {
   struct stat wanted {};
   if (::fstatat(folder, name.c_str(), &wanted, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
   std::error_code error;
-  for (const auto& held : std::filesystem::directory_iterator("/proc/self/fd", error)) {
-    const auto text = held.path().filename().string();
+  for (std::filesystem::directory_iterator held("/proc/self/fd", error), end; !error && held != end;
+       held.increment(error)) {  // ++ would throw where another thread closes one
+    const auto text = held->path().filename().string();
     int number = kNoDescriptor;
     struct stat found {};
     std::from_chars(text.data(), text.data() + text.size(), number);

@@ -60,25 +60,35 @@ std::uint64_t inode_of(const std::string& place) {
   return 0;
 }
 
-bool has_open(const std::filesystem::path& process, const std::string& socket) {
+/// What is in a folder of proc(5); what ends while it is looked at is no error (an iterator's ++ would throw).
+template <typename Look>
+void each_in(const std::filesystem::path& folder, const Look& look) {
   std::error_code error;
-  for (const auto& held : std::filesystem::directory_iterator(process / "fd", error))
-    if (std::filesystem::read_symlink(held.path(), error) == socket) return true;
-  return false;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) look(*at);
+}
+
+bool has_open(const std::filesystem::path& process, const std::string& socket) {
+  bool found = false;
+  each_in(process / "fd", [&](const auto& held) {
+    std::error_code error;
+    found = found || std::filesystem::read_symlink(held.path(), error) == socket;
+  });
+  return found;
 }
 
 /// Of one that has the name and does not answer who it is: as far as this user may look into other processes.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
-  std::error_code error;
-  for (const auto& process : std::filesystem::directory_iterator("/proc", error)) {
+  NameOwner owner;
+  each_in("/proc", [&](const auto& process) {
     const auto number = process.path().filename().string();
-    if (!std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; })) continue;
+    if (owner.pid != 0 || !std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; }))
+      return;
     struct stat found {};
     if (has_open(process.path(), socket) && ::stat(process.path().c_str(), &found) == 0)
-      return {.pid = std::stoll(number), .uid = found.st_uid};
-  }
-  return {};
+      owner = {.pid = std::stoll(number), .uid = found.st_uid};
+  });
+  return owner;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "acquisition/log_check.hpp"
+#include "core/folder.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -20,10 +21,8 @@ namespace {
 int descriptor_of(int folder, const std::string& name) {
   struct stat wanted {};
   if (::fstatat(folder, name.c_str(), &wanted, AT_SYMLINK_NOFOLLOW) != 0) return kNoDescriptor;
-  std::error_code error;
-  for (std::filesystem::directory_iterator held("/proc/self/fd", error), end; !error && held != end;
-       held.increment(error)) {  // ++ would throw where another thread closes one
-    const auto text = held->path().filename().string();
+  for (const auto& held : entries_of("/proc/self/fd")) {
+    const auto text = held.filename().string();
     int number = kNoDescriptor;
     struct stat found {};
     std::from_chars(text.data(), text.data() + text.size(), number);

@@ -13,6 +13,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/folder.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -60,35 +62,25 @@ std::uint64_t inode_of(const std::string& place) {
   return 0;
 }
 
-/// What is in a folder of proc(5); what ends while it is looked at is no error (an iterator's ++ would throw).
-template <typename Look>
-void each_in(const std::filesystem::path& folder, const Look& look) {
-  std::error_code error;
-  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) look(*at);
-}
-
 bool has_open(const std::filesystem::path& process, const std::string& socket) {
-  bool found = false;
-  each_in(process / "fd", [&](const auto& held) {
+  const auto held = entries_of(process / "fd");
+  return std::any_of(held.begin(), held.end(), [&](const auto& descriptor) {
     std::error_code error;
-    found = found || std::filesystem::read_symlink(held.path(), error) == socket;
+    return std::filesystem::read_symlink(descriptor, error) == socket;
   });
-  return found;
 }
 
 /// Of one that has the name and does not answer who it is: as far as this user may look into other processes.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
-  NameOwner owner;
-  each_in("/proc", [&](const auto& process) {
-    const auto number = process.path().filename().string();
-    if (owner.pid != 0 || !std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; }))
-      return;
+  for (const auto& process : entries_of("/proc")) {
+    const auto number = process.filename().string();
+    if (!std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; })) continue;
     struct stat found {};
-    if (has_open(process.path(), socket) && ::stat(process.path().c_str(), &found) == 0)
-      owner = {.pid = std::stoll(number), .uid = found.st_uid};
-  });
-  return owner;
+    if (has_open(process, socket) && ::stat(process.c_str(), &found) == 0)
+      return {.pid = std::stoll(number), .uid = found.st_uid};
+  }
+  return {};
 }
 
 }  // namespace

@@ -15,6 +15,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/folder.hpp"
+
 namespace gyrotherm {
 
 namespace {
@@ -119,8 +121,8 @@ Result<Descriptor> open_pseudo_terminal(const std::string& device) {
 
 std::string stable_name(const std::string& device) {
   std::error_code none;
-  for (const auto& link : fs::directory_iterator("/dev/serial/by-id", none))
-    if (fs::canonical(link.path(), none) == device) return link.path().string();
+  for (const auto& link : entries_of("/dev/serial/by-id"))
+    if (fs::canonical(link, none) == device) return link.string();
   return {};
 }
 

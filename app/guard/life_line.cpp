@@ -124,7 +124,6 @@ struct LifeLine::Ties {
   int threads = 0;
 
   Result<void> start_guard();
-  void end_guard();
   void send(char byte);
   void listen();
   void tend_guard();
@@ -132,7 +131,17 @@ struct LifeLine::Ties {
   void tend(void (Ties::*chore)());
 };
 
-/// A new guard, once it watches. Called without the lock: starting a program may take its time.
+/// One that stands still would take the end of its line for a death, if it went on later.
+void end_guard(pid_t pid, Descriptor line) {
+  if (pid > 0) {
+    ::kill(pid, SIGKILL);
+    ::waitpid(pid, nullptr, 0);
+  }
+  line.close();
+}
+
+/// A new guard in the place of the one before, which ends once the new one watches. Called without the lock: starting
+/// a program may take its time.
 Result<void> LifeLine::Ties::start_guard() {
   const auto program = guard_program();
   const auto refuse = [&](const std::string& why) {
@@ -153,28 +162,15 @@ Result<void> LifeLine::Ties::start_guard() {
     ::waitpid(pid, nullptr, 0);
     return refuse("it does not say that it watches");
   }
-  const std::lock_guard lock(mutex);
-  line = std::move(own);
-  guard = pid;
+  std::unique_lock lock(mutex);
+  auto line_before = std::exchange(line, std::move(own));
+  const auto guard_before = std::exchange(guard, pid);
   watching = true;
   unanswered.reset();
   if (stop) send(kGoodBye);  // which came meanwhile
-  return {};
-}
-
-/// One that stands still would take the end of its line for a death, if it went on later.
-void LifeLine::Ties::end_guard() {
-  std::unique_lock lock(mutex);
-  const auto pid = std::exchange(guard, -1);
   lock.unlock();
-  if (pid > 0) {
-    ::kill(pid, SIGKILL);
-    ::waitpid(pid, nullptr, 0);
-  }
-  lock.lock();
-  line.close();
-  watching = false;
-  unanswered.reset();
+  end_guard(guard_before, std::move(line_before));
+  return {};
 }
 
 /// Called with the lock.
@@ -200,15 +196,13 @@ void LifeLine::Ties::tend_guard() {
   std::unique_lock lock(mutex);
   listen();
   const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswersWithin;
-  if (watching && !silent) return;
-  if (watching || line.is_open())
-    of_guard.begins(silent ? "the guard did not answer, and is replaced" : "the guard has ended, and is replaced");
+  if (watching && !silent) return of_guard.is_over();
+  const auto why = watching ? "did not answer" : "had ended";
   lock.unlock();
-  end_guard();
   const auto started = start_guard();
   lock.lock();
   if (started)
-    of_guard.is_over();
+    of_guard.begins(fmt::format("the guard {}, and was replaced", why));
   else
     of_guard.begins("nobody would make the chamber safe: " + text(started.error()));
 }

@@ -129,16 +129,31 @@ MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chambe
   return exit_for(rescued);
 }
 
-MakeSafeExit guard(Voice& voice, const std::string& record) {
+/// What the program that started this one has armed. If it has died before it could say so, its file says it.
+Result<Armed> orders_for(const std::string& record) {
+  const auto file = armed_path(record);
   const auto orders = receive_armed(STDIN_FILENO, kOrdersWithin);
-  if (!orders) return complain(voice, orders.error(), MakeSafeExit::usage);
-  const auto armed = parse_armed(*orders, armed_path(record));
-  if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
+  if (orders) return parse_armed(*orders, file);
+  const auto left = read_armed(file);
+  if (left && *left && ends((*left)->armed_by, kProgramsEndWithin)) return **left;
+  return failure(orders.error());
+}
+
+MakeSafeExit guard(Voice& voice, const std::string& record) {
+  const auto armed = orders_for(record);
+  if (!armed)
+    return complain(voice, armed.error(),
+                    armed.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
   const auto chamber = chamber_of(*armed);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
-  if (::write(STDIN_FILENO, &kWatching, 1) != 1) return MakeSafeExit::usage;
+  [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);  // if nobody hears it, the line has its end
   const auto end = watch(STDIN_FILENO);
-  return end == WatchEnd::good_bye ? MakeSafeExit::safe : rescue(voice, *armed, *chamber, in_words(end));
+  if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
+  for (;; std::this_thread::sleep_for(kUntilTheSetPoint)) try {
+      return rescue(voice, *armed, *chamber, in_words(end));
+    } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
+      voice.say(fmt::format("{}; it is tried again", failed.what()));
+    }
 }
 
 /// A terminal that closes, its Ctrl-C, an orderly end of the session and a watchdog that means another process are no

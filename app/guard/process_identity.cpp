@@ -7,29 +7,57 @@
 
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <sstream>
+#include <utility>
 
 #include "core/clock.hpp"
 #include "drivers/line/descriptor.hpp"
 
 namespace gyrotherm {
 
+namespace {
+
+struct Seen {
+  ProcessIdentity identity;
+  bool ended = false;  ///< and only waits to be reaped, or for those of its threads that the kernel still holds
+};
+
 /// proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
-std::optional<ProcessIdentity> identity_of(std::int64_t pid) {
+std::optional<Seen> see(std::int64_t pid) {
   std::ifstream file(fmt::format("/proc/{}/stat", pid));
-  const std::string stat((std::istreambuf_iterator<char>(file)), {});
+  std::string stat;
+  std::getline(file, stat, '\0');  // nothing if it ends in between, of which a streambuf makes an exception
   const auto name_ends = stat.rfind(')');
   if (name_ends == std::string::npos) return {};
   std::istringstream fields(stat.substr(name_ends + 1));
   std::string state, skipped;
   fields >> state;
-  if (state == "Z" || state == "X") return {};
   constexpr int kFieldsBetween = 18;
   for (int i = 0; i < kFieldsBetween; ++i) fields >> skipped;
-  ProcessIdentity found{.pid = pid, .started = 0, .boot = boot_id()};
-  if (!(fields >> found.started)) return {};
+  Seen found{.identity = {.pid = pid, .started = 0, .boot = boot_id()}, .ended = state == "Z" || state == "X"};
+  if (!(fields >> found.identity.started)) return {};
   return found;
+}
+
+/// A handle of the process; closed if it is no more.
+Descriptor handle_of(const ProcessIdentity& process) {
+  Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
+  // Compared after the handle is there: from now on the number cannot pass to another process.
+  const auto found = see(process.pid);
+  return found && found->identity == process ? std::move(handle) : Descriptor();
+}
+
+/// pidfd_open(2): readable once the process and all of its threads have ended.
+bool ends(const Descriptor& handle, Duration within) {
+  pollfd end{handle.number(), POLLIN, 0};
+  return !handle.is_open() || ::poll(&end, 1, static_cast<int>(within / std::chrono::milliseconds(1))) > 0;
+}
+
+}  // namespace
+
+std::optional<ProcessIdentity> identity_of(std::int64_t pid) {
+  const auto found = see(pid);
+  return found && !found->ended ? std::optional(found->identity) : std::nullopt;
 }
 
 ProcessIdentity own_identity() {
@@ -38,13 +66,12 @@ ProcessIdentity own_identity() {
 
 bool lives(const ProcessIdentity& process) { return identity_of(process.pid) == process; }
 
+bool ends(const ProcessIdentity& process, Duration within) { return ends(handle_of(process), within); }
+
 bool kill_surely(const ProcessIdentity& process, Duration within) {
-  const Descriptor handle(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<pid_t>(process.pid), 0)));
-  // Compared after the handle is there: from now on the number cannot pass to another process.
-  if (!handle.is_open() || !lives(process)) return true;
-  ::syscall(SYS_pidfd_send_signal, handle.number(), SIGKILL, nullptr, 0);
-  pollfd end{handle.number(), POLLIN, 0};
-  return ::poll(&end, 1, static_cast<int>(within / std::chrono::milliseconds(1))) > 0;
+  const auto handle = handle_of(process);
+  if (handle.is_open()) ::syscall(SYS_pidfd_send_signal, handle.number(), SIGKILL, nullptr, 0);
+  return ends(handle, within);
 }
 
 }  // namespace gyrotherm

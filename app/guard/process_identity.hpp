@@ -23,7 +23,10 @@ struct ProcessIdentity {
 [[nodiscard]] ProcessIdentity own_identity();
 [[nodiscard]] bool lives(const ProcessIdentity& process);
 
-/// Sends SIGKILL to that process and to no other, and waits at most `within` for its end; false if it still lives then.
+/// Waits at most `within` for the end of that process and all of its threads; false if there are some then.
+[[nodiscard]] bool ends(const ProcessIdentity& process, Duration within);
+
+/// Sends SIGKILL to that process and to no other, and waits as ends() does.
 [[nodiscard]] bool kill_surely(const ProcessIdentity& process, Duration within);
 
 }  // namespace gyrotherm

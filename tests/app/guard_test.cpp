@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <thread>
 
 #include "app/conduct/notify_socket.hpp"
 #include "app/guard/child_work.hpp"
@@ -140,6 +141,23 @@ TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
   EXPECT_EQ(::waitpid(child, nullptr, WNOHANG), 0) << "it lives";
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
+}
+
+/// Whoever starts the program may reap it in the very moment in which the guard looks at it.
+TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
+  for (int i = 0; i < 500; ++i) {
+    const auto child = idle_child();
+    const auto known = identity_of(child);
+    std::thread reaper([child, i] {
+      ::usleep(static_cast<useconds_t>(i % 100));
+      ::kill(child, SIGKILL);
+      ::waitpid(child, nullptr, 0);
+    });
+    while (identity_of(child)) {
+    }
+    EXPECT_TRUE(known && ends(*known, std::chrono::seconds(5)));
+    reaper.join();
+  }
 }
 
 TEST(NotifySocket, TellsWhoeverListens) {

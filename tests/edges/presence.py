@@ -122,6 +122,52 @@ def guard_stopped(scene: Scene) -> None:
     expect_safe_death(scene, laboratory, run, "killed while its guard was stopped")
 
 
+def killed_while_its_guard_is_replaced(scene: Scene, *, by: int) -> None:
+    """The guard is killed or stopped, the one in its place takes 3 s to begin, and meanwhile the program is killed:
+    the chamber is safe within 20 s."""
+    laboratory = scene.laboratory()
+    make_safe = scene.copy_programs()
+    run = scene.hot_run(laboratory)
+    slow = make_safe.with_name("slow") / make_safe.name
+    slow.parent.mkdir()
+    make_safe.rename(slow)
+    make_safe.write_text(f"#!/bin/sh\nsleep 3\nexec '{slow}' \"$@\"\n", encoding="utf-8")
+    make_safe.chmod(0o755)
+    guards = until(run.guards, PUT_BACK_WITHIN) or []
+    for pid in guards:
+        kill(pid, by)
+    another = until(lambda: set(run.guards()) - set(guards), 2 * PUT_BACK_WITHIN)
+    scene.need(another, "nobody came in the place of the guard")
+    time.sleep(0.5)
+    expect_safe_death(scene, laboratory, run, "killed while its guard was replaced")
+
+
+for _name, _signal in (("killed", signal.SIGKILL), ("stopped", signal.SIGSTOP)):
+    enter("presence", f"killed_while_its_{_name}_guard_is_replaced",
+          functools.partial(killed_while_its_guard_is_replaced, by=_signal))
+
+
+@attack("presence")
+def guard_without_orders(scene: Scene) -> None:
+    """A guard whose line ends before it has said what to do: as long as the program lives that is no reason to act;
+    once it is dead the armed file says what to do."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    guard = [scene.programs.make_safe, "--guard", run.record]
+    ran = scene.programs.finish(guard, 30)
+    scene.expect(ran.code == 2, f"exit {ran.code}, expected 2: {ran.text}")
+    scene.expect(abs(laboratory.chamber.set_point - 60) < 0.01, "it took the chamber from a program that lives")
+    scene.expect(not run.ended(), "it ended a program that lives")
+    for pid in run.guards():
+        kill(pid)
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    ran = scene.programs.finish(guard, 40)
+    scene.expect(ran.code == 0, f"exit {ran.code}, expected 0: {ran.text}")
+    scene.expect_safe(laboratory, died, 2 * GUARD_LIMIT, "a guard without orders")
+
+
 @attack("presence")
 def whole_group_killed(scene: Scene) -> None:
     """Everything that the terminal had started is killed at once: the guard is not among it."""

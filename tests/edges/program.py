@@ -91,6 +91,7 @@ class Run:
     out: pathlib.Path | None  # the file of its standard output, if that is one
     err: pathlib.Path | None
     terminal: "Terminal | None" = None
+    unread: "Pipe | None" = None  # its standard error, if that is one
 
     @property
     def pid(self) -> int:
@@ -102,6 +103,8 @@ class Run:
     def errors(self) -> str:
         if self.terminal:
             return self.terminal.shown.decode(errors="replace")
+        if self.unread:
+            return self.unread.read_for(0.2).decode(errors="replace")
         return self.err.read_text(errors="replace") if self.err else ""
 
     def acknowledged(self) -> int:
@@ -284,7 +287,8 @@ class Pipe:
 
 def start(programs: Programs, command: list[Any], record: pathlib.Path, *, name: str = "run",
           terminal: Terminal | None = None, stdout: int | IO[bytes] | None = None,
-          stderr: int | IO[bytes] | None = None, before: tuple[str, ...] = (), program: pathlib.Path | None = None,
+          stderr: "int | IO[bytes] | Pipe | None" = None, before: tuple[str, ...] = (),
+          program: pathlib.Path | None = None,
           **environment: str) -> Run:
     """Starts gyrotherm. Its output goes into files of the attack's folder where nothing else is said; with a terminal,
     that is its controlling one, its standard input and its standard error."""
@@ -292,18 +296,20 @@ def start(programs: Programs, command: list[Any], record: pathlib.Path, *, name:
     err = programs.folder / f"{name}.err" if stderr is None and terminal is None else None
     opened = [open(path, "wb") for path in (out, err) if path]
     files = iter(opened)
+    unread = stderr if isinstance(stderr, Pipe) else None
     arguments = [*before, str(program or programs.gyrotherm), *map(str, command)]
     if terminal:
         arguments = ["setsid", "-c", *arguments]
     process = subprocess.Popen(arguments, stdin=terminal.slave if terminal else subprocess.DEVNULL,
                                stdout=next(files) if out else stdout,
-                               stderr=next(files) if err else terminal.slave if terminal and stderr is None else stderr,
+                               stderr=next(files) if err else terminal.slave if terminal and stderr is None else
+                               unread.writes if unread else stderr,
                                env=programs.environment(environment), start_new_session=not terminal)
     for file in opened:
         file.close()
     if terminal:
         terminal.let_go()
-    return Run(programs, process, record, out, err, terminal)
+    return Run(programs, process, record, out, err, terminal, unread)
 
 
 def processes() -> dict[int, list[str]]:

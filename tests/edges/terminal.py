@@ -145,7 +145,7 @@ def full_pipe_for_messages(scene: Scene) -> None:
     """Standard error is a full pipe that nobody reads: ticks, record and limits must not notice."""
     laboratory, pipe = scene.laboratory(), Pipe()
     scene.closing.append(pipe.close)
-    run = scene.hot_run(laboratory, stderr=pipe.writes)
+    run = scene.hot_run(laboratory, stderr=pipe)
     pipe.fill()
     stopped_at = time.monotonic()
     time.sleep(waits(scene, 15, 120))

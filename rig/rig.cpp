@@ -103,6 +103,17 @@ class DriversOnWires final : public Drivers {
   Wires& wires_;
 };
 
+/// What an instrument answers to a question that may be put again: one lost answer is no reason not to begin. Of
+/// several failures the first is told.
+template <typename Ask>
+auto patiently(const Ask& ask) {
+  constexpr int kMostTries = 3;
+  auto answer = ask();
+  for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMostTries; ++tries)
+    if (auto again = ask(); again) answer = std::move(again);
+  return answer;
+}
+
 /// Instruments on their lines, and the sampler that reads them.
 class AssembledRig : public Rig {
  public:
@@ -179,9 +190,9 @@ class AssembledRig : public Rig {
   }
 
   Result<ChamberAsFound> look_at_chamber() {
-    const auto state = chamber_->inspect();
+    const auto state = patiently([&] { return chamber_->inspect(); });
     if (!state) return failure(state.error());
-    const auto limits = chamber_->limits();
+    const auto limits = patiently([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
     return ChamberAsFound{*state, *limits};
   }
@@ -193,7 +204,8 @@ class AssembledRig : public Rig {
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
     if (!kept) return kept;
     let_pass(1);
-    if (const auto origin = take_origin(); !origin) return failure(origin.error());
+    // The first frame may be its whole period away, which is longer than one read waits.
+    if (const auto origin = patiently([&] { return gyro_->take_origin(); }); !origin) return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
     return kept;
@@ -209,20 +221,14 @@ class AssembledRig : public Rig {
   }
 
   Result<std::vector<std::string>> ask_names() {
-    std::vector<Result<std::string>> answers{chamber_->identify()};
-    for (const auto& thermometer : thermometers_) answers.push_back(thermometer->identify());
+    std::vector<Result<std::string>> answers{patiently([&] { return chamber_->identify(); })};
+    for (const auto& thermometer : thermometers_) answers.push_back(patiently([&] { return thermometer->identify(); }));
     std::vector<std::string> names;
     for (auto& answer : answers) {
       if (!answer) return failure(answer.error());
       names.push_back(plain(*answer));
     }
     return names;
-  }
-
-  /// The first frame may be its whole period away, which is longer than one read waits.
-  Result<void> take_origin() {
-    auto origin = gyro_->take_origin();
-    return origin || origin.error().kind != FaultKind::timeout ? origin : gyro_->take_origin();
   }
 
   RigFile file_;

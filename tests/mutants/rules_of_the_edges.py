@@ -119,6 +119,10 @@ MUTANTS = [
      "  const std::string stat((std::istreambuf_iterator<char>(file)), {});",
      "outer_ring_test", "Guard.LooksAtProcessesThatEndMeanwhile"),
 
+    ("one lost answer ends a start", "rig/rig.cpp",
+     "constexpr int kMostTries = 3;", "constexpr int kMostTries = 1;",
+     "gyrotherm", "thermometer_1_silent_for_a_moment"),
+
     # What the program says.
     ("messages wait for their reader", "app/outlet.cpp",
      "if (by_thread) return work.notify_one();", "",

@@ -68,6 +68,9 @@ class Bench:
         self.links[program] = lines[-1]
         for line in lines:
             source = re.search(r" -c (\S+)$", line)
+            of_target = re.search(r" -o \S*CMakeFiles/([^/\s]+)\.dir/", line)
+            if of_target and of_target.group(1) in PROGRAMS and of_target.group(1) != program:
+                continue  # is built before it, and no part of it
             path = (self.build / source.group(1)).resolve() if source else self.build
             for one in compiled_as_one(path) if "/Unity/" in str(path) else [path]:
                 if source and one.is_relative_to(ROOT):
@@ -81,7 +84,7 @@ class Bench:
         (folder / "mutant.cpp").write_text(text.replace(old, new))
         for name in PROGRAMS if program == PROGRAMS[0] else [program]:
             self.learn(name)
-            if name != program and (name, source) not in self.compiles:  # only the other one is made of it
+            if program == PROGRAMS[0] and (name, source) not in self.compiles:  # only the other one is made of it
                 shutil.copy2(self.build / name, folder)
             else:
                 self.link(folder, name, self.compile(folder, source, *self.compiles[name, source]))

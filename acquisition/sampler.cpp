@@ -101,6 +101,9 @@ class WorkerSampler final : public Sampler {
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
   std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
+  /// Of a machine that stood still an answer may be there when it goes on, and be of a later second: that is none.
+  template <class T>
+  Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const;
   /// The fault that it was not.
   template <class T>
   Reading<T> late(const char* who, const Clock& clock) const;
@@ -128,6 +131,13 @@ Reading<T> WorkerSampler::late(const char* who, const Clock& clock) const {
   return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
 }
 
+template <class T>
+Reading<T> WorkerSampler::in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock,
+                                  Instant since) const {
+  const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
+  return good ? std::move(*reading) : late<T>(who, clock);
+}
+
 Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   const Instant now = clock.now();
   clock_ = &clock;
@@ -143,12 +153,10 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   });
 
   Sample sample = empty_sample(slot, now);
-  auto state = await(chamber_, chamber, clock, now);
-  sample.chamber = state ? std::move(*state) : late<ChamberState>("chamber", clock);
+  sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
   for (std::size_t i = 0; i < thermometers_.size(); ++i) {
-    const auto readings = await(thermometers_[i], thermometers[i], clock, now);
-    spread(instruments_.thermometers[i],
-           readings ? *readings : late<std::vector<Result<Celsius>>>("thermometer", clock), sample);
+    auto readings = await(thermometers_[i], thermometers[i], clock, now);
+    spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
   }
   auto count = await(gyro_, gyro, clock, now);
   if (count) frames_ = count->frames;

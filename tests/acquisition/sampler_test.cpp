@@ -185,6 +185,31 @@ TEST(Sampler, LateAnswerIsNeverALaterSecondsValue) {
   EXPECT_EQ(next.gyro.value->pulses, 2);
 }
 
+/// While its thermometer is read the whole machine stands still.
+class StandingStill final : public Clock, public Thermometer {
+ public:
+  Result<std::string> identify() override { return "slept"; }
+  Instant now() const override { return {elapsed_ms.load() * 1ms, elapsed_ms.load() * 1ms}; }
+  std::vector<Result<Celsius>> read() override {
+    elapsed_ms += stands_still_ms;
+    return {Celsius{24}};
+  }
+  std::atomic<std::int64_t> elapsed_ms{};
+  int stands_still_ms = 0;
+};
+
+TEST(Sampler, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
+  Bench bench;
+  StandingStill machine;
+  const auto sampler = Sampler::workers({bench.chamber, {{machine, {"A"}}}, bench.gyro});
+  machine.stands_still_ms = 700;
+  EXPECT_EQ(sampler->read(0, machine).thermometers[0].value, Celsius{24});
+  machine.stands_still_ms = 24'000;
+  const auto late = sampler->read(1, machine).thermometers[0].value;
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().kind, FaultKind::timeout);
+}
+
 TEST(Sampler, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
   Bench bench;
   bench.gyro.gate.close();

@@ -119,6 +119,10 @@ MUTANTS = [
      "  const std::string stat((std::istreambuf_iterator<char>(file)), {});",
      "outer_ring_test", "Guard.LooksAtProcessesThatEndMeanwhile"),
 
+    ("an answer of a later second is taken after a standstill", "acquisition/sampler.cpp",
+     "const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;",
+     "const bool good = reading.has_value();",
+     "acquisition_test", "Sampler.AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn"),
     ("one lost answer ends a start", "rig/rig.cpp",
      "constexpr int kMostTries = 3;", "constexpr int kMostTries = 1;",
      "gyrotherm", "thermometer_1_silent_for_a_moment"),

@@ -58,6 +58,8 @@ class Session {
     if (running == 0) {
       const SignalHandlers handlers;
       const Setting alone("OMPI_MCA_ess_singleton_isolated", "1");  // no daemon, which would want a network
+      // None of the folders that all processes of a user share: who ends removes them while another begins, and fails.
+      const Setting folders("OMPI_MCA_orte_create_session_dirs", "0");
       const Setting transport("OMPI_MCA_btl", "self");
       const Setting messages("OMPI_MCA_pml", "ob1");
       MPI_Init(nullptr, nullptr);

@@ -13,7 +13,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::size_t kMost = 1 << 20;
-constexpr int kForever = -1;
+constexpr int kUntilAWord = -1;
 
 /// True if a read would not wait: there is input, or its end, or a fault. False too once a stop is asked for.
 bool ready(int timeout_ms) {
@@ -29,7 +29,7 @@ bool ready(int timeout_ms) {
 Result<std::string_view> StandardInput::next() {
   buffer_.resize(kMost);
   std::size_t taken = 0;
-  for (int timeout_ms = kForever; taken < kMost && ready(timeout_ms); timeout_ms = 0) {
+  for (int timeout_ms = kUntilAWord; taken < kMost && ready(timeout_ms); timeout_ms = 0) {
     const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMost - taken);
     if (count == 0) break;
     if (count > 0) {

@@ -15,7 +15,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::size_t kStarts = 3;
+constexpr std::size_t kAscents = 3;
 constexpr Eigen::Index kMostSamples = 400;  // for the likelihood
 constexpr int kMostEvaluations = 80;
 
@@ -27,7 +27,7 @@ double between(double low, double high, std::mt19937_64& generator) {
 Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) {
   const double middle = std::sqrt(static_cast<double>(inputs));
   if (start == 0) return {.lengths = Eigen::RowVectorXd::Constant(inputs, middle), .signal = 1, .noise = 0.1};
-  std::mt19937_64 generator(seed * kStarts + start);
+  std::mt19937_64 generator(seed * kAscents + start);
   Covariance covariance{.lengths = Eigen::RowVectorXd(inputs), .signal = 0, .noise = 0};
   for (double& length : covariance.lengths) length = between(0.3 * middle, 5 * middle, generator);
   covariance.signal = between(0.5, 5, generator);
@@ -36,7 +36,7 @@ Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) 
 }
 
 Result<Ascent> best_ascent(const SampleMatrix& x, const Eigen::VectorXd& y, const MethodOptions& options) {
-  std::vector<Result<Ascent>> ascents(options.quick ? 1 : kStarts);
+  std::vector<Result<Ascent>> ascents(options.quick ? 1 : kAscents);
   const bool finished = in_parallel(ascents.size(), options.tuning.swarm.threads, "fitting", {}, [&](std::size_t i) {
     ascents[i] = climb_likelihood(start_of(i, x.cols(), options.seed), x, y, kMostEvaluations);
   });

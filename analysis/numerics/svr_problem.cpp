@@ -10,7 +10,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr int kColumnsAtOnce = 4;
+constexpr int kSummedAtOnce = 4;
 constexpr double kSumTolerance = 1e-12;  // of C n
 constexpr double kGapFloor = 1e-9;       // of C Σ|y_i − ȳ|
 
@@ -24,14 +24,14 @@ void add_columns(const double* const* columns, const double* weights, Eigen::Ind
 
 template <class ColumnOf>
 void add_columns_of(const Eigen::VectorXd& beta, Eigen::VectorXd& sum, ColumnOf column_of) {
-  std::array<const double*, kColumnsAtOnce> columns{};
-  std::array<double, kColumnsAtOnce> weights{};
+  std::array<const double*, kSummedAtOnce> columns{};
+  std::array<double, kSummedAtOnce> weights{};
   int filled = 0;
   for (Eigen::Index i = 0; i < beta.size(); ++i) {
     if (beta[i] == 0) continue;
     columns[filled] = column_of(i);
     weights[filled] = beta[i];
-    if (++filled < kColumnsAtOnce) continue;
+    if (++filled < kSummedAtOnce) continue;
     add_columns(columns.data(), weights.data(), sum.size(), sum.data());
     filled = 0;
   }

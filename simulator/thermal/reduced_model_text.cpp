@@ -49,14 +49,14 @@ std::string toml_text(std::string_view text) {
   return out + "\"";
 }
 
-using Line = std::back_insert_iterator<std::string>;
+using Inserter = std::back_insert_iterator<std::string>;
 
-void write_gap(Line out, std::string_view name, const AirGap& gap) {
+void write_gap(Inserter out, std::string_view name, const AirGap& gap) {
   fmt::format_to(out, "\n[air.{}]\nnusselt = {}\nemissivity = {}\nwidth_m = {}\n", name, number(gap.nusselt),
                  number(gap.emissivity), number(gap.width_m));
 }
 
-void write_head(Line out, const ReducedModel& model) {
+void write_head(Inserter out, const ReducedModel& model) {
   fmt::format_to(out,
                  "# Made from the gyro's file by gyrotherm-reduce-gyro; not for editing.\n"
                  "schema = {}\ngyro = {}\nsource_sha256 = {}\nmesh = {}\n",
@@ -182,7 +182,7 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
 
 std::string reduced_model_text(const ReducedModel& model) {
   std::string text;
-  const Line out(text);
+  const Inserter out(text);
   write_head(out, model);
   fmt::format_to(out, "\n[inputs]\n");
   for (std::size_t i = 0; i < kThermalInputs; ++i)

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kHeader = 32, kFrame = 24 + 4096;
 
-std::string content(const std::string& path) {
+std::string log_image(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
@@ -45,7 +45,7 @@ std::string log_of_a_record() {
     const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
     EXPECT_TRUE(file.begin().and_then([&] { return file.insert(entry); }).and_then([&] { return file.commit(); }));
   }
-  auto text = content(folder / "run.db-wal");
+  auto text = log_image(folder / "run.db-wal");
   file.leave_untouched();
   return text;
 }

@@ -13,7 +13,7 @@ namespace {
 
 const std::string kHour = GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml";
 
-RegisterMap map_of(const std::string& name) {
+RegisterMap shipped_map(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
   return parse_register_map(text.value(), name + ".toml").value();
 }
@@ -21,7 +21,7 @@ RegisterMap map_of(const std::string& name) {
 /// The laboratory's profile, carried out by the controller of `map`. `before`: what happens before a slot's tick.
 Outcome upload_and_run(Laboratory& laboratory, const std::string& map, std::string& cause,
                        const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
-  laboratory.file().chamber_map = map_of(map);
+  laboratory.file().chamber_map = shipped_map(map);
   auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
   EXPECT_TRUE(rig) << text(rig.error());
   const auto& profile = laboratory.profile();

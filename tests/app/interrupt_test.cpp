@@ -84,9 +84,11 @@ TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
 
 TEST(Interrupt, AHangUpThatNohupHadIgnoredStaysIgnored) {
   const Folder folder;
-  const auto ran = shell("nohup " GYROTHERM_PROGRAM " simulate > " + (folder / "out") +
-                         " 2>&1 & pid=$!; sleep 1; kill -HUP $pid; sleep 0.5; kill -0 $pid && echo alive; kill -INT "
-                         "$pid; kill -TERM $pid; wait $pid; echo $?");
+  const std::string out = folder / "out";
+  const auto ran =
+      shell("nohup " GYROTHERM_PROGRAM " simulate > " + out + " 2>&1 & pid=$!; until grep -q 'gyro ' " + out +
+            "; do kill -0 $pid || break; sleep 0.05; done; kill -HUP $pid; sleep 0.5; "
+            "kill -0 $pid && echo alive; kill -INT $pid; kill -TERM $pid; wait $pid; echo $?");
   EXPECT_EQ(ran.out, "alive\n0\n") << ran.err;
 }
 

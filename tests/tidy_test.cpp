@@ -182,6 +182,20 @@ TEST(House, BannedWordsAreNotUsed) {
       }
 }
 
+/// The documents name scripts as commands.
+TEST(House, ScriptsCanBeRun) {
+  for (const std::string folder : {"bench", "debian", "profiles", "tests"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+      if (!entry.is_regular_file()) continue;
+      std::string first;
+      std::getline(std::ifstream(entry.path()), first);
+      if (first.starts_with("#!"))
+        EXPECT_NE(entry.status().permissions() & fs::perms::owner_exec, fs::perms::none)
+            << entry.path() << ": chmod +x";
+    }
+  }
+}
+
 TEST(House, TopLevelHoldsTheRoomsAndNothingElse) {
   std::set<std::string> allowed{
       "CMakeLists.txt", "CMakePresets.json", "README.md", "CHANGELOG.md", "LICENSE", "cmake", "debian",

@@ -49,6 +49,11 @@ std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
   return places;
 }
 
+std::int64_t nanoseconds(const timespec& time) {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  return time.tv_sec * kNanoseconds + time.tv_nsec;
+}
+
 Interference interference(Interference::Kind kind, bool of_log, const std::string& name, const char* what) {
   return {.kind = kind,
           .of_log = of_log,
@@ -57,19 +62,21 @@ Interference interference(Interference::Kind kind, bool of_log, const std::strin
 
 }  // namespace
 
-std::optional<FileWatch::Seen> FileWatch::see(int descriptor) {
+/// The log's own sums show what its times do not, and may not change because somebody gave it another mode.
+std::optional<FileWatch::Seen> FileWatch::see(const File& file) {
   struct stat found {};
-  if (::fstat(descriptor, &found) != 0) return {};
-  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  if (::fstat(file.held, &found) != 0) return {};
   return Seen{.device = found.st_dev,
               .inode = found.st_ino,
               .length = found.st_size,
-              .written_ns = found.st_mtim.tv_sec * kNanoseconds + found.st_mtim.tv_nsec};
+              .written_ns = nanoseconds(found.st_mtim),
+              .changed_ns = file.is_log ? 0 : nanoseconds(found.st_ctim)};
 }
 
 Result<FileWatch> FileWatch::begin(const std::string& path) {
-  const auto split = std::filesystem::path(path);
-  const auto parent = split.parent_path().empty() ? std::string(".") : split.parent_path().string();
+  std::error_code error;
+  const auto split = std::filesystem::absolute(path, error);
+  const auto parent = split.parent_path().string();
   auto folder = std::make_shared<Descriptor>(::open(parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   const auto name = split.filename().string();
   std::array<File, 2> files{
@@ -80,19 +87,19 @@ Result<FileWatch> FileWatch::begin(const std::string& path) {
     if (file.held == kNoDescriptor)
       return failure(FaultKind::storage, parent + "/" + file.name, "no descriptor of this process holds it");
   }
-  FileWatch watch(std::move(folder), std::move(files));
+  FileWatch watch(parent, std::move(folder), std::move(files));
   watch.remember();
   return watch;
 }
 
 void FileWatch::remember_log() {
-  if (const auto now = see(files_[1].held)) files_[1].seen = *now;
+  if (const auto now = see(files_[1])) files_[1].seen = *now;
 }
 
 void FileWatch::remember_fold() {
   remember_log();
   auto& database = files_[0];
-  const auto now = see(database.held);
+  const auto now = see(database);
   if (!now || *now == database.seen) return;
   database.content.renew(database.held, now->length, pages_in(files_[1].held, files_[1].seen.length));
   database.seen = *now;
@@ -101,7 +108,7 @@ void FileWatch::remember_fold() {
 void FileWatch::remember() {
   remember_log();
   auto& database = files_[0];
-  const auto now = see(database.held);
+  const auto now = see(database);
   if (!now) return;
   database.content = BlockSums::of(database.held, now->length);
   database.seen = *now;
@@ -120,12 +127,12 @@ std::optional<Interference> FileWatch::judge_name(const File& file) const {
 bool FileWatch::was_merely_touched(File& file, const Seen& now) {
   if (file.is_log || now.length != file.seen.length || BlockSums::of(file.held, file.seen.length) != file.content)
     return false;
-  file.seen.written_ns = now.written_ns;
+  file.seen = now;
   return true;
 }
 
 std::optional<Interference> FileWatch::judge_content(File& file) {
-  const auto now = see(file.held);
+  const auto now = see(file);
   if ((now && *now == file.seen) || (now && was_merely_touched(file, *now))) return {};
   return interference(Interference::Kind::spoiled, file.is_log, file.name,
                       now && now->length < file.seen.length ? "cut short" : "written to");
@@ -139,7 +146,18 @@ std::optional<Interference> FileWatch::look() {
   return {};
 }
 
+std::optional<Interference> FileWatch::judge_folder() const {
+  struct stat named {
+  }, held{};
+  const auto name = std::filesystem::path(place_).filename().string();
+  if (::stat(place_.c_str(), &named) != 0) return {};  // nowhere to go on but in the files that are held
+  if (::fstat(folder_->number(), &held) != 0 || named.st_dev != held.st_dev || named.st_ino != held.st_ino)
+    return interference(Interference::Kind::taken_away, false, "the folder " + name, "replaced");
+  return {};
+}
+
 std::optional<Interference> FileWatch::judge_names() const {
+  if (auto found = judge_folder()) return found;
   for (const auto& file : files_)
     if (auto found = judge_name(file)) return found;
   return {};
@@ -163,6 +181,8 @@ std::optional<Interference> FileWatch::look_after_writing(std::int64_t frames) {
 std::optional<Interference> FileWatch::look_closely(std::int64_t frames) const {
   const auto& database = files_[0];
   if (auto found = judge_names()) return found;
+  if (::access(place_.c_str(), F_OK) != 0)
+    return interference(Interference::Kind::taken_away, false, "the folder " + place_, "removed or moved");
   if (BlockSums::of(database.held, database.seen.length) != database.content)
     return interference(Interference::Kind::spoiled, false, database.name, "written to");
   return look_at_log(frames);

@@ -1,6 +1,6 @@
 /// Watches that the two files of a record being written, the database and its write-ahead log, are those that stand on
-/// the disk under their names, and that nobody else writes them. A file unlinked by another program takes every commit
-/// and keeps none of them, while SQLite reports success.
+/// the disk under their names, in the folder that stands under its own, and that nobody else writes them. A file
+/// unlinked by another program takes every commit and keeps none of them, while SQLite reports success.
 #pragma once
 
 #include <array>
@@ -53,6 +53,7 @@ class FileWatch {
   struct Seen {
     std::uint64_t device{}, inode{};
     std::int64_t length{}, written_ns{};
+    std::int64_t changed_ns{};  ///< of the database: what nobody can set back, as they can the time of writing
     bool operator==(const Seen&) const = default;
   };
   struct File {
@@ -62,16 +63,18 @@ class FileWatch {
     bool is_log{};
     BlockSums content;  ///< of the database alone
   };
-  FileWatch(std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
-      : folder_(std::move(folder)), files_(std::move(files)) {}
+  FileWatch(std::string place, std::shared_ptr<const Descriptor> folder, std::array<File, 2> files)
+      : place_(std::move(place)), folder_(std::move(folder)), files_(std::move(files)) {}
 
-  [[nodiscard]] static std::optional<Seen> see(int descriptor);
+  [[nodiscard]] static std::optional<Seen> see(const File& file);
   [[nodiscard]] static bool was_merely_touched(File& file, const Seen& now);
   [[nodiscard]] std::optional<Interference> judge_name(const File& file) const;
+  [[nodiscard]] std::optional<Interference> judge_folder() const;
   [[nodiscard]] std::optional<Interference> judge_names() const;
   [[nodiscard]] static std::optional<Interference> judge_content(File& file);
 
-  std::shared_ptr<const Descriptor> folder_;  ///< a folder that is moved is still theirs
+  std::string place_;                         ///< of the folder, from the root
+  std::shared_ptr<const Descriptor> folder_;  ///< as it was found there
   std::array<File, 2> files_;
   SteadyClock clock_;
   std::optional<Duration> log_seen_;  ///< when the log's sums were last compared

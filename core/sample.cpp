@@ -62,4 +62,15 @@ const char* name(EventKind kind) {
   return "unknown";
 }
 
+bool carries_out_program(ChamberActivity activity) {
+  switch (activity) {
+    case ChamberActivity::program:
+    case ChamberActivity::ramping:
+    case ChamberActivity::soaking:
+    case ChamberActivity::waiting:
+    case ChamberActivity::holding: return true;
+    default: return false;
+  }
+}
+
 }  // namespace gyrotherm

@@ -55,6 +55,9 @@ enum class ChamberActivity {
   power_failure,
 };
 
+/// Whether it says that the controller carries out a program of its own, which overrules a set point.
+[[nodiscard]] bool carries_out_program(ChamberActivity activity);
+
 enum class AlarmSeverity { note, warning, stop };
 
 /// What the chamber says of itself.

@@ -62,14 +62,18 @@ class Look {
     at_rates();
     at_neighbours();
     at_the_program();
+    at_what_was_not_read();
     return std::move(findings_);
   }
 
  private:
   void found(Cause cause, std::string text, bool grave = false) {
-    findings_[static_cast<std::size_t>(cause)] = Finding{std::move(text), grave};
+    findings_.found[static_cast<std::size_t>(cause)] = Finding{.text = std::move(text), .grave = grave};
   }
-  [[nodiscard]] bool is_found(Cause cause) const { return findings_[static_cast<std::size_t>(cause)].has_value(); }
+  void found_at(std::size_t column, Cause cause, std::string text) {
+    findings_.found[static_cast<std::size_t>(cause)] = Finding{.text = std::move(text), .column = column};
+  }
+  void hidden(Cause cause, bool is_so) { findings_.hidden[static_cast<std::size_t>(cause)] = is_so; }
   [[nodiscard]] bool stands(Cause cause) const { return memory_.of(cause).samples > 0; }
   [[nodiscard]] std::string channel(std::size_t column) const {
     return column < limits_.channels.size() ? "thermometer " + limits_.channels[column] : "a thermometer";
@@ -88,8 +92,9 @@ class Look {
                            ? limits_.thermometers[i]
                            : ThermometerLimits{limits_.thermometers_lowest, limits_.thermometers_highest};
       if (!value || (*value >= own.lowest && *value <= own.highest)) continue;
-      return found(Cause::thermometer_limit, fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", channel(i),
-                                                         value->value, own.lowest.value, own.highest.value));
+      return found_at(i, Cause::thermometer_limit,
+                      fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", channel(i), value->value,
+                                  own.lowest.value, own.highest.value));
     }
   }
 
@@ -144,10 +149,12 @@ class Look {
       found(Cause::not_taken, fmt::format("the chamber does not take set points: {}", around_.refusal));
     const bool off = chamber.activity == ChamberActivity::off;
     const bool other = around_.sent && abs(chamber.set_point - *around_.sent) > around_.set_point_tolerance;
-    if (!off && !other) return;
-    const auto what = off ? std::string("is switched off")
-                          : fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value,
-                                        around_.sent->value);
+    const bool program = around_.sent && carries_out_program(chamber.activity);
+    if (!off && !other && !program) return;
+    const auto what = off       ? std::string("is switched off")
+                      : program ? std::string("carries out a program of its own")
+                                : fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value,
+                                              around_.sent->value);
     const bool silent_before = !memory_.chamber_answered || (off && !memory_.activity_seen);
     const bool was_silent = silent_before && !stands(Cause::foreign_set_point);
     if (was_silent || stands(Cause::restarted))
@@ -188,7 +195,8 @@ class Look {
     for (std::size_t i = 0; i < memory_.thermometers.size(); ++i)
       if (const auto rate = memory_.thermometers[i].rate();
           rate && std::abs(rate->value) > limits_.thermometers_fastest.value)
-        found(Cause::thermometer_rate, fmt::format("{} changes by {:.1f} °C in a minute", channel(i), rate->value));
+        found_at(i, Cause::thermometer_rate,
+                 fmt::format("{} changes by {:.1f} °C in a minute", channel(i), rate->value));
   }
 
   void at_neighbours() {
@@ -197,11 +205,12 @@ class Look {
       const auto others = ranks_.median_without(value);
       if (!value || !others) continue;
       if (abs(*value - *others) > limits_.disagreement)
-        found(Cause::disagreement,
-              fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", channel(i), value->value, others->value));
+        found_at(i, Cause::disagreement,
+                 fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", channel(i), value->value, others->value));
       const auto& trend = memory_.thermometers[i];
       if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
-        found(Cause::stuck, fmt::format("{} stands at {:.3f} °C while the others move", channel(i), value->value));
+        found_at(i, Cause::stuck,
+                 fmt::format("{} stands at {:.3f} °C while the others move", channel(i), value->value));
     }
   }
 
@@ -222,6 +231,27 @@ class Look {
     const auto step = sample_.at.utc - sample_.at.since_start - *memory_.utc_minus_run;
     if (std::chrono::abs(step) > kWallStep)
       found(Cause::wall_clock, fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
+  }
+
+  void at_what_was_not_read() {
+    const bool silent = !sample_.chamber.value;
+    for (const auto cause : {Cause::air_limit, Cause::chamber_alarm, Cause::emergency_stop, Cause::door, Cause::supply,
+                             Cause::not_taken, Cause::restarted, Cause::following})
+      hidden(cause, silent);
+    hidden(Cause::air_rate, !memory_.air.rate());
+    const bool compares = !limits_.air_thermometers.empty();
+    hidden(Cause::chamber_sensor, silent || (compares && !median(sample_, limits_.air_thermometers)));
+    for (const auto cause : {Cause::thermometer_limit, Cause::thermometer_rate, Cause::disagreement, Cause::stuck})
+      hidden(cause, was_not_read(memory_.of(cause).column, cause));
+  }
+
+  /// What showed the cause when it was last seen.
+  [[nodiscard]] bool was_not_read(const std::optional<std::size_t>& column, Cause cause) const {
+    if (!column || *column >= sample_.thermometers.size()) return false;
+    const auto value = value_of(sample_.thermometers[*column]);
+    if (cause == Cause::thermometer_rate) return !memory_.thermometers[*column].rate();
+    if (cause == Cause::thermometer_limit) return !value;
+    return !value || !ranks_.median_without(value);
   }
 
   const InterlockLimits& limits_;
@@ -249,7 +279,7 @@ void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, 
     memory.air_jumped = {};
 }
 
-/// The air as it would follow the set point that the controller holds.
+/// The air as it would follow the set point that the controller holds; `elapsed` since it was last read.
 void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed, InterlockMemory& memory) {
   if (std::isnan(chamber.set_point.value)) return;
   memory.set_point = chamber.set_point;
@@ -271,10 +301,11 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
   }
   const auto& chamber = sample.chamber.value;
   const auto air = chamber ? std::optional(chamber->air) : std::nullopt;
+  const auto since_seen = memory.air_unseen + elapsed;
   memory.air.add(air);
   add_jump(limits, air, elapsed, memory);
   const Ranks ranks(sample);
-  if (chamber) expect_air(limits, *chamber, elapsed, memory);
+  if (chamber) expect_air(limits, *chamber, since_seen, memory);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     const auto value = value_of(sample.thermometers[i]);
     memory.thermometers[i].add(value);

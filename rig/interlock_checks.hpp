@@ -11,9 +11,13 @@ namespace gyrotherm {
 
 struct Finding {
   std::string text;
-  bool grave = false;  ///< ends the run whatever the policy is
+  bool grave = false;                      ///< ends the run whatever the policy is
+  std::optional<std::size_t> column = {};  ///< of the thermometer that shows it
 };
-using Findings = std::array<std::optional<Finding>, kCauses>;
+struct Findings {
+  std::array<std::optional<Finding>, kCauses> found{};
+  std::array<bool, kCauses> hidden{};  ///< what would show the cause, or that it has gone, was not read
+};
 
 /// The trends with this sample in them.
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, const Circumstances& circumstances,

@@ -51,30 +51,48 @@ Reaction reaction_to(const InterlockLimits& limits, Cause cause, const Finding& 
   return limits.policy[static_cast<std::size_t>(cause)];
 }
 
-/// One cause, one second on.
-void watch(const InterlockLimits& limits, Cause cause, const std::optional<Finding>& finding, Duration elapsed,
-           Judgement& judged) {
+/// What is not there, or can no longer be seen.
+void clear_in_time(const InterlockLimits& limits, Cause cause, Duration elapsed, InterlockMemory::Watch& memory,
+                   std::vector<Alarm>& cleared) {
+  memory.gone += elapsed;
+  if (!memory.raised || memory.gone < limits.clear_after) return;
+  memory.raised = false;
+  cleared.push_back({cause, Reaction::go_on, memory.text});
+}
+
+/// A reading that is lost is no sign that a cause has gone: it stands as it was last seen, and what was counted stays
+/// counted. A longer silence is judged as one.
+void wait_unseen(const InterlockLimits& limits, Cause cause, Duration elapsed, Judgement& judged) {
   auto& memory = judged.memory.watches[static_cast<std::size_t>(cause)];
+  memory.unseen += elapsed;
+  if (memory.unseen > limits.suspend_after) return clear_in_time(limits, cause, elapsed, memory, judged.cleared);
+  if (memory.reaction > judged.verdict.reaction) judged.verdict = {memory.reaction, memory.text};
+}
+
+/// One cause, one second on.
+void watch(const InterlockLimits& limits, Cause cause, const Findings& findings, Duration elapsed, Judgement& judged) {
+  const auto index = static_cast<std::size_t>(cause);
+  const auto& finding = findings.found[index];
+  auto& memory = judged.memory.watches[index];
+  if (!finding && findings.hidden[index] && memory.samples > 0) return wait_unseen(limits, cause, elapsed, judged);
+  const auto unseen = std::exchange(memory.unseen, Duration{});
+  memory.reaction = {};
   if (!finding) {
     memory.standing = {};
     memory.samples = 0;
-    memory.gone += elapsed;
-    if (memory.raised && memory.gone >= limits.clear_after) {
-      memory.raised = false;
-      judged.cleared.push_back({cause, Reaction::go_on, memory.text});
-    }
-    return;
+    return clear_in_time(limits, cause, elapsed, memory, judged.cleared);
   }
   memory.gone = {};
-  memory.standing += elapsed;
+  memory.standing += elapsed + (unseen <= limits.suspend_after ? unseen : Duration{});
   ++memory.samples;
+  memory.column = finding->column;
   memory.text = finding->text;
   const auto needs = confirmation(limits, cause);
   if (memory.standing < needs.after || memory.samples < needs.samples) return;
-  const auto reaction = reaction_to(limits, cause, *finding, memory.standing);
+  memory.reaction = reaction_to(limits, cause, *finding, memory.standing);
   if (lost_after(limits, cause)) memory.text += " for " + spoken(memory.standing);
-  if (!std::exchange(memory.raised, true)) judged.raised.push_back({cause, reaction, memory.text});
-  if (reaction > judged.verdict.reaction) judged.verdict = {reaction, memory.text};
+  if (!std::exchange(memory.raised, true)) judged.raised.push_back({cause, memory.reaction, memory.text});
+  if (memory.reaction > judged.verdict.reaction) judged.verdict = {memory.reaction, memory.text};
 }
 
 }  // namespace
@@ -88,7 +106,7 @@ Judgement judge(const InterlockLimits& limits, InterlockMemory memory, const Sam
   memory.chamber_answered = chamber.has_value();
   memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
   Judgement judged{.verdict = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
-  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<Cause>(i), findings[i], elapsed, judged);
+  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<Cause>(i), findings, elapsed, judged);
   return judged;
 }
 

@@ -28,7 +28,7 @@ struct InterlockLimits {
   Celsius thermometers_highest{100};
   std::vector<ThermometerLimits> thermometers;  ///< of each one, where the file has limits of its own; else empty
   std::vector<std::string> channels;            ///< their names, for messages; may be empty
-  int confirming_samples = 2;                   ///< consecutive samples beyond a limit before it counts
+  int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
 
   CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
   CelsiusPerMinute thermometers_fastest{15};
@@ -73,11 +73,14 @@ struct Circumstances {
 /// What the interlocks remember from second to second.
 struct InterlockMemory {
   struct Watch {
-    Duration standing{};  ///< how long the cause is there
-    int samples{};        ///< … in how many samples
-    Duration gone{};      ///< how long it is not
-    bool raised{};        ///< its alarm
-    std::string text{};   ///< as last seen
+    Duration standing{};                  ///< how long the cause is there
+    int samples{};                        ///< … in how many samples
+    Duration unseen{};                    ///< since what shows it was last read
+    Duration gone{};                      ///< how long it is not there, or not seen to be
+    bool raised{};                        ///< its alarm
+    Reaction reaction{};                  ///< what it asked for when it was last seen
+    std::optional<std::size_t> column{};  ///< of the thermometer that showed it
+    std::string text{};                   ///< as last seen
   };
   std::array<Watch, kCauses> watches{};
   [[nodiscard]] const Watch& of(Cause cause) const { return watches[static_cast<std::size_t>(cause)]; }

@@ -18,7 +18,10 @@ bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { 
 }  // namespace
 
 SafeSequence::SafeSequence(const RigFile& rig)
-    : target_(rig.safe_set_point), off_(rig.safe_off), tolerance_(set_point_tolerance(rig.chamber_map)) {}
+    : target_(rig.safe_set_point),
+      off_(rig.safe_off),
+      tolerance_(set_point_tolerance(rig.chamber_map)),
+      ends_programs_(rig.chamber_map.sequences.contains("stop_program")) {}
 
 Result<void> SafeSequence::carry_out(Sampler& sampler, bool at_once) {
   if (!taken_) {
@@ -44,9 +47,13 @@ std::optional<std::string> SafeSequence::attempt(Sampler& sampler, Duration at) 
 }
 
 void SafeSequence::see(const Reading<ChamberState>& chamber) {
-  if (!taken_ || (off_ && !switched_) || !chamber.value) return;
+  if (!began_ || !chamber.value) return;
   const auto shown = chamber.value->set_point;
-  confirmed_ = std::isnan(shown.value) || abs(shown - target_) <= tolerance_;
+  const bool overruled = ends_programs_ && carries_out_program(chamber.value->activity);
+  const bool holds = abs(shown - target_) <= tolerance_ && !overruled;
+  if (holds) taken_ = true;  // though nobody may have acknowledged it
+  if (!taken_ || (off_ && !switched_)) return;
+  confirmed_ = holds || (std::isnan(shown.value) && !overruled);
   if (!confirmed_) taken_ = switched_ = false;
 }
 

@@ -34,6 +34,7 @@ class SafeSequence {
   Celsius target_;
   bool off_;
   Kelvins tolerance_;
+  bool ends_programs_;  ///< the controller can be told to
   bool taken_ = false, switched_ = false, confirmed_ = false;
   std::optional<Duration> began_, told_, insisted_;
   std::string trouble_;

@@ -105,13 +105,14 @@ TellSocket::~TellSocket() {
 }
 
 void TellSocket::listen(const Listener& listener) {
-  for (int i = 0; i < kMostNewSpeakers; ++i) {
-    const int found = ::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (found < 0) break;
-    if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());
-    speakers_.emplace_back(found);
-  }
   std::erase_if(speakers_, [&](const Descriptor& speaker) { return !hear(speaker.number(), listener); });
+  for (int i = 0; i < kMostNewSpeakers; ++i) {
+    Descriptor speaker(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!speaker.is_open()) break;
+    if (!hear(speaker.number(), listener)) continue;  // who has spoken makes room for nobody who has not
+    if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());
+    speakers_.push_back(std::move(speaker));
+  }
 }
 
 namespace {

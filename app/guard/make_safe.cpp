@@ -69,6 +69,10 @@ MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chambe
 MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   const auto armed = read_armed(armed_path(record));
   if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
+  if (std::error_code error; !*armed && !std::filesystem::exists(record, error)) {
+    voice.say(record + ": there is no such record, and no armed file beside it");
+    return MakeSafeExit::file;
+  }
   if (!*armed) {
     voice.say(record + ": no run is under way; nothing to do");
     return MakeSafeExit::safe;
@@ -105,20 +109,20 @@ const char* in_words(WatchEnd end) {
   return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
 }
 
-/// Until the chamber has confirmed it, or another program has taken the run or for a minute the chamber, or somebody
-/// has removed the armed file, who calls it off with that.
+/// Until the chamber has confirmed it, or another program has taken the run, or driven the chamber for a minute, or
+/// made it safe.
 MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because) {
   if (!kill_surely(armed.armed_by, kProgramsEndWithin))
     voice.say(fmt::format("process {} could not be ended", armed.armed_by.pid));
   Trail trail(armed, because);
   auto rescued = attempt_once(armed, chamber, voice);
   voice.say(because);
-  for (int in_use = 0;; rescued = attempt_once(armed, chamber, voice)) {
-    in_use = rescued.in_use ? in_use + 1 : 0;
+  for (int driven = 0;; rescued = attempt_once(armed, chamber, voice)) {
+    driven = rescued.is_driven ? driven + 1 : 0;
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.words());
-    if (rescued.reached == SafeStage::all || in_use >= kGivesUpTo) break;
-    if (!trail.is_still_armed()) {
-      voice.say("the armed file is gone, or another run's: this ends here, and the chamber has not confirmed it");
+    if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
+    if (const auto why = trail.reason_to_end()) {
+      voice.say(*why + ": this ends here");
       break;
     }
     std::this_thread::sleep_for(rescued.reached == SafeStage::set_point ? kUntilTheRest : kUntilTheSetPoint);
@@ -164,6 +168,13 @@ void survive() {
   std::signal(SIGCHLD, SIG_IGN);  // a child that came back late from where it hung is not waited for
 }
 
+/// Where a link to a record leads: the armed file stands beside the record itself.
+std::string real_name(const std::string& link) {
+  std::error_code error;
+  const auto meant = std::filesystem::canonical(link, error);
+  return error ? link : meant.string();
+}
+
 MakeSafeExit run(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--help" || first == "-h")
@@ -182,7 +193,8 @@ MakeSafeExit run(int argc, char** argv) {
   std::error_code error;
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
   if (first == "--guard") return guard(voice, record);
-  return once(voice, record, first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently);
+  const auto manner = first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently;
+  return once(voice, is_symlink(std::filesystem::symlink_status(record, error)) ? real_name(record) : record, manner);
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ namespace {
 struct Seen {
   ProcessIdentity identity;
   bool ended = false;  ///< and only waits to be reaped, or for those of its threads that the kernel still holds
+  bool stopped = false;
 };
 
 /// proc(5): after the last ")" come the state (field 3) and, as field 22, the start.
@@ -34,7 +35,9 @@ std::optional<Seen> see(std::int64_t pid) {
   fields >> state;
   constexpr int kFieldsBetween = 18;
   for (int i = 0; i < kFieldsBetween; ++i) fields >> skipped;
-  Seen found{.identity = {.pid = pid, .started = 0, .boot = boot_id()}, .ended = state == "Z" || state == "X"};
+  Seen found{.identity = {.pid = pid, .started = 0, .boot = boot_id()},
+             .ended = state == "Z" || state == "X",
+             .stopped = state == "T" || state == "t"};
   if (!(fields >> found.identity.started)) return {};
   return found;
 }
@@ -65,6 +68,11 @@ ProcessIdentity own_identity() {
 }
 
 bool lives(const ProcessIdentity& process) { return identity_of(process.pid) == process; }
+
+bool is_stopped(std::int64_t pid) {
+  const auto found = see(pid);
+  return found && found->stopped;
+}
 
 bool ends(const ProcessIdentity& process, Duration within) { return ends(handle_of(process), within); }
 

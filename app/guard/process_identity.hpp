@@ -23,6 +23,9 @@ struct ProcessIdentity {
 [[nodiscard]] ProcessIdentity own_identity();
 [[nodiscard]] bool lives(const ProcessIdentity& process);
 
+/// Whether it stands still: stopped, by Ctrl-Z or a debugger.
+[[nodiscard]] bool is_stopped(std::int64_t pid);
+
 /// Waits at most `within` for the end of that process and all of its threads; false if there are some then.
 [[nodiscard]] bool ends(const ProcessIdentity& process, Duration within);
 

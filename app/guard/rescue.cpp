@@ -24,12 +24,16 @@ std::string program_of(std::int64_t pid) {
   return std::filesystem::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
 }
 
-/// Whether who holds the chamber drives it rightly: a program of this user or of root, and not the one that has gone.
+constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
+
+/// Whether who holds the chamber has it rightly: a program of this user or of root, and not the one that has gone.
+/// One that was stopped drives nothing and makes nothing safe.
 bool is_successor(const ChamberHolder& holder, const Armed& armed) {
   if (holder.pid == 0 || holder.pid == armed.armed_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
   const auto program = program_of(holder.pid);
-  constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", "gyrotherm-make-safe"};
+  if (is_stopped(holder.pid)) return false;
+  constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", kMakesSafe};
   return program.empty() || std::ranges::count(kOwn, program) > 0;
 }
 
@@ -62,11 +66,11 @@ Rescued attempt_once(const Armed& armed, const ArmedChamber& chamber, Voice& voi
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = ChamberLock::holder(chamber.place);
     if (holder && is_successor(*holder, armed)) {
-      voice.say("another program drives the chamber: " + holder->words);
-      return {.reached = {}, .details = {}, .in_use = true};
+      voice.say("another program has the chamber: " + holder->words);
+      return {.reached = {}, .details = {}, .in_use = true, .is_driven = program_of(holder->pid) != kMakesSafe};
     }
   }
-  Rescued rescued{.reached = {}, .details = "nothing came back", .in_use = false};
+  Rescued rescued{.reached = {}, .details = "nothing came back", .in_use = false, .is_driven = false};
   ChildWork work([&](const auto& tell) { carry_out(chamber, tell); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {

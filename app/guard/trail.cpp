@@ -9,11 +9,13 @@ namespace {
 
 constexpr Duration kLook = std::chrono::seconds(2);
 constexpr Duration kSameFor = std::chrono::minutes(1);
+constexpr Duration kGoneFor = std::chrono::hours(24);
+constexpr const char *kStand = "stand", *kGone = "gone", *kFulfilled = "fulfilled", *kAnothers = "another's";
 
 }  // namespace
 
-Trail::Trail(const Armed& armed, std::string because) : armed_(armed) {
-  trace_ = {.at = SteadyClock().now().utc,
+Trail::Trail(const Armed& armed, std::string because) : armed_(armed), began_(SteadyClock().now().utc) {
+  trace_ = {.at = began_,
             .because = std::move(because),
             .set_point = armed.safe_set_point,
             .confirmed = false,
@@ -64,15 +66,25 @@ bool Trail::settle(Duration within) {
   return !writing_ && !trace_to_write_ && !to_disarm_;
 }
 
-bool Trail::is_still_armed() {
-  if (!looking_)
-    looking_ = std::make_unique<ChildWork>([this](const auto& tell) {
-      const auto now = read_armed(armed_path(armed_.record));
-      tell(!now || (*now && (*now)->armed_by == armed_.armed_by) ? "yes" : "no");
-    });
-  const auto answer = looking_->next(kLook);
-  if (answer || looking_->has_ended()) looking_.reset();
-  return answer != "no";
+std::string Trail::look_at_orders() const {
+  const auto now = read_armed(armed_path(armed_.record));
+  if (!now) return kStand;
+  if (*now) return (*now)->armed_by == armed_.armed_by ? kStand : kAnothers;
+  const auto left = read_trace(armed_.record);
+  const bool by_another = left && *left && (*left)->confirmed && (*left)->at >= began_ && **left != trace_;
+  return by_another ? kFulfilled : kGone;
+}
+
+std::optional<std::string> Trail::reason_to_end() {
+  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(look_at_orders()); });
+  const auto orders = looking_->next(kLook);
+  if (orders || looking_->has_ended()) looking_.reset();
+  if (orders == kAnothers) return "the armed file is another run's";
+  if (orders == kFulfilled) return "another program has made the chamber safe";
+  if (orders == kStand) gone_until_.reset();
+  if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
+  if (gone_until_ && gone_until_->over()) return "the armed file has been gone for a day";
+  return {};
 }
 
 }  // namespace gyrotherm

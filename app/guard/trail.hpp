@@ -26,19 +26,22 @@ class Trail {
   /// Whether all of it has been done within that time.
   [[nodiscard]] bool settle(Duration within);
 
-  /// Whether the run is still the one that was watched, and its armed file there. A disk that does not say so within
-  /// two seconds counts as if it were.
-  [[nodiscard]] bool is_still_armed();
+  /// Why there is nothing left to do here: the armed file is another run's, or gone because somebody else has made the
+  /// chamber safe, or for a day. One that is merely gone calls nothing off: it may have been removed with its record.
+  /// A disk that does not answer within two seconds gives no reason.
+  [[nodiscard]] std::optional<std::string> reason_to_end();
 
   /// The trace in words.
   [[nodiscard]] std::string words() const { return in_words(trace_); }
 
  private:
   void go_on();
+  [[nodiscard]] std::string look_at_orders() const;
 
   const Armed& armed_;
   MadeSafe trace_;
-  std::optional<Deadline> same_until_;
+  Duration began_;  ///< UTC
+  std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, to_disarm_ = false;
   std::unique_ptr<ChildWork> writing_;  ///< one at a time, so that the newest trace is the last
   std::unique_ptr<ChildWork> looking_;  ///< likewise, and while the disk hangs none is added

@@ -170,10 +170,12 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
     const auto more = encode(this->item(item.companion->item), item.companion->value);
     words->insert(words->end(), more.begin(), more.end());
   }
-  if (auto sent = write_words(item, *words, tries); !sent) return sent;
-  const bool seen_elsewhere = !item.seen_in.empty();
-  if (item.self_clearing || item.seen_later || (!item.readable && !seen_elsewhere)) return {};
-  return wait_until_seen(*set, written);
+  auto sent = write_words(item, *words, tries);
+  const bool is_seen = !item.self_clearing && !item.seen_later && (item.readable || !item.seen_in.empty());
+  if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
+  if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
+  registers_.insist();
+  return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }
 
 Result<void> ItemExchange::wait_until_seen(const RegisterItem& written, double value) {

@@ -44,7 +44,7 @@ class ItemExchange {
   /// is read back.
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value) { return write(item, value, 1); }
   /// Likewise, on a bad line: what is not acknowledged is sent again at once, for it is the same whether it arrives
-  /// once or three times.
+  /// once or three times; and where the item shows the value then, it has arrived, acknowledged or not.
   [[nodiscard]] Result<void> write_insisting(const RegisterItem& item, double value) { return write(item, value, 3); }
   [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
   /// As they are, in pieces of the link's limit.

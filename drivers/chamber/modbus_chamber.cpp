@@ -52,7 +52,7 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const;
   [[nodiscard]] Result<void> learn_limits();
   [[nodiscard]] Result<void> check_limits(Celsius target);
-  [[nodiscard]] Result<void> end_own_program();
+  [[nodiscard]] Result<void> end_known_program();
   [[nodiscard]] Result<void> switch_to(std::int64_t code);
 
   RegisterMap map_;
@@ -273,19 +273,14 @@ Result<void> ModbusChamber::end_program() {
   if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
   const auto state = inspect();
   if (!state) return failure(state.error());
-  switch (state->activity) {
-    case ChamberActivity::program:
-    case ChamberActivity::ramping:
-    case ChamberActivity::soaking:
-    case ChamberActivity::waiting:
-    case ChamberActivity::holding: break;
-    default: return {};
-  }
+  if (!carries_out_program(state->activity)) return {};
   return perform("stop_program").map([&] { program_runs_ = false; });
 }
 
-Result<void> ModbusChamber::end_own_program() {
-  if (!program_runs_) return {};
+/// One that this program started, or that somebody else did, as the controller said when it was last asked.
+Result<void> ModbusChamber::end_known_program() {
+  const bool foreign = status_known_ && carries_out_program(status_.activity);
+  if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
   return perform("stop_program").map([&] { program_runs_ = false; });
 }
 
@@ -295,7 +290,7 @@ Result<void> ModbusChamber::head_for(Celsius target) {
   if (auto allowed = check_limits(target); !allowed) return allowed;
   if (std::isnan(sent_c_))
     if (auto free = end_program(); !free) return free;
-  if (auto free = end_own_program(); !free) return free;
+  if (auto free = end_known_program(); !free) return free;
   auto done = items_.write(set_point_, target.value);
   if (done) sent_c_ = target.value;
   to_be_seen_ = done && set_point_.seen_later && set_point_.readable;
@@ -304,13 +299,13 @@ Result<void> ModbusChamber::head_for(Celsius target) {
 
 Result<void> ModbusChamber::insist(Celsius target) {
   end_rest();
-  if (auto free = end_own_program(); !free) return free;
+  const auto free = end_known_program();
   auto seen_at_once = set_point_;
   seen_at_once.seen_later = false;
   auto done = items_.write_insisting(seen_at_once, target.value);
   if (done) sent_c_ = target.value;
   to_be_seen_ = false;
-  return done;
+  return done ? free : done;
 }
 
 Result<void> ModbusChamber::switch_to(std::int64_t code) {

@@ -108,6 +108,19 @@ def folder_away_and_back(record: pathlib.Path) -> None:
     away(folder).rename(folder)
 
 
+def folder_replaced_by_copy(record: pathlib.Path) -> None:
+    folder = record.parent
+    shutil.copytree(folder, away(folder), ignore=shutil.ignore_patterns("*.socket"))
+    folder.rename(folder.with_name("before"))
+    away(folder).rename(folder)
+
+
+def overwrite_with_its_times(record: pathlib.Path) -> None:
+    before = record.stat()
+    overwrite(main, 0.0, 1.0)(record)
+    os.utime(record, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
 def another_writes(record: pathlib.Path) -> None:
     database = sqlite3.connect(record, timeout=1)
     try:
@@ -162,9 +175,12 @@ MISHAPS: dict[str, Mishap] = {
     "another_program_writes": Mishap(another_writes, told=False),
     "another_program_reads": Mishap(another_reads, told=False),
     "touch_main": Mishap(lambda record: record.touch(), told=False),
+    "overwrite_main_with_its_times": Mishap(overwrite_with_its_times, damaged=True),
+    "folder_replaced_by_copy": Mishap(folder_replaced_by_copy, damaged=True),
     "hard_link_to_main": Mishap(lambda record: os.link(record, away(record)), told=False),
 }
-SHORT_KILLED = ("rm_main", "copy_renamed_over", "truncate_main", "overwrite_main", "rm_both", "truncate_log")
+SHORT_KILLED = ("rm_main", "copy_renamed_over", "truncate_main", "overwrite_main", "rm_both", "truncate_log",
+                "overwrite_main_with_its_times")
 
 
 def begin(scene: Scene) -> Run:

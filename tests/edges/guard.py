@@ -7,7 +7,7 @@ import signal
 import subprocess
 import threading
 import time
-from typing import Any
+from typing import Any, Callable
 
 from attack import GUARD_LIMIT, Scene, enter
 from laboratory import AUTO, OFF, Chamber, Laboratory
@@ -193,3 +193,75 @@ def resume_that_fails(scene: Scene) -> None:
 
 
 enter("guard", "resume_that_fails", resume_that_fails)
+
+
+def orders_gone(scene: Scene, *, take_away: Callable[[pathlib.Path], Any]) -> None:
+    """The program is killed while its chamber is silent, and its armed file goes with it: nobody calls the guard off
+    with that."""
+    laboratory = scene.laboratory()
+    (scene.folder / "records").mkdir()
+    run = scene.hot_run(laboratory, record="records/run.db")
+    scene.expect_guarded(run)
+    laboratory.chamber.break_as(silent=True)
+    take_away(run.record)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    time.sleep(HEALED_AFTER if scene.long else 14)
+    healed = time.monotonic()
+    laboratory.chamber.heal()
+    scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again, the armed file being gone")
+
+
+enter("guard", "dead_silent_armed_file_removed",
+      functools.partial(orders_gone, take_away=lambda record: pathlib.Path(f"{record}.armed").unlink()))
+enter("guard", "dead_silent_folder_moved",
+      functools.partial(orders_gone, take_away=lambda record: record.parent.rename(record.parent.with_name("moved"))))
+
+
+def make_safe_that_is_stopped(scene: Scene) -> None:
+    """Somebody's make-safe is stopped by Ctrl-Z while it has the chamber, and then the chamber answers again."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    scene.expect_guarded(run)
+    laboratory.chamber.break_as(silent=True)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    made = subprocess.Popen([scene.programs.make_safe, "--insist", run.record], env=scene.programs.environment(),
+                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    scene.need(until(lambda: holds_the_chamber(made.pid, laboratory), 60, 0.05), "it never had the chamber")
+    kill(made.pid, signal.SIGSTOP)
+    time.sleep(75 if scene.long else 5)
+    healed = time.monotonic()
+    laboratory.chamber.heal()
+    scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again, somebody's make-safe being stopped")
+    made.kill()
+    made.wait()
+
+
+def holds_the_chamber(pid: int, laboratory: Laboratory) -> bool:
+    """Whether it has the abstract socket that is the chamber's lock."""
+    port = laboratory.lines["chamber"].rpartition(":")[2]
+    with open("/proc/net/unix", encoding="utf-8", errors="replace") as table:
+        held = {f"socket:[{line.split()[6]}]" for line in table if "gyrotherm-chamber" in line and port in line}
+    own = pathlib.Path(f"/proc/{pid}/fd")
+    return any(str(link.readlink()) in held for link in own.iterdir())
+
+
+enter("guard", "make_safe_that_is_stopped", make_safe_that_is_stopped)
+
+
+def writes_unanswered(scene: Scene) -> None:
+    """The program is killed while the answer to each write is lost, and none to a read: what the chamber shows counts."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    scene.expect_guarded(run)
+    laboratory.chamber.writes_unanswered = True
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    watch = GuardWatch(scene, run.record, run.guards)
+    watch.start()
+    scene.expect_safe(laboratory, watch.began, GUARD_LIMIT, "the answers to writes lost")
+    expect_on_guard(scene, watch)
+
+
+enter("guard", "dead_writes_unanswered", writes_unanswered)

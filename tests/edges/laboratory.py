@@ -40,6 +40,7 @@ PROFILE_START, PROFILE_RESUME, PROFILE_STOP, PROFILE_STATE = 16562, 16564, 16566
 
 OFF, AUTO, MANUAL, CELSIUS, NO_ALARM = 62, 10, 54, 15, 61
 FLOATS = {SET_POINT_LOW, SET_POINT_HIGH, SET_POINT, ACTIVE_SET_POINT, OUTPUT, AIR}
+RUNNING, TERMINATE, TERMINATED = 149, 148, 253
 READ_ONLY = {AIR, OUTPUT, ACTIVE_SET_POINT, CONTROL_MODE_ACTIVE, PROFILE_STATE, UNIT_BY_TCP, UNIT_BY_RTU, PART_NUMBER}
 
 
@@ -310,8 +311,10 @@ class Chamber(Instrument):
         self.answer_time = 0.0  # s, for which it works at each request
         self.exception = 0  # that it answers everything with
         self.mode_stuck = False  # the active control mode does not follow the commanded one
+        self.writes_unanswered = False  # done, and never acknowledged
         self.writes_ignored = False  # acknowledged and not done
         self.clamps = False  # a set point beyond the limits becomes the limit, instead of a refusal
+        self.profile_goal: float | None = None  # °C, of a profile of its own, which overrules the set point
         self.clamp_to: tuple[float, float] | None = None  # narrower than the limits that it tells
         # The plant.
         self.air = 22.0  # °C
@@ -408,7 +411,7 @@ class Chamber(Instrument):
             self.loss_of_requests = self.loss_of_answers = self.delay = self.late_share = self.noise_share = 0.0
             self.every_other_lost = self.silent = self.gone = False
             self.answer_time, self.exception, self.clamp_to = 0.0, 0, None
-            self.mode_stuck = self.writes_ignored = self.clamps = False
+            self.mode_stuck = self.writes_ignored = self.writes_unanswered = self.clamps = False
             self._follow_mode()
 
     def break_as(self, **faults: Any) -> None:
@@ -469,7 +472,8 @@ class Chamber(Instrument):
         self._requests += 1
         lost = (self.silent or self.gone or (self.every_other_lost and self._requests % 2 == 1) or
                 self.random.random() < self.loss_of_requests)
-        answer_lost = self.random.random() < self.loss_of_answers
+        answer_lost = (self.random.random() < self.loss_of_answers or
+                       (self.writes_unanswered and pdu[0] in (6, 16)))
         late = self.random.uniform(*self.late) if self.random.random() < self.late_share else 0.0
         if lost:
             self._remember(now, utc, pdu, "request lost", b"")
@@ -558,7 +562,21 @@ class Chamber(Instrument):
             self._words[address + offset] = word
         if address == CONTROL_MODE:
             self._follow_mode()
+        if address == PROFILE_STOP and words[0] == TERMINATE:
+            self.end_profile()
         return True
+
+    def start_profile(self, goal: float) -> None:
+        """Somebody starts a profile at the panel."""
+        with self.lock:
+            self._integrate()
+            self.profile_goal = goal
+            self._keep(PROFILE_STATE, RUNNING)
+
+    def end_profile(self) -> None:
+        self._integrate()
+        self.profile_goal = None
+        self._keep(PROFILE_STATE, TERMINATED)
 
     def _follow_mode(self) -> None:
         if not self.mode_stuck:
@@ -578,7 +596,8 @@ class Chamber(Instrument):
         while self._integrated < now:
             dt = min(step, now - self._integrated)
             on = self._words[CONTROL_MODE_ACTIVE] != OFF
-            goal, constant = (self._float(SET_POINT), self.time_constant) if on else (self.room, 600.0)
+            wanted = self._float(SET_POINT) if self.profile_goal is None else self.profile_goal
+            goal, constant = (wanted, self.time_constant) if on else (self.room, 600.0)
             rate = max(-self.fastest, min(self.fastest, (goal - self.air) / constant))
             self.air += (rate + self.heats_by_itself) * dt
             self._integrated += dt

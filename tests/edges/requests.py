@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import functools
 import signal
+import threading
 import time
 from typing import Callable
 
@@ -176,3 +177,24 @@ def killed_after_abort(scene: Scene) -> None:
 
 
 enter("requests", "abort_then_killed", killed_after_abort)
+
+
+def abort_before_a_crowd(scene: Scene) -> None:
+    """The program stands still for a moment; an abort is the first of more words than it hears at once."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    run.signal(signal.SIGSTOP)
+    first = Speaker(run.record, "abort")
+    crowd = [threading.Thread(target=lambda: Speaker(run.record, "note", "of one in a crowd").answer(), daemon=True)
+             for _ in range(20)]
+    for one in crowd:
+        one.start()
+    time.sleep(1)
+    since = time.monotonic()
+    run.signal(signal.SIGCONT)
+    done, answer = first.answer()
+    scene.expect(done, f"the abort was not acknowledged: {answer}")
+    scene.expect_safe(laboratory, since, SOON, "an abort before a crowd")
+
+
+enter("requests", "abort_before_a_crowd", abort_before_a_crowd)

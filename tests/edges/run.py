@@ -32,7 +32,7 @@ import program
 from attack import ATTACKS, Attack, Failed, Scene, Skipped
 
 GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
-          "channels")
+          "channels", "limits")
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,62 @@ TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
   EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
 }
 
+/// Judges samples in turn, a second each; the last judgement.
+Judgement after_all(const std::vector<Sample>& samples, const InterlockLimits& limits = {}) {
+  Judgement judgement;
+  for (const auto& sample : samples) judgement = judge(limits, judgement.memory, sample, kSecond);
+  return judgement;
+}
+
+TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
+  const auto good = good_sample();
+  auto hot_air = good, hot_article = good, silent = good, loose = good;
+  hot_air.chamber.value->air = {101};
+  silent.chamber.value = no_reply();
+  EXPECT_EQ(after_all({hot_air, silent, hot_air}).verdict.reaction, Reaction::abort);
+  EXPECT_NE(after_all({hot_air, good, hot_air}).verdict.reaction, Reaction::abort);
+  hot_article.thermometers[3].value = Celsius{100.5};
+  loose.thermometers[3].value = no_reply();
+  EXPECT_EQ(after_all({hot_article, loose, hot_article}).verdict.reaction, Reaction::abort);
+  std::vector<Sample> long_silence(3600, loose);
+  long_silence.front() = long_silence.back() = hot_article;
+  EXPECT_EQ(after_all(long_silence).verdict.reaction, Reaction::abort) << "however long it was lost";
+  auto other_lost = good;
+  other_lost.thermometers[4].value = no_reply();
+  EXPECT_NE(after_all({hot_article, other_lost, hot_article}).verdict.reaction, Reaction::abort)
+      << "the one that was hot was read in between";
+}
+
+TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
+  auto open = good_sample(), silent = good_sample();
+  open.chamber.value->activity = ChamberActivity::door_open;
+  silent.chamber.value = no_reply();
+  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.cause, "the chamber's door is open");
+  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.reaction, Reaction::suspend);
+  EXPECT_EQ(after_all({open, silent, good_sample()}).verdict.reaction, Reaction::go_on);
+  std::vector<Sample> lost(20, silent);
+  lost.front() = open;
+  EXPECT_EQ(after_all(lost).verdict.cause, "chamber silent for 19 s");
+}
+
+TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
+  InterlockLimits limits;
+  limits.follow_time = std::chrono::seconds(30);
+  auto still = good_sample(), silent = good_sample();
+  silent.chamber.value = no_reply();
+  still.chamber.value->set_point = {60};
+  Judgement judgement = judge(limits, {}, good_sample(), kSecond);
+  int seconds = 0;
+  for (; seconds < 1000 && judgement.verdict.reaction < Reaction::suspend; ++seconds)
+    judgement = judge(limits, judgement.memory, seconds % 2 == 0 ? still : silent, kSecond);
+  Judgement each = judge(limits, {}, good_sample(), kSecond);
+  int each_seconds = 0;
+  for (; each_seconds < 1000 && each.verdict.reaction < Reaction::suspend; ++each_seconds)
+    each = judge(limits, each.memory, still, kSecond);
+  ASSERT_LT(each_seconds, 1000);
+  EXPECT_NEAR(seconds, each_seconds, 3) << "air that does not follow";
+}
+
 TEST(Interlocks, AbortAnOverdueSegment) {
   auto sample = good_sample();
   sample.progress.phase = Phase::overdue;

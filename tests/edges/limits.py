@@ -1,0 +1,106 @@
+"""What passes its limit while readings are lost, or by a profile of the controller's own."""
+from __future__ import annotations
+
+import functools
+import threading
+import time
+from typing import Any, Callable
+
+from attack import Scene, attack, enter
+from laboratory import Laboratory
+from program import until
+from rig import SAFE, hold, ramp
+
+SAFE_WITHIN = 6.0  # s after a limit is passed, two readings of three seconds being lost at most
+
+
+class Flicker(threading.Thread):
+    """Has something lost in every other second."""
+
+    def __init__(self, lose: Callable[[bool], None]) -> None:
+        super().__init__(daemon=True)
+        self.lose, self.ends = lose, threading.Event()
+        self.start()
+
+    def run(self) -> None:
+        began = time.monotonic()
+        number = 0
+        while not self.ends.wait(max(0.0, began + number - time.monotonic())):
+            self.lose(number % 2 == 1)
+            number += 1
+        self.lose(False)
+
+
+def line_of(instrument: str) -> Callable[[Laboratory], Callable[[bool], None]]:
+    return lambda laboratory: functools.partial(setattr, getattr(laboratory, instrument), "silent")
+
+
+def input_a(laboratory: Laboratory) -> Callable[[bool], None]:
+    thermometer = laboratory.thermometer_1
+    return lambda lost: thermometer.lose(*([0] if lost else []))
+
+
+def hot_air(laboratory: Laboratory) -> None:
+    laboratory.chamber.shown_air = 130.0
+
+
+def hot_article(laboratory: Laboratory) -> None:
+    laboratory.thermometer_1.base = 100.0
+
+
+def beyond_its_limit(scene: Scene, *, flickers: Callable[[Laboratory], Callable[[bool], None]],
+                     heat: Callable[[Laboratory], None]) -> None:
+    """A limit is passed while what shows it is read in every other second: safe all the same."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, rig={"limits": {"thermometers_highest": '"80 °C"'}})
+    flicker = Flicker(flickers(laboratory))
+    time.sleep(4)
+    since = time.monotonic()
+    heat(laboratory)
+    scene.expect_safe(laboratory, since, SAFE_WITHIN, "beyond its limit, each other reading lost")
+    flicker.ends.set()
+    code = run.wait(30)
+    scene.expect(code == 6, f"exit {code}, expected 6")
+
+
+for _name, _flickers, _heat in (("air_beyond_its_limit_in_every_other_second", line_of("chamber"), hot_air),
+                                ("article_beyond_its_limit_in_every_other_second", line_of("thermometer_1"),
+                                 hot_article),
+                                ("loose_contact_beyond_its_limit", input_a, hot_article)):
+    enter("limits", _name, functools.partial(beyond_its_limit, flickers=_flickers, heat=_heat))
+
+
+@attack("limits")
+def air_that_stands_still_now_and_then_unread(scene: Scene) -> None:
+    """The chamber's air does not follow a ramp, and each other reading of it is lost: suspended all the same."""
+    laboratory = scene.laboratory(air=30.0)
+    rig: dict[str, Any] = {"limits": {"follow_time": '"10 s"', "chamber_lag": '"5 s"'}}
+    run = scene.start(scene.profile(hold(30.0, 6), ramp(80.0, 30.0), hold(80.0, 600)), scene.rig(laboratory, **rig))
+    scene.need(run.wait_acknowledged(4), f"the run did not begin: {run.errors()[-600:]}")
+    laboratory.chamber.shown_air = 30.0
+    flicker = Flicker(line_of("chamber")(laboratory))
+    suspended = until(lambda: "does not follow" in str(run.status().get("faults_now")), 60, 0.5)
+    flicker.ends.set()
+    scene.expect(suspended, f"60 s later: {run.status().get('state')}, {run.status().get('faults_now')}")
+    scene.stop(run)
+
+
+def profile_at_the_panel(scene: Scene, *, aborted: bool) -> None:
+    """Somebody starts a profile at the controller's panel, which overrules the set point: the run is suspended, and an
+    abort ends the profile too."""
+    laboratory = scene.laboratory()
+    chamber = laboratory.chamber
+    run = scene.hot_run(laboratory)
+    chamber.start_profile(80.0 if aborted else 130.0)
+    if aborted:
+        scene.expect(until(lambda: run.status().get("state") == "suspended", 15, 0.5),
+                     f"15 s later the run is \"{run.status().get('state')}\"")
+        scene.expect(run.tell("abort")[0], "the abort was refused")
+    code = run.wait(60)
+    scene.expect(code == 6, f"exit {code}, expected 6")
+    scene.expect(chamber.profile_goal is None, "the profile goes on although the run says that the chamber is safe")
+    scene.expect(abs(chamber.set_point - SAFE) < 0.01, f"the set point is {chamber.set_point:g} °C")
+
+
+enter("limits", "profile_at_the_panel_and_abort", functools.partial(profile_at_the_panel, aborted=True))
+enter("limits", "profile_at_the_panel_beyond_a_limit", functools.partial(profile_at_the_panel, aborted=False))

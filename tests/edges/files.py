@@ -1,6 +1,7 @@
 """What can happen to a record's files while they are written (H3)."""
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import pathlib
@@ -108,9 +109,15 @@ def folder_away_and_back(record: pathlib.Path) -> None:
     away(folder).rename(folder)
 
 
+def copy_if_there(path: str, to: str) -> None:
+    """A copy of a file, unless it took its final name meanwhile."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copy2(path, to)
+
+
 def folder_replaced_by_copy(record: pathlib.Path) -> None:
     folder = record.parent
-    shutil.copytree(folder, away(folder), ignore=shutil.ignore_patterns("*.socket"))
+    shutil.copytree(folder, away(folder), ignore=shutil.ignore_patterns("*.socket"), copy_function=copy_if_there)
     folder.rename(folder.with_name("before"))
     away(folder).rename(folder)
 

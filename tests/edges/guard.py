@@ -11,7 +11,7 @@ from typing import Any, Callable
 
 from attack import GUARD_LIMIT, Scene, enter
 from laboratory import AUTO, OFF, Chamber, Laboratory
-from program import Run, kill, until
+from program import Run, descriptors_of, kill, until
 from rig import SAFE
 
 HEALED_AFTER = 40.0  # s, of a chamber that cannot take anything meanwhile
@@ -243,8 +243,7 @@ def holds_the_chamber(pid: int, laboratory: Laboratory) -> bool:
     port = laboratory.lines["chamber"].rpartition(":")[2]
     with open("/proc/net/unix", encoding="utf-8", errors="replace") as table:
         held = {f"socket:[{line.split()[6]}]" for line in table if "gyrotherm-chamber" in line and port in line}
-    own = pathlib.Path(f"/proc/{pid}/fd")
-    return any(str(link.readlink()) in held for link in own.iterdir())
+    return any(link in held for link in descriptors_of(pid))
 
 
 enter("guard", "make_safe_that_is_stopped", make_safe_that_is_stopped)

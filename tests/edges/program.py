@@ -1,6 +1,7 @@
 """The real programs as processes: started on files, pipes and terminals, spoken to, killed, and swept up afterwards."""
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import json
 import os
@@ -337,6 +338,18 @@ def state_of(pid: int) -> str:
         return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except (OSError, IndexError):
         return ""
+
+
+def descriptors_of(pid: int) -> list[str]:
+    """What each descriptor of a process leads to; those that it closes meanwhile are left out."""
+    found = []
+    try:
+        for number in os.listdir(f"/proc/{pid}/fd"):
+            with contextlib.suppress(FileNotFoundError):
+                found.append(os.readlink(f"/proc/{pid}/fd/{number}"))
+    except OSError:
+        pass  # it has ended
+    return found
 
 
 def kill(pid: int, number: int = signal.SIGKILL) -> None:

@@ -148,6 +148,15 @@ def fifo_as_a_record(scene: Scene) -> None:
         scene.expect(ran.code not in (0, -1000) and ran.seconds < AT_ONCE, f"{words}: exit {ran.code}")
 
 
+def mode_of_file(path: pathlib.Path) -> int | None:
+    """Nothing for what is no file, or for one that took its final name meanwhile."""
+    try:
+        found = path.lstat().st_mode
+    except FileNotFoundError:
+        return None
+    return stat.S_IMODE(found) if stat.S_ISREG(found) else None
+
+
 def modes(scene: Scene, *, umask: str) -> None:
     """Whatever the umask, a record, its parts, its status and its manifest are for their owner to write and for the
     group to read."""
@@ -160,8 +169,8 @@ def modes(scene: Scene, *, umask: str) -> None:
     again = scene.start(scene.profile(hold(30.0, 300)), scene.rig(laboratory), "another.db",
                         before=("sh", "-c", f'umask {umask}; exec "$@"', "sh"))
     scene.need(again.wait_acknowledged(2), f"the run did not begin: {again.errors()[-400:]}")
-    found = {path.name: stat.S_IMODE(path.stat().st_mode) for name in ("run*", "another*")
-             for path in scene.folder.glob(name) if path.suffix not in (".out", ".err", ".socket") and path.is_file()}
+    found = {path.name: mode for name in ("run*", "another*") for path in scene.folder.glob(name)
+             if path.suffix not in (".out", ".err", ".socket") and (mode := mode_of_file(path)) is not None}
     scene.fact(", ".join(f"{name} {mode:o}" for name, mode in sorted(found.items())))
     for name in ("run.db", "run.2.db", "run.db.sha256", "another.db", "another.db.status", "another.db.armed"):
         scene.expect(name in found, f"{name} is not there: {sorted(found)}")

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import pathlib
 import signal
 import subprocess
@@ -227,14 +228,15 @@ def make_safe_that_is_stopped(scene: Scene) -> None:
     run.signal(signal.SIGKILL)
     run.wait(5)
     made = subprocess.Popen([scene.programs.make_safe, "--insist", run.record], env=scene.programs.environment(),
-                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                            process_group=0)
     scene.need(until(lambda: holds_the_chamber(made.pid, laboratory), 60, 0.05), "it never had the chamber")
-    kill(made.pid, signal.SIGSTOP)
+    os.killpg(made.pid, signal.SIGSTOP)
     time.sleep(75 if scene.long else 5)
     healed = time.monotonic()
     laboratory.chamber.heal()
     scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again, somebody's make-safe being stopped")
-    made.kill()
+    os.killpg(made.pid, signal.SIGKILL)
     made.wait()
 
 

@@ -313,6 +313,7 @@ class Chamber(Instrument):
         self.mode_stuck = False  # the active control mode does not follow the commanded one
         self.writes_unanswered = False  # done, and never acknowledged
         self.writes_ignored = False  # acknowledged and not done
+        self.profile_stuck = False  # a profile goes on though it was ended
         self.clamps = False  # a set point beyond the limits becomes the limit, instead of a refusal
         self.profile_goal: float | None = None  # °C, of a profile of its own, which overrules the set point
         self.clamp_to: tuple[float, float] | None = None  # narrower than the limits that it tells
@@ -411,7 +412,8 @@ class Chamber(Instrument):
             self.loss_of_requests = self.loss_of_answers = self.delay = self.late_share = self.noise_share = 0.0
             self.every_other_lost = self.silent = self.gone = False
             self.answer_time, self.exception, self.clamp_to = 0.0, 0, None
-            self.mode_stuck = self.writes_ignored = self.writes_unanswered = self.clamps = False
+            self.mode_stuck = self.writes_ignored = self.writes_unanswered = False
+            self.profile_stuck = self.clamps = False
             self._follow_mode()
 
     def break_as(self, **faults: Any) -> None:
@@ -562,7 +564,7 @@ class Chamber(Instrument):
             self._words[address + offset] = word
         if address == CONTROL_MODE:
             self._follow_mode()
-        if address == PROFILE_STOP and words[0] == TERMINATE:
+        if address == PROFILE_STOP and words[0] == TERMINATE and not self.profile_stuck:
             self.end_profile()
         return True
 

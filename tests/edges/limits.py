@@ -104,3 +104,22 @@ def profile_at_the_panel(scene: Scene, *, aborted: bool) -> None:
 
 enter("limits", "profile_at_the_panel_and_abort", functools.partial(profile_at_the_panel, aborted=True))
 enter("limits", "profile_at_the_panel_beyond_a_limit", functools.partial(profile_at_the_panel, aborted=False))
+
+
+@attack("limits")
+def profile_at_the_panel_that_goes_on(scene: Scene) -> None:
+    """The controller acknowledges that its profile is ended, and goes on with it for a while: nothing is safe so long."""
+    laboratory = scene.laboratory()
+    chamber = laboratory.chamber
+    run = scene.hot_run(laboratory)
+    chamber.break_as(profile_stuck=True)
+    chamber.start_profile(80.0)
+    scene.need(until(lambda: run.status().get("state") == "suspended", 15, 0.5),
+               f"15 s later the run is \"{run.status().get('state')}\"")
+    scene.expect(run.tell("abort")[0], "the abort was refused")
+    scene.expect(run.wait(12) is None, "it ended while the profile went on")
+    chamber.heal()
+    code = run.wait(60)
+    scene.expect(code == 6, f"exit {code}, expected 6")
+    scene.expect(chamber.profile_goal is None and abs(chamber.set_point - SAFE) < 0.01,
+                 f"the profile heads for {chamber.profile_goal} °C, the set point is {chamber.set_point:g} °C")

@@ -10,28 +10,31 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::size_t kLongestLine = 256;
-constexpr Duration kRest = std::chrono::seconds(3);
+/// No whole number of seconds, so that it keeps step with no fault that comes and goes by seconds.
+constexpr Duration kRest = std::chrono::milliseconds(3250);
 
 }  // namespace
 
 TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options)
     : line_(std::move(line)), options_(std::move(options)) {}
 
-Result<void> TextExchange::wait_for_silence() {
+Result<void> TextExchange::wait_for_silence(bool beat_follows) {
   std::array<std::byte, kLongestLine> stale;
-  const auto pause = answer_may_come_late_ ? options_.within : options_.pause;
+  const bool in_order = options_.alone && beat_follows && !beat_is_owed_;
+  const auto pause = answer_may_come_late_ && !in_order ? options_.within : options_.pause;
   const Deadline deadline(options_.within, options_.clock);
   do {
     const auto size = line_->read(stale, pause);
     if (size) continue;
     if (size.error().kind != FaultKind::timeout) return failure(size.error());
-    answer_may_come_late_ = false;
+    answer_may_come_late_ = answer_may_come_late_ && in_order;
     return {};
   } while (!deadline.over());
   return failure(FaultKind::corrupted, "", "the line does not fall silent");
 }
 
-Result<std::string> TextExchange::receive() {
+/// Lines that do not begin so answer older questions.
+Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;
   std::array<std::byte, kLongestLine> buffer;
   const Deadline deadline(options_.within, options_.clock);
@@ -39,43 +42,49 @@ Result<std::string> TextExchange::receive() {
     const auto size = line_->read(std::span(buffer).first(kLongestLine - text.size()), deadline.left());
     if (!size) return failure(size.error());
     text.append(reinterpret_cast<const char*>(buffer.data()), *size);
-    if (const auto end = text.find(options_.answer_end); end != std::string::npos) {
-      if (end + options_.answer_end.size() != text.size())
-        return failure(FaultKind::corrupted, "", "more than one line answers");
+    for (auto end = text.find(options_.answer_end); end != std::string::npos; end = text.find(options_.answer_end)) {
+      const auto after = text.substr(end + options_.answer_end.size());
       text.resize(end);
-      return text;
+      if (text.starts_with(begins))
+        return after.empty() ? Result<std::string>(std::move(text))
+                             : failure(FaultKind::corrupted, "", "more than one line answers");
+      text = after;
     }
     if (text.size() == kLongestLine) return failure(FaultKind::corrupted, "", "no end of line in 256 bytes");
   }
 }
 
-Result<std::string> TextExchange::exchange(std::string_view question) {
+Result<std::string> TextExchange::exchange(std::string_view question, std::string_view begins) {
   const auto line = std::string(question) + options_.question_end;
   if (auto sent = line_->write(std::as_bytes(std::span(line)), options_.within); !sent)
     return failure(std::move(sent.error()));
   answer_may_come_late_ = true;
-  auto answer = receive();
+  auto answer = receive(begins);
   answer_may_come_late_ = !answer;
   return answer;
 }
 
 Result<void> TextExchange::find(const Beat& beat) {
-  const auto answer = exchange(beat.question);
-  beat_is_lost_ = !answer || !answer->starts_with(beat.answer_begins);
-  if (!beat_is_lost_) return {};
+  const auto answer = exchange(beat.question, beat.answer_begins);
+  beat_is_lost_ = beat_is_owed_ = !answer;
+  if (answer) return {};
   rest_.emplace(kRest, options_.clock);
-  return answer ? failure(FaultKind::corrupted, "", fmt::format("\"{}\" is answered by an older answer", beat.question))
-                : failure(answer.error());
+  return failure(answer.error());
 }
 
 Result<std::string> TextExchange::ask(std::string_view question, const Beat& beat) {
   if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "rests after lost answers");
   rest_.reset();
-  if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
-  if (beat_is_lost_ && !beat.question.empty())
+  const bool finds_beat = beat_is_lost_ && !beat.question.empty();
+  if (auto silent = wait_for_silence(finds_beat); !silent) return failure(std::move(silent.error()));
+  if (finds_beat)
     if (auto found = find(beat); !found) return failure(std::move(found.error()));
   auto answer = exchange(question);
+  const bool is_beat = question == beat.question;
+  if (answer && options_.alone && !is_beat && !beat.question.empty() && answer->starts_with(beat.answer_begins))
+    answer = failure(FaultKind::corrupted, "", "an older question is answered");
   beat_is_lost_ = !answer;
+  beat_is_owed_ = !answer && is_beat;
   return answer;
 }
 

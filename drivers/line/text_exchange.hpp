@@ -18,6 +18,7 @@ struct TextExchangeOptions {
   std::string answer_end;
   Duration within{};             ///< for a whole answer
   Duration pause{};              ///< the line must be silent this long before a question
+  bool alone = false;            ///< one instrument is on the line, so that all answers come in order
   const Clock* clock = nullptr;  ///< the line's, which outlives the exchange; none: the steady clock
 };
 
@@ -33,22 +34,24 @@ class TextExchange {
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
   /// The one line that answers `question`. What an older question left on the line is taken away before; after a
-  /// question that nothing answered, the line must first be silent for `within` and the `beat` be found again, so that
-  /// a late answer is not taken for the next; if the beat is lost too, nothing is asked for 3 s. Fails with timeout,
-  /// disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end: two answers to one
-  /// question). Without a beat an answer that is later than twice `within` passes for that to the next question.
+  /// question that nothing answered, the `beat` must first be found again, so that a late answer is not taken for the
+  /// next. The line must be silent for `within` before the beat, unless its instrument is alone and owes no answer to
+  /// an earlier beat; once a beat is lost, nothing is asked for 3.25 s. Fails with timeout, disconnected or corrupted
+  /// (no silence, no end within 256 bytes, or bytes after the end: two answers to one question). Without a beat an
+  /// answer that is later than twice `within` passes for that to the next question.
   [[nodiscard]] Result<std::string> ask(std::string_view question, const Beat& beat = {});
 
  private:
-  [[nodiscard]] Result<void> wait_for_silence();
-  [[nodiscard]] Result<std::string> receive();
-  [[nodiscard]] Result<std::string> exchange(std::string_view question);
+  [[nodiscard]] Result<void> wait_for_silence(bool beat_follows);
+  [[nodiscard]] Result<std::string> receive(std::string_view begins);
+  [[nodiscard]] Result<std::string> exchange(std::string_view question, std::string_view begins = {});
   [[nodiscard]] Result<void> find(const Beat& beat);
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
   bool answer_may_come_late_ = false;
   bool beat_is_lost_ = false;
+  bool beat_is_owed_ = false;     ///< its answer may yet come
   std::optional<Deadline> rest_;  ///< until which nothing is asked
 };
 

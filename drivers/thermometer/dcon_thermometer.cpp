@@ -18,8 +18,12 @@ tl::unexpected<Fault> no_thermocouple(std::uint8_t type, std::string where) {
 }
 
 std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, const DconOptions& options) {
-  return std::make_shared<TextExchange>(std::move(line),
-                                        TextExchangeOptions{"\r", "\r", options.within, options.pause, options.clock});
+  return std::make_shared<TextExchange>(std::move(line), TextExchangeOptions{.question_end = "\r",
+                                                                             .answer_end = "\r",
+                                                                             .within = options.within,
+                                                                             .pause = options.pause,
+                                                                             .alone = false,
+                                                                             .clock = options.clock});
 }
 
 class DconThermometer final : public Thermometer {

@@ -19,7 +19,12 @@ const Beat kBeat{.question = "*IDN?", .answer_begins = "LSCI,"};
 class Lakeshore218 final : public Thermometer {
  public:
   Lakeshore218(std::unique_ptr<ByteStream> line, std::string place, Lakeshore218Timing timing)
-      : exchange_(std::move(line), {kTerminator, kTerminator, timing.within, timing.pause, timing.clock}),
+      : exchange_(std::move(line), {.question_end = kTerminator,
+                                    .answer_end = kTerminator,
+                                    .within = timing.within,
+                                    .pause = timing.pause,
+                                    .alone = true,
+                                    .clock = timing.clock}),
         place_(std::move(place)) {}
 
   Result<std::string> identify() override;

@@ -18,7 +18,12 @@ const Beat kPt12Beat{.question = "ID?", .answer_begins = "PT12"};
 class Pt12 final : public Thermometer {
  public:
   Pt12(std::unique_ptr<ByteStream> line, std::string place, Pt12Timing timing)
-      : exchange_(std::move(line), {"\r", "\r\n", timing.within, timing.pause, timing.clock}),
+      : exchange_(std::move(line), {.question_end = "\r",
+                                    .answer_end = "\r\n",
+                                    .within = timing.within,
+                                    .pause = timing.pause,
+                                    .alone = true,
+                                    .clock = timing.clock}),
         place_(std::move(place)) {}
 
   Result<std::string> identify() override;

@@ -208,4 +208,10 @@ MUTANTS = [
     ("another folder under the name is the record's", "acquisition/file_watch.cpp",
      "if (auto found = judge_folder()) return found;", "",
      "gyrotherm", "folder_replaced_by_copy"),
+    ("a rest keeps step with what fails every other second", "drivers/line/text_exchange.cpp",
+     "milliseconds(3250)", "milliseconds(3000)",
+     "drivers_test", "TextExchange.NoFaultThatComesAndGoesHidesAnInstrumentForGood"),
+    ("a lost answer may be that to the next question", "drivers/line/text_exchange.cpp",
+     "const bool finds_beat = beat_is_lost_ && !beat.question.empty();", "const bool finds_beat = false;",
+     "drivers_test", "TextExchange.WithABeatNoAnswerHoweverLateIsANewOne"),
 ]

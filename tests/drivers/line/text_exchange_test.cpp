@@ -4,6 +4,8 @@
 
 #include <deque>
 #include <map>
+#include <memory>
+#include <optional>
 #include <random>
 
 #include "tests/drivers/fakes.hpp"
@@ -12,6 +14,7 @@ namespace gyrotherm {
 namespace {
 
 using std::chrono::milliseconds;
+using std::chrono::seconds;
 
 /// A line on its own clock, which only waiting moves. The instrument answers the n-th question with "answer n".
 class SlowStream final : public ByteStream {
@@ -97,55 +100,89 @@ TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
   EXPECT_GT(refused, 10'000);
 }
 
+/// One instrument, which answers in order and knows its name. Only waiting moves its clock.
+class InOrder final : public ByteStream {
+ public:
+  Duration delay{};
+  bool is_deaf_in_odd_seconds = false;
+  VirtualClock clock{Duration{}};
+  int asked = 0;
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration limit) override {
+    const auto now = clock.now().since_start;
+    if (coming_.empty() || coming_.front().first > now + limit) {
+      clock.advance(limit);
+      return failure(FaultKind::timeout, "in order", "nothing came");
+    }
+    const auto [when, line] = coming_.front();
+    coming_.pop_front();
+    clock.advance(std::max(when - now, Duration{}));
+    std::ranges::copy(bytes_of(line), buffer.begin());
+    return line.size();
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration) override {
+    const bool who = bytes.size() > 1 && bytes[0] == std::byte{'w'};
+    if (!who) ++asked;
+    if (is_deaf_in_odd_seconds && clock.now().since_start % seconds(2) >= seconds(1)) return {};
+    free_ = std::max(free_, clock.now().since_start) + delay;
+    coming_.emplace_back(free_, who ? "me\n" : "answer " + std::to_string(asked) + "\n");
+    return {};
+  }
+
+ private:
+  Duration free_{};  ///< when the last answer is out
+  std::deque<std::pair<Duration, std::string>> coming_;
+};
+const Beat kWho{.question = "who", .answer_begins = "me"};
+
+struct OneInstrument {
+  explicit OneInstrument(bool alone) {
+    auto options = kOptions;
+    options.alone = alone;
+    options.clock = &line.clock;
+    exchange.emplace(std::move(made), options);
+  }
+  std::unique_ptr<InOrder> made = std::make_unique<InOrder>();
+  InOrder& line = *made;
+  std::optional<TextExchange> exchange;
+};
+
 // Answers that are late by any time, to questions that the instrument answers in order.
 TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
-  class InOrder final : public ByteStream {
-   public:
-    Duration delay{};
-    VirtualClock clock{Duration{}};
-    int asked = 0;
-    Result<std::size_t> read(std::span<std::byte> buffer, Duration limit) override {
-      const auto now = clock.now().since_start;
-      if (coming_.empty() || coming_.front().first > now + limit) {
-        clock.advance(limit);
-        return failure(FaultKind::timeout, "in order", "nothing came");
+  for (const bool alone : {false, true}) {
+    constexpr unsigned kSeed = 4;
+    std::mt19937 random(kSeed);
+    OneInstrument one(alone);
+    int good = 0;
+    for (int round = 0; round < 20'000; ++round) {
+      one.line.delay = milliseconds(random() % 20 == 0 ? random() % 3000 : random() % 50);
+      const bool is_who = alone && random() % 5 == 0;
+      const auto answer = one.exchange->ask(is_who ? kWho.question : "?", kWho);
+      if (answer) {
+        ++good;
+        const auto right = is_who ? kWho.answer_begins : "answer " + std::to_string(one.line.asked);
+        ASSERT_EQ(*answer, right) << "seed " << kSeed << " round " << round;
       }
-      const auto [when, line] = coming_.front();
-      coming_.pop_front();
-      clock.advance(std::max(when - now, Duration{}));
-      std::ranges::copy(bytes_of(line), buffer.begin());
-      return line.size();
+      one.line.clock.advance(milliseconds(1000));
     }
-    Result<void> write(std::span<const std::byte> bytes, Duration) override {
-      const bool who = bytes.size() > 1 && bytes[0] == std::byte{'w'};
-      if (!who) ++asked;
-      free_ = std::max(free_, clock.now().since_start) + delay;
-      coming_.emplace_back(free_, who ? "me\n" : "answer " + std::to_string(asked) + "\n");
-      return {};
-    }
-
-   private:
-    Duration free_{};  ///< when the last answer is out
-    std::deque<std::pair<Duration, std::string>> coming_;
-  };
-  constexpr unsigned kSeed = 4;
-  std::mt19937 random(kSeed);
-  auto made = std::make_unique<InOrder>();
-  auto& line = *made;
-  auto options = kOptions;
-  options.clock = &line.clock;
-  TextExchange exchange(std::move(made), options);
-  int good = 0;
-  for (int round = 0; round < 20'000; ++round) {
-    line.delay = milliseconds(random() % 20 == 0 ? random() % 3000 : random() % 50);
-    const auto answer = exchange.ask("?", {.question = "who", .answer_begins = "me"});
-    if (answer) {
-      ++good;
-      ASSERT_EQ(*answer, "answer " + std::to_string(line.asked)) << "seed " << kSeed << " round " << round;
-    }
-    line.clock.advance(milliseconds(1000));
+    EXPECT_GT(good, 12'000);
   }
-  EXPECT_GT(good, 12'000);
+}
+
+// One that hears nothing in every other second is asked once a second, at any moment of it.
+TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
+  for (const bool alone : {false, true})
+    for (int moment = 0; moment < 1000; moment += 50) {
+      OneInstrument one(alone);
+      one.line.is_deaf_in_odd_seconds = true;
+      int good = 0;
+      for (Duration tick = milliseconds(moment); tick < seconds(60); tick += seconds(1)) {
+        const auto now = one.line.clock.now().since_start;
+        if (now > tick) continue;
+        one.line.clock.advance(tick - now);
+        good += one.exchange->ask("?", kWho).has_value() ? 1 : 0;
+      }
+      EXPECT_GE(good, alone ? 30 : 15) << moment << " ms";
+    }
 }
 
 TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {

@@ -66,7 +66,8 @@ Result<std::string> TextExchange::exchange(std::string_view question, std::strin
 
 Result<void> TextExchange::find(const Beat& beat) {
   const auto answer = exchange(beat.question, beat.answer_begins);
-  beat_is_lost_ = beat_is_owed_ = !answer;
+  beat_is_lost_ = !answer;
+  beat_is_owed_ = beat_is_owed_ || (options_.alone && !answer);
   if (answer) return {};
   rest_.emplace(kRest, options_.clock);
   return failure(answer.error());
@@ -84,7 +85,9 @@ Result<std::string> TextExchange::ask(std::string_view question, const Beat& bea
   if (answer && options_.alone && !is_beat && !beat.question.empty() && answer->starts_with(beat.answer_begins))
     answer = failure(FaultKind::corrupted, "", "an older question is answered");
   beat_is_lost_ = !answer;
-  beat_is_owed_ = !answer && is_beat;
+  if (!answer && beat_is_owed_) rest_.emplace(kRest, options_.clock);
+  if (answer && !is_beat) beat_is_owed_ = false;  // it came before this one, or never will
+  if (!answer && is_beat) beat_is_owed_ = options_.alone;
   return answer;
 }
 

@@ -214,4 +214,7 @@ MUTANTS = [
     ("a lost answer may be that to the next question", "drivers/line/text_exchange.cpp",
      "const bool finds_beat = beat_is_lost_ && !beat.question.empty();", "const bool finds_beat = false;",
      "drivers_test", "TextExchange.WithABeatNoAnswerHoweverLateIsANewOne"),
+    ("a name that is still owed is forgotten", "drivers/line/text_exchange.cpp",
+     "  if (!answer && is_beat) beat_is_owed_ = options_.alone;\n", "",
+     "drivers_test", "TextExchange.ANameThatWasAskedForInVainIsOwed"),
 ]

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <utility>
 
 #include "tests/drivers/fakes.hpp"
 
@@ -148,9 +149,8 @@ struct OneInstrument {
 
 // Answers that are late by any time, to questions that the instrument answers in order.
 TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
-  for (const bool alone : {false, true}) {
-    constexpr unsigned kSeed = 4;
-    std::mt19937 random(kSeed);
+  for (const auto& [seed, alone] : {std::pair{4U, false}, {4U, true}}) {
+    std::mt19937 random(seed);
     OneInstrument one(alone);
     int good = 0;
     for (int round = 0; round < 20'000; ++round) {
@@ -160,12 +160,28 @@ TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
       if (answer) {
         ++good;
         const auto right = is_who ? kWho.answer_begins : "answer " + std::to_string(one.line.asked);
-        ASSERT_EQ(*answer, right) << "seed " << kSeed << " round " << round;
+        ASSERT_EQ(*answer, right) << "seed " << seed << " round " << round;
       }
       one.line.clock.advance(milliseconds(1000));
     }
     EXPECT_GT(good, 12'000);
   }
+}
+
+TEST(TextExchange, ANameThatWasAskedForInVainIsOwed) {
+  for (int who = 600; who < 3000; who += 20)
+    for (int next = 600; next < 3000; next += 20) {
+      OneInstrument one(true);
+      int round = 0;
+      for (const int delay : {who, next, 20, 20, 20, 20}) {
+        one.line.delay = milliseconds(delay);
+        const auto answer = one.exchange->ask(round++ == 0 ? kWho.question : "?", kWho);
+        if (answer) {
+          ASSERT_EQ(*answer, "answer " + std::to_string(one.line.asked)) << who << " ms, then " << next << " ms";
+        }
+        one.line.clock.advance(seconds(1));
+      }
+    }
 }
 
 // One that hears nothing in every other second is asked once a second, at any moment of it.

@@ -149,10 +149,10 @@ std::optional<Interference> FileWatch::look() {
 std::optional<Interference> FileWatch::judge_folder() const {
   struct stat named {
   }, held{};
-  const auto name = std::filesystem::path(place_).filename().string();
   if (::stat(place_.c_str(), &named) != 0) return {};  // nowhere to go on but in the files that are held
   if (::fstat(folder_->number(), &held) != 0 || named.st_dev != held.st_dev || named.st_ino != held.st_ino)
-    return interference(Interference::Kind::taken_away, false, "the folder " + name, "replaced");
+    return interference(Interference::Kind::taken_away, false,
+                        "the folder " + std::filesystem::path(place_).filename().string(), "replaced");
   return {};
 }
 

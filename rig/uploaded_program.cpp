@@ -12,15 +12,10 @@ namespace {
 /// Longer than a status may be old, and than the controller's clock may be ahead.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
 
-bool carries_out(ChamberActivity activity) {
-  switch (activity) {
-    case ChamberActivity::program:
-    case ChamberActivity::ramping:
-    case ChamberActivity::soaking:
-    case ChamberActivity::waiting:
-    case ChamberActivity::unknown: return true;
-    default: return false;
-  }
+/// A program that is held at the panel does not get on; of one that cannot be seen nothing is known.
+bool may_get_on(ChamberActivity activity) {
+  if (activity == ChamberActivity::holding) return false;
+  return activity == ChamberActivity::unknown || carries_out_program(activity);
 }
 
 std::string capitals(const std::string& name) {
@@ -53,7 +48,7 @@ Result<ChamberProgram> program_of(const Profile& profile) {
 
 std::string ProgramWatch::judge(const Reading<ChamberState>& chamber, bool last, Duration elapsed) {
   if (!chamber.value) return {};
-  gone_ = last || carries_out(chamber.value->activity) ? Duration{} : gone_ + elapsed;
+  gone_ = last || may_get_on(chamber.value->activity) ? Duration{} : gone_ + elapsed;
   if (gone_ < kGoneForGood) return {};
   return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
                      name(chamber.value->activity));

@@ -25,7 +25,7 @@ enum class MakeSafeExit : int {
   safe = 0,           ///< confirmed, or there was nothing to do
   usage = 2,          ///< the command line is wrong
   not_confirmed = 3,  ///< the chamber did not take it, or could not be reached
-  file = 4,           ///< the armed file is wrong
+  file = 4,           ///< the armed file is wrong, or there is no such record
   in_use = 5,         ///< a program that lives drives the chamber
 };
 
@@ -36,7 +36,7 @@ constexpr auto kProgramsEndWithin = seconds(2);
 constexpr auto kFilesWithin = seconds(5);       ///< beside the record, where somebody waits for them
 constexpr auto kUntilTheSetPoint = seconds(1);  ///< between two attempts, before the chamber has taken it
 constexpr auto kUntilTheRest = seconds(10);     ///< … and afterwards
-constexpr int kGivesUpTo = 60;                  ///< s for which another program has had the chamber
+constexpr int kGivesUpTo = 60;                  ///< s for which another program has driven the chamber
 constexpr int kWaitsFor = 15;                   ///< s, likewise, where somebody waits: it may be the guard, at work
 
 constexpr const char* kHelp =
@@ -48,8 +48,8 @@ constexpr const char* kHelp =
     "                                      manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
     "                                      after 8 s without a byte, until the chamber has confirmed it\n\n"
-    "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 armed file is wrong;\n"
-    "5 a program that lives drives the chamber.\n";
+    "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 armed file is wrong,\n"
+    "or no such record; 5 a program that lives drives the chamber.\n";
 
 MakeSafeExit complain(Voice& voice, const Fault& fault, MakeSafeExit exit) {
   voice.say(text(fault));
@@ -69,13 +69,12 @@ MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chambe
 MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   const auto armed = read_armed(armed_path(record));
   if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
-  if (std::error_code error; !*armed && !std::filesystem::exists(record, error)) {
-    voice.say(record + ": there is no such record, and no armed file beside it");
-    return MakeSafeExit::file;
-  }
   if (!*armed) {
-    voice.say(record + ": no run is under way; nothing to do");
-    return MakeSafeExit::safe;
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(record, error);
+    voice.say(record + (is_there ? ": no run is under way; nothing to do"
+                                 : ": there is no such record, and no armed file beside it"));
+    return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   const auto& by = (*armed)->armed_by;
   if (manner == Manner::gently && lives(by)) {
@@ -168,11 +167,12 @@ void survive() {
   std::signal(SIGCHLD, SIG_IGN);  // a child that came back late from where it hung is not waited for
 }
 
-/// Where a link to a record leads: the armed file stands beside the record itself.
-std::string real_name(const std::string& link) {
+/// The record's own name where a link was given: the armed file stands beside the record itself.
+std::string own_name(const std::string& record) {
   std::error_code error;
-  const auto meant = std::filesystem::canonical(link, error);
-  return error ? link : meant.string();
+  if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;
+  const auto meant = std::filesystem::canonical(record, error);
+  return error ? record : meant.string();
 }
 
 MakeSafeExit run(int argc, char** argv) {
@@ -194,7 +194,7 @@ MakeSafeExit run(int argc, char** argv) {
   const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
   if (first == "--guard") return guard(voice, record);
   const auto manner = first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently;
-  return once(voice, is_symlink(std::filesystem::symlink_status(record, error)) ? real_name(record) : record, manner);
+  return once(voice, own_name(record), manner);
 }
 
 }  // namespace

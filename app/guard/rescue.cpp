@@ -28,10 +28,9 @@ constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
 
 /// Whether who holds the chamber has it rightly: a program of this user or of root, and not the one that has gone.
 /// One that was stopped drives nothing and makes nothing safe.
-bool is_successor(const ChamberHolder& holder, const Armed& armed) {
+bool is_successor(const ChamberHolder& holder, const std::string& program, const Armed& armed) {
   if (holder.pid == 0 || holder.pid == armed.armed_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
-  const auto program = program_of(holder.pid);
   if (is_stopped(holder.pid)) return false;
   constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", kMakesSafe};
   return program.empty() || std::ranges::count(kOwn, program) > 0;
@@ -65,9 +64,10 @@ Rescued attempt_once(const Armed& armed, const ArmedChamber& chamber, Voice& voi
   const auto lock = ChamberLock::take(chamber.place, armed.record + " (made safe)");
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = ChamberLock::holder(chamber.place);
-    if (holder && is_successor(*holder, armed)) {
+    const auto program = holder ? program_of(holder->pid) : "";
+    if (holder && is_successor(*holder, program, armed)) {
       voice.say("another program has the chamber: " + holder->words);
-      return {.reached = {}, .details = {}, .in_use = true, .is_driven = program_of(holder->pid) != kMakesSafe};
+      return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
     }
   }
   Rescued rescued{.reached = {}, .details = "nothing came back", .in_use = false, .is_driven = false};

@@ -85,17 +85,22 @@ def air_that_stands_still_now_and_then_unread(scene: Scene) -> None:
     scene.stop(run)
 
 
-def profile_at_the_panel(scene: Scene, *, aborted: bool) -> None:
+def profile_at_the_panel(scene: Scene, *, aborted: bool, goes_on: bool = False) -> None:
     """Somebody starts a profile at the controller's panel, which overrules the set point: the run is suspended, and an
-    abort ends the profile too."""
+    abort ends the profile too. Where the controller acknowledges that and goes on with it for a while, nothing is safe
+    so long."""
     laboratory = scene.laboratory()
     chamber = laboratory.chamber
     run = scene.hot_run(laboratory)
+    chamber.break_as(profile_stuck=goes_on)
     chamber.start_profile(80.0 if aborted else 130.0)
     if aborted:
         scene.expect(until(lambda: run.status().get("state") == "suspended", 15, 0.5),
                      f"15 s later the run is \"{run.status().get('state')}\"")
         scene.expect(run.tell("abort")[0], "the abort was refused")
+    if goes_on:
+        scene.expect(run.wait(12) is None, "it ended while the profile went on")
+        chamber.heal()
     code = run.wait(60)
     scene.expect(code == 6, f"exit {code}, expected 6")
     scene.expect(chamber.profile_goal is None, "the profile goes on although the run says that the chamber is safe")
@@ -104,22 +109,5 @@ def profile_at_the_panel(scene: Scene, *, aborted: bool) -> None:
 
 enter("limits", "profile_at_the_panel_and_abort", functools.partial(profile_at_the_panel, aborted=True))
 enter("limits", "profile_at_the_panel_beyond_a_limit", functools.partial(profile_at_the_panel, aborted=False))
-
-
-@attack("limits")
-def profile_at_the_panel_that_goes_on(scene: Scene) -> None:
-    """The controller acknowledges that its profile is ended, and goes on with it for a while: nothing is safe so long."""
-    laboratory = scene.laboratory()
-    chamber = laboratory.chamber
-    run = scene.hot_run(laboratory)
-    chamber.break_as(profile_stuck=True)
-    chamber.start_profile(80.0)
-    scene.need(until(lambda: run.status().get("state") == "suspended", 15, 0.5),
-               f"15 s later the run is \"{run.status().get('state')}\"")
-    scene.expect(run.tell("abort")[0], "the abort was refused")
-    scene.expect(run.wait(12) is None, "it ended while the profile went on")
-    chamber.heal()
-    code = run.wait(60)
-    scene.expect(code == 6, f"exit {code}, expected 6")
-    scene.expect(chamber.profile_goal is None and abs(chamber.set_point - SAFE) < 0.01,
-                 f"the profile heads for {chamber.profile_goal} °C, the set point is {chamber.set_point:g} °C")
+enter("limits", "profile_at_the_panel_that_goes_on",
+      functools.partial(profile_at_the_panel, aborted=True, goes_on=True))

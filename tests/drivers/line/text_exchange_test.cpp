@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <random>
-#include <utility>
 
 #include "tests/drivers/fakes.hpp"
 
@@ -149,8 +148,9 @@ struct OneInstrument {
 
 // Answers that are late by any time, to questions that the instrument answers in order.
 TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
-  for (const auto& [seed, alone] : {std::pair{4U, false}, {4U, true}}) {
-    std::mt19937 random(seed);
+  constexpr unsigned kSeed = 4;
+  for (const bool alone : {false, true}) {
+    std::mt19937 random(kSeed);
     OneInstrument one(alone);
     int good = 0;
     for (int round = 0; round < 20'000; ++round) {
@@ -160,7 +160,7 @@ TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
       if (answer) {
         ++good;
         const auto right = is_who ? kWho.answer_begins : "answer " + std::to_string(one.line.asked);
-        ASSERT_EQ(*answer, right) << "seed " << seed << " round " << round;
+        ASSERT_EQ(*answer, right) << "seed " << kSeed << " round " << round;
       }
       one.line.clock.advance(milliseconds(1000));
     }

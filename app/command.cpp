@@ -1,10 +1,38 @@
 #include "app/command.hpp"
 
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <optional>
 
+#include "app/interrupt.hpp"
+#include "core/nearest.hpp"
+
 namespace gyrotherm {
+namespace {
+
+/// What to say of a first word that is no command, or "" if it is one or there is none.
+std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const auto* command : cli.get_subcommands({})) known.push_back(command->get_name());
+  if (argc < 2 || argv[1][0] == '-' || std::find(known.begin(), known.end(), argv[1]) != known.end()) return {};
+  const auto near = nearest(argv[1], known);
+  return near.empty() ? fmt::format("\"{}\" is none of the commands {}", argv[1], fmt::join(known, ", "))
+                      : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", argv[1], near);
+}
+
+/// Whether whoever read our data has had enough of it, as `head` has.
+bool reader_has_left() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
+
+}  // namespace
 
 Exit exit_for(const Fault& fault) {
   switch (fault.kind) {
@@ -24,7 +52,11 @@ Exit exit_for(const Fault& fault) {
   return Exit::usage;
 }
 
-Program::Program() : cli(std::make_unique<CLI::App>()) {}
+Program::Program(const std::string& name, const std::string& description)
+    : cli(std::make_unique<CLI::App>(description, name)) {
+  cli->require_subcommand(1);
+  cli->set_version_flag("--version", name + " " + GYROTHERM_VERSION);
+}
 Program::~Program() = default;
 
 Option& Option::required() {
@@ -80,6 +112,35 @@ Command add_command(Program& program, const std::string& name, const std::string
   command.flag("-v,--verbose", program.console.verbose, "say more");
   command.flag("--quiet", program.console.quiet, "say nothing but faults");
   return command;
+}
+
+void add_forwarded(Program& program, const std::string& name, const std::string& description,
+                   const std::string& example,
+                   std::function<Result<Exit>(const std::vector<std::string>& words)> action) {
+  auto* app = program.cli->add_subcommand(name, "Example: " + example + "\n\n" + description);
+  app->prefix_command();
+  app->set_help_flag();
+  app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
+}
+
+int run(Program& program, int argc, char** argv) {
+  ignore_closed_pipes();
+  const std::string name = program.cli->get_name();
+  try {
+    program.cli->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.cli->exit(error);
+    const auto unknown = unknown_command(*program.cli, argc, argv);
+    fmt::print(stderr, "{}: {}\n", name, unknown.empty() ? error.what() : unknown);
+    fmt::print(stderr, "Run with --help for more information.\n");
+    return static_cast<int>(Exit::usage);
+  }
+  const bool lost = std::ferror(stdout) != 0 || program.console.data_was_lost();
+  if (program.outcome && lost && !reader_has_left())
+    program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
+  if (program.outcome) return static_cast<int>(*program.outcome);
+  program.console.complain(program.outcome.error());
+  return static_cast<int>(exit_for(program.outcome.error()));
 }
 
 }  // namespace gyrotherm

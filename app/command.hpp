@@ -29,8 +29,9 @@ enum class Exit : int {
 
 [[nodiscard]] Exit exit_for(const Fault& fault);
 
+/// A program of subcommands.
 struct Program {
-  Program();
+  Program(const std::string& name, const std::string& description);
   ~Program();
 
   std::unique_ptr<CLI::App> cli;
@@ -72,6 +73,14 @@ class Command {
 /// Adds a subcommand whose help opens with an example.
 Command add_command(Program& program, const std::string& name, const std::string& description,
                     const std::string& example);
+
+/// Adds a subcommand that reads none of the words after it, options and --help among them, but hands them to `action`.
+void add_forwarded(Program& program, const std::string& name, const std::string& description,
+                   const std::string& example,
+                   std::function<Result<Exit>(const std::vector<std::string>& words)> action);
+
+/// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
+[[nodiscard]] int run(Program& program, int argc, char** argv);
 
 void add_check(Program& program);
 void add_compensate(Program& program);

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <numeric>
 
-#include "acquisition/chain_check.hpp"
+#include "acquisition/record/chain_check.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/clusters.hpp"
-#include "analysis/dataset.hpp"
-#include "analysis/model.hpp"
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/model/model.hpp"
 #include "app/command.hpp"
 #include "core/result.hpp"
 

@@ -1,5 +1,6 @@
-# One library target per room: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
-# The rooms in USES are public, third parties stay private to the room.
+# One library per room, or per floor of one: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
+# makes gyrotherm::NAME. The rooms in USES are public, third parties stay private to the room. A unity build compiles
+# those of the SOURCES that are named in ALONE too by themselves: their own names are another file's as well.
 # GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset watches for the real ones.
 function(gyrotherm_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>)
@@ -7,8 +8,10 @@ function(gyrotherm_options target)
 endfunction()
 
 function(gyrotherm_room name)
-  cmake_parse_arguments(room "" "" "SOURCES;USES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(room "" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(gyrotherm_${name} STATIC ${room_SOURCES})
+  add_library(gyrotherm::${name} ALIAS gyrotherm_${name})
+  set_source_files_properties(${room_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   gyrotherm_options(gyrotherm_${name})
   target_precompile_headers(gyrotherm_${name} PRIVATE <fmt/format.h> <algorithm> <chrono> <functional> <map> <memory> <optional> <string> <vector>)
   target_link_libraries(gyrotherm_${name} PRIVATE ${room_PRIVATE})
@@ -29,17 +32,18 @@ function(gyrotherm_file_by_file target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 
-# gyrotherm_test(ROOM [COMPUTES] SOURCES … [PRIVATE third parties …]) makes ROOM_test of the room and registers each of its laws
-# with CTest.
+# gyrotherm_test(NAME [COMPUTES] USES rooms … SOURCES … [PRIVATE third parties …]) makes NAME_test and registers each of its
+# laws with CTest.
 function(gyrotherm_test room)
-  cmake_parse_arguments(test "COMPUTES" "" "SOURCES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(test "COMPUTES" "" "USES;SOURCES;PRIVATE" ${ARGN})
   add_executable(${room}_test ${test_SOURCES})
   gyrotherm_options(${room}_test)
   if(NOT test_COMPUTES)
     gyrotherm_unoptimised(${room}_test)
   endif()
   target_precompile_headers(${room}_test PRIVATE <gtest/gtest.h>)
-  target_link_libraries(${room}_test PRIVATE gyrotherm_${room} ${test_PRIVATE} GTest::gtest_main)
+  list(TRANSFORM test_USES PREPEND gyrotherm::)
+  target_link_libraries(${room}_test PRIVATE ${test_USES} ${test_PRIVATE} GTest::gtest_main)
   target_compile_definitions(${room}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${room}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT})
 endfunction()

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "core/quantity.hpp"
-#include "report/colour.hpp"
-#include "report/plot.hpp"
+#include "plot/colour.hpp"
+#include "plot/plot.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
+#include "plot/colour.hpp"
+#include "plot/format.hpp"
+#include "plot/heat_map.hpp"
+#include "plot/plot.hpp"
 #include "report/allan_figure.hpp"
-#include "report/colour.hpp"
-#include "report/format.hpp"
-#include "report/heat_map.hpp"
-#include "report/plot.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "report/format.hpp"
+#include "plot/format.hpp"
 #include "report/html_results.hpp"
 #include "report/html_sections.hpp"
 #include "report/style_sheet.hpp"

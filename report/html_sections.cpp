@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "report/format.hpp"
+#include "plot/format.hpp"
 #include "report/html_per_model.hpp"
 #include "report/html_table.hpp"
 

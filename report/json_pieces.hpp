@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "analysis/allan.hpp"
-#include "analysis/hold_noise.hpp"
-#include "analysis/statistics.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/data/allan.hpp"
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/verification.hpp"
 
 namespace gyrotherm {
 

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "analysis/clusters.hpp"
-#include "analysis/correlation.hpp"
-#include "analysis/dataset.hpp"
-#include "analysis/hold_noise.hpp"
-#include "analysis/model.hpp"
-#include "analysis/statistics.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/correlation.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/model.hpp"
+#include "analysis/model/verification.hpp"
 
 namespace gyrotherm {
 

@@ -2,8 +2,8 @@
 #include <utility>
 #include <variant>
 
-#include "analysis/function.hpp"
-#include "analysis/method.hpp"
+#include "analysis/methods/function.hpp"
+#include "analysis/methods/method.hpp"
 #include "report/json_pieces.hpp"
 #include "report/report_json_parts.hpp"
 

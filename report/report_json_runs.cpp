@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "analysis/hold_noise.hpp"
+#include "analysis/data/hold_noise.hpp"
 #include "report/json_pieces.hpp"
 #include "report/report_json_parts.hpp"
 

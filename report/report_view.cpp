@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "report/json_reader.hpp"
+#include "core/json_reader.hpp"
 #include "report/report_json.hpp"
 
 namespace gyrotherm {

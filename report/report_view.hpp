@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/statistics.hpp"
+#include "analysis/data/statistics.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -11,8 +11,8 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
 #include "rig/inquiry.hpp"
-#include "simulator/world.hpp"
-#include "simulator/world_parameters.hpp"
+#include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 namespace {

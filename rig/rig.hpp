@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/sampler.hpp"
+#include "acquisition/io/instrument_io.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "rig/rig_file.hpp"

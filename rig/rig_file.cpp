@@ -7,10 +7,10 @@
 
 #include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
+#include "core/vocabulary.hpp"
 #include "drivers/chamber/register_map_words.hpp"
-#include "drivers/description.hpp"
 #include "drivers/line/line_address.hpp"
-#include "rig/limits_table.hpp"
+#include "sequencer/interlocks/limits_table.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,16 +6,17 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/run_info.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "rig/gyro_entry.hpp"
-#include "rig/interlocks.hpp"
+#include "rig/gyro_settings.hpp"
 #include "rig/limiter.hpp"
-#include "rig/thermometer_entry.hpp"
-#include "sequencer/profile.hpp"
-#include "simulator/world.hpp"
+#include "rig/thermometer_settings.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
+#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/profile/profile.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

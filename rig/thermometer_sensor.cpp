@@ -1,6 +1,6 @@
 #include "rig/thermometer_sensor.hpp"
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 
 namespace gyrotherm {
 namespace {

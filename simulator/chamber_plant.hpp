@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/quantity.hpp"
-#include "simulator/world_faults.hpp"
-#include "simulator/world_parameters.hpp"
+#include "simulator/injected_faults.hpp"
+#include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {
 

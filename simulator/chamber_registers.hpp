@@ -12,7 +12,7 @@
 #include "simulator/memory_image.hpp"
 #include "simulator/program_run.hpp"
 #include "simulator/register_image.hpp"
-#include "simulator/world.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

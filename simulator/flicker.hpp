@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulator/random.hpp"
+#include "core/random_stream.hpp"
 
 namespace gyrotherm {
 

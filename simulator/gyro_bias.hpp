@@ -8,7 +8,7 @@
 #include "core/quantity.hpp"
 #include "simulator/bias_parameters.hpp"
 #include "simulator/hysteresis.hpp"
-#include "simulator/thermal/thermal_system.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "core/quantity.hpp"
+#include "core/random_stream.hpp"
 #include "simulator/flicker.hpp"
-#include "simulator/random.hpp"
-#include "simulator/world_parameters.hpp"
+#include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "simulator/random.hpp"
-#include "simulator/twin_gyro.hpp"
+#include "core/random_stream.hpp"
+#include "simulator/reduced_gyro.hpp"
 
 namespace gyrotherm {
 namespace {

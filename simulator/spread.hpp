@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "simulator/world_parameters.hpp"
+#include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {
 

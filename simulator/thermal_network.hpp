@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
-#include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
 

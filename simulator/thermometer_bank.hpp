@@ -4,9 +4,9 @@
 #include <array>
 #include <cstdint>
 
-#include "simulator/random.hpp"
+#include "core/random_stream.hpp"
+#include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
-#include "simulator/world_parameters.hpp"
 
 namespace gyrotherm {
 

@@ -12,7 +12,7 @@
 #include "drivers/gyro/frame_stream.hpp"
 #include "drivers/thermometer/dcon_codec.hpp"
 #include "drivers/wires.hpp"
-#include "simulator/world.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

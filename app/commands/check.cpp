@@ -4,18 +4,18 @@
 #include <optional>
 #include <utility>
 
-#include "acquisition/calibration.hpp"
+#include "acquisition/record/calibration.hpp"
 #include "app/command.hpp"
-#include "app/conduct/conduct.hpp"
-#include "app/conduct/custody.hpp"
+#include "app/run/carry_out.hpp"
 #include "core/clock.hpp"
 #include "core/text_file.hpp"
 #include "drivers/chamber/map_confidence.hpp"
 #include "report/json_pieces.hpp"
 #include "rig/rig.hpp"
-#include "sequencer/timeline.hpp"
-#include "simulator/world.hpp"
-#include "simulator/world_parameters.hpp"
+#include "sequencer/profile/timeline.hpp"
+#include "sequencer/run/chamber_ownership.hpp"
+#include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 namespace {

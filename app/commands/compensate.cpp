@@ -5,8 +5,8 @@
 #include <iterator>
 #include <optional>
 
-#include "acquisition/live_rows.hpp"
-#include "analysis/stream.hpp"
+#include "acquisition/record/live_rows.hpp"
+#include "analysis/model/stream.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"

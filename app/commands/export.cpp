@@ -1,4 +1,4 @@
-#include "acquisition/export.hpp"
+#include "acquisition/record/export.hpp"
 
 #include "app/command.hpp"
 #include "app/evidence.hpp"

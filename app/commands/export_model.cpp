@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "analysis/c_export.hpp"
+#include "analysis/model/c_export.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "core/text_file.hpp"

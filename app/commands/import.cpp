@@ -1,4 +1,4 @@
-#include "acquisition/import.hpp"
+#include "acquisition/record/import.hpp"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
-#include "analysis/placement.hpp"
+#include "analysis/model/placement.hpp"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include "analysis/training.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"

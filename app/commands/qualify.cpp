@@ -5,19 +5,19 @@
 #include <chrono>
 #include <filesystem>
 
-#include "acquisition/export.hpp"
-#include "acquisition/record.hpp"
-#include "acquisition/sha256.hpp"
-#include "analysis/method.hpp"
-#include "analysis/training.hpp"
-#include "analysis/verification.hpp"
+#include "acquisition/record/export.hpp"
+#include "acquisition/record/record.hpp"
+#include "analysis/methods/method.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/commands/qualify_report.hpp"
-#include "app/conduct/conduct.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
+#include "app/run/carry_out.hpp"
 #include "app/timings.hpp"
+#include "core/sha256.hpp"
 #include "core/text_file.hpp"
 #include "report/write.hpp"
 

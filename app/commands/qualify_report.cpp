@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "acquisition/calibration.hpp"
-#include "acquisition/sha256.hpp"
-#include "analysis/correlation.hpp"
-#include "analysis/hold_noise.hpp"
-#include "analysis/noise_floor.hpp"
+#include "acquisition/record/calibration.hpp"
+#include "analysis/data/correlation.hpp"
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/data/noise_floor.hpp"
 #include "core/nearest.hpp"
+#include "core/sha256.hpp"
 #include "report/report_json.hpp"
 
 namespace gyrotherm {

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "analysis/model.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/model/model.hpp"
+#include "analysis/model/verification.hpp"
 #include "app/evidence.hpp"
 #include "core/result.hpp"
 #include "rig/rig_file.hpp"
-#include "sequencer/profile.hpp"
+#include "sequencer/profile/profile.hpp"
 
 namespace gyrotherm {
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "analysis/reduced_set.hpp"
+#include "analysis/model/reduced_set.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "core/text_file.hpp"

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "acquisition/chain_check.hpp"
-#include "acquisition/status.hpp"
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/status.hpp"
 #include "app/command.hpp"
-#include "app/conduct/conduct.hpp"
 #include "app/interrupt.hpp"
+#include "app/run/carry_out.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm {

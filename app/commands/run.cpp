@@ -1,7 +1,7 @@
 #include "app/command.hpp"
-#include "app/conduct/conduct.hpp"
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
+#include "app/run/carry_out.hpp"
 
 namespace gyrotherm {
 namespace {

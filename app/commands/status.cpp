@@ -1,14 +1,14 @@
-#include "acquisition/status.hpp"
+#include "acquisition/record/status.hpp"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include "acquisition/chain_check.hpp"
+#include "acquisition/record/chain_check.hpp"
 #include "app/command.hpp"
-#include "app/guard/made_safe_file.hpp"
 #include "core/clock.hpp"
 #include "report/json_pieces.hpp"
+#include "sequencer/watchdog/made_safe_file.hpp"
 
 namespace gyrotherm {
 namespace {

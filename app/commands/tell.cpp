@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
-#include "app/conduct/tell_socket.hpp"
 #include "report/json_pieces.hpp"
+#include "sequencer/run/control_socket.hpp"
 
 namespace gyrotherm {
 namespace {

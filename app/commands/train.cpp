@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "analysis/training.hpp"
+#include "analysis/model/training.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
 #include "app/interrupt.hpp"

@@ -2,11 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "analysis/hold_noise.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/evidence.hpp"
-#include "report/format.hpp"
+#include "plot/format.hpp"
 #include "report/json_pieces.hpp"
 
 namespace gyrotherm {

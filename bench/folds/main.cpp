@@ -10,8 +10,8 @@
 #include <numeric>
 #include <random>
 
-#include "analysis/training.hpp"
-#include "analysis/verification.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/verification.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "analysis/svr.hpp"
+#include "analysis/svm/svr.hpp"
 
 namespace gyrotherm {
 

@@ -116,11 +116,11 @@ PeerSolution LibsvmPeer::train(const SampleMatrix& x, const Eigen::VectorXd& y,
   return solution;
 }
 
-Evaluated LibsvmPeer::cross_validate(std::span<const Fold> folds, const PeerParameters& parameters) const {
+Evaluated LibsvmPeer::cross_validate(std::span<const TuningFold> folds, const PeerParameters& parameters) const {
   Evaluated out;
   double squared = 0;
   Eigen::Index rows = 0;
-  for (const Fold& fold : folds) {
+  for (const TuningFold& fold : folds) {
     const PeerTraining training(functions_->train, functions_->destroy, fold.train_x, fold.train_y, parameters);
     const PeerRows held_out(fold.test_x);
     const double start = thread_seconds();

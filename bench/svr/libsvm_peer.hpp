@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "analysis/tuning.hpp"
+#include "analysis/svm/tuning.hpp"
 #include "bench/svr/judge.hpp"
 #include "core/result.hpp"
 
@@ -39,7 +39,7 @@ class LibsvmPeer {
   [[nodiscard]] PeerSolution train(const SampleMatrix& x, const Eigen::VectorXd& y,
                                    const PeerParameters& parameters) const;
   /// Trains on each fold and predicts what it holds out.
-  [[nodiscard]] Evaluated cross_validate(std::span<const Fold> folds, const PeerParameters& parameters) const;
+  [[nodiscard]] Evaluated cross_validate(std::span<const TuningFold> folds, const PeerParameters& parameters) const;
   /// Points a second of svm_predict with the solution of one training, over the rows of `x`.
   [[nodiscard]] double predictions_per_second(const SampleMatrix& x, const Eigen::VectorXd& y,
                                               const PeerParameters& parameters) const;

@@ -22,7 +22,7 @@ TuningOptions whole_job(int threads) {
   return options;
 }
 
-Result<Evaluated> cross_validate_own(std::span<const Fold> folds, const TracePosition& position) {
+Result<Evaluated> cross_validate_own(std::span<const TuningFold> folds, const TracePosition& position) {
   constexpr double kWidth = 1e-9;
   const double sigma = log2_sigma(position.log2_gamma);
   TuningOptions options = whole_job(1);
@@ -46,10 +46,10 @@ Result<Evaluated> cross_validate_own(std::span<const Fold> folds, const TracePos
   return Evaluated{.error = summary->cross_validation_mse, .seconds = done[1] - done[0]};
 }
 
-Result<double> reference_error(std::span<const Fold> folds, const PeerParameters& parameters) {
+Result<double> reference_error(std::span<const TuningFold> folds, const PeerParameters& parameters) {
   double squared = 0;
   Eigen::Index rows = 0;
-  for (const Fold& fold : folds) {
+  for (const TuningFold& fold : folds) {
     const auto solution =
         solve_svr(fold.train_x, fold.train_y, own_parameters(parameters), {.relative_gap = 0.9 * kReferenceGap});
     if (!solution) return failure(solution.error());

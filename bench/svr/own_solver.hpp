@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "analysis/tuning.hpp"
+#include "analysis/svm/tuning.hpp"
 #include "bench/svr/judge.hpp"
 #include "bench/svr/libsvm_peer.hpp"
 #include "bench/svr/trace.hpp"
@@ -18,11 +18,11 @@ inline constexpr double kReferenceGap = 1e-6;
 /// One position as our tuning job evaluates it, without abort. The seconds are those of the second of two evaluations
 /// by a job of two particles in a box 1e-9 wide, so that what a job prepares once is not counted at each position.
 /// Fails as tune_svr does; with numeric if a training misses its certificate.
-[[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const Fold> folds, const TracePosition& position);
+[[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const TuningFold> folds, const TracePosition& position);
 
 /// The error of solutions whose relative gap is at most kReferenceGap by the judge, predicted by a plain loop. Fails
 /// with numeric if a fold's solution is not that good.
-[[nodiscard]] Result<double> reference_error(std::span<const Fold> folds, const PeerParameters& parameters);
+[[nodiscard]] Result<double> reference_error(std::span<const TuningFold> folds, const PeerParameters& parameters);
 
 /// The tuning options of the whole job: 20 particles, 30 iterations and no early end, hence 620 evaluations, in the
 /// peer's box.

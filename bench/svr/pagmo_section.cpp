@@ -5,10 +5,10 @@
 #include <tuple>
 
 #include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/pagmo_job.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/stopwatch.hpp"
 #include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {
@@ -17,7 +17,7 @@ namespace {
 // pagmo wants a number of every position; one that misses its certificate must never be a best one.
 constexpr double kNeverBest = 1e300;
 
-Evaluated evaluate_own(std::span<const Fold> folds, const PeerParameters& parameters) {
+Evaluated evaluate_own(std::span<const TuningFold> folds, const PeerParameters& parameters) {
   const double start = thread_seconds();
   const auto error = cross_validation_error(folds, own_parameters(parameters), {.relative_gap = kGap},
                                             std::numeric_limits<double>::infinity());

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <random>
 
-#include "analysis/function.hpp"
+#include "analysis/methods/function.hpp"
 #include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/judge.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -10,10 +10,10 @@
 #include <random>
 #include <regex>
 
-#include "analysis/training.hpp"
+#include "analysis/model/training.hpp"
 #include "bench/figure.hpp"
-#include "bench/svr/sections.hpp"
 #include "bench/stopwatch.hpp"
+#include "bench/svr/sections.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/svr/own_solver.hpp"
 #include "bench/stopwatch.hpp"
+#include "bench/svr/own_solver.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -62,7 +62,7 @@ int Replay::disagreements() const {
   return static_cast<int>(std::ranges::count_if(positions, [](const auto& p) { return !p.agrees(); }));
 }
 
-Replay replay(std::span<const Fold> folds, std::span<const TracePosition> positions, const LibsvmPeer* peer) {
+Replay replay(std::span<const TuningFold> folds, std::span<const TracePosition> positions, const LibsvmPeer* peer) {
   Replay out;
   for (const TracePosition& position : positions) {
     ReplayedPosition p{.position = position, .peer = {position.error, position.seconds}, .own = {}, .reference = {}};

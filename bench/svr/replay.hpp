@@ -29,7 +29,7 @@ struct Replay {
 };
 
 /// Without a peer, what the trace says of it stands for it: good for looking at our own side, not for a figure.
-[[nodiscard]] Replay replay(std::span<const Fold> folds, std::span<const TracePosition> positions,
+[[nodiscard]] Replay replay(std::span<const TuningFold> folds, std::span<const TracePosition> positions,
                             const LibsvmPeer* peer);
 
 }  // namespace gyrotherm

@@ -40,10 +40,10 @@ Result<SampleSet> load_sample_set(const std::string& folder, const std::string& 
   return set;
 }
 
-std::vector<Fold> shuffled_folds(const SampleSet& set) {
+std::vector<TuningFold> shuffled_folds(const SampleSet& set) {
   const Eigen::Index n = set.y.size();
   const auto order = shuffled(n);
-  std::vector<Fold> folds;
+  std::vector<TuningFold> folds;
   for (Eigen::Index f = 0; f < kFolds; ++f) {
     std::vector<Eigen::Index> inside;
     std::vector<Eigen::Index> outside;
@@ -51,7 +51,7 @@ std::vector<Fold> shuffled_folds(const SampleSet& set) {
       auto& rows = i >= f * n / kFolds && i < (f + 1) * n / kFolds ? inside : outside;
       rows.push_back(order[static_cast<std::size_t>(i)]);
     }
-    Fold fold;
+    TuningFold fold;
     fold.train_x = set.x(outside, Eigen::all);
     fold.train_y = set.y(outside);
     fold.test_x = set.x(inside, Eigen::all);

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/svr.hpp"
-#include "analysis/tuning.hpp"
+#include "analysis/svm/svr.hpp"
+#include "analysis/svm/tuning.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -23,6 +23,6 @@ struct SampleSet {
 
 /// Five folds of a fixed shuffle (Fisher–Yates, std::mt19937(12345)), so that every solver sees the same rows in the
 /// same order. Shuffled folds measure time; they are no evaluation of a model.
-[[nodiscard]] std::vector<Fold> shuffled_folds(const SampleSet& set);
+[[nodiscard]] std::vector<TuningFold> shuffled_folds(const SampleSet& set);
 
 }  // namespace gyrotherm

@@ -15,7 +15,7 @@ inline constexpr double kBestErrorRatio = 1.01;
 
 struct TuningMaterial {
   SampleSet set;
-  std::vector<Fold> folds;
+  std::vector<TuningFold> folds;
   std::vector<TracePosition> trace;
 
   [[nodiscard]] const TracePosition& best() const;  ///< of the trace: where the job ended

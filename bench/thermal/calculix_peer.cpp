@@ -12,7 +12,7 @@
 #include <fstream>
 #include <limits>
 
-#include "simulator/thermal/calculix_input.hpp"
+#include "thermal/calculix_input.hpp"
 
 namespace gyrotherm {
 namespace {

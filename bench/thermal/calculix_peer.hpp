@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/result.hpp"
-#include "simulator/thermal/gyro_model.hpp"
-#include "simulator/thermal/mesh.hpp"
-#include "simulator/thermal/thermal_system.hpp"
+#include "thermal/gyro_model.hpp"
+#include "thermal/mesh.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
 

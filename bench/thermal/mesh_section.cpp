@@ -5,7 +5,7 @@
 
 #include "bench/figure.hpp"
 #include "bench/thermal/sections.hpp"
-#include "simulator/thermal/steady_state.hpp"
+#include "thermal/steady_state.hpp"
 
 namespace gyrotherm {
 

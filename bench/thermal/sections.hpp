@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/result.hpp"
-#include "simulator/thermal/gyro_model.hpp"
-#include "simulator/thermal/mesh.hpp"
+#include "thermal/gyro_model.hpp"
+#include "thermal/mesh.hpp"
 
 namespace gyrotherm {
 

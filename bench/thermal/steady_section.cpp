@@ -7,8 +7,8 @@
 #include "bench/thermal/calculix_peer.hpp"
 #include "bench/thermal/sections.hpp"
 #include "core/text_file.hpp"
-#include "simulator/thermal/gyro_file.hpp"
-#include "simulator/thermal/steady_state.hpp"
+#include "thermal/gyro_file.hpp"
+#include "thermal/steady_state.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -7,8 +7,8 @@
 #include "bench/stopwatch.hpp"
 #include "bench/thermal/sections.hpp"
 #include "core/text_file.hpp"
-#include "simulator/thermal/reduced_model.hpp"
-#include "simulator/thermal/thermal_twin.hpp"
+#include "thermal/reduced/reduced_model.hpp"
+#include "thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,8 +1,8 @@
 /// Words of register maps, and of the rig files that name one, with what they stand for.
 #pragma once
 
+#include "core/vocabulary.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/description.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 
 namespace gyrotherm {
 

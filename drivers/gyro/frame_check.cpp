@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 #include "drivers/gyro/frame_fields.hpp"
 
 namespace gyrotherm {

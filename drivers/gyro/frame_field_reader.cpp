@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 
 namespace gyrotherm {
 

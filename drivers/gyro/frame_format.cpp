@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 #include "drivers/gyro/frame_field_reader.hpp"
 
 namespace gyrotherm {

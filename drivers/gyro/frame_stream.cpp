@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "drivers/description.hpp"
+#include "core/vocabulary.hpp"
 
 namespace gyrotherm {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/line/block_signals.hpp"
+#include "core/block_signals.hpp"
 
 namespace gyrotherm {
 namespace {

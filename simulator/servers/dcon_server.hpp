@@ -6,7 +6,7 @@
 
 #include "drivers/thermometer/dcon_codec.hpp"
 #include "simulator/servers/text_session.hpp"
-#include "simulator/world.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/pt12_codec.hpp"
 #include "simulator/servers/text_session.hpp"
-#include "simulator/world.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

@@ -1,4 +1,4 @@
-#include "freeimu.hpp"
+#include "tests/analysis/freeimu.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "analysis/dataset.hpp"
+#include "analysis/data/dataset.hpp"
 
 namespace gyrotherm {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/method.hpp"
+#include "analysis/methods/method.hpp"
 
 namespace gyrotherm {
 
@@ -51,12 +51,12 @@ struct Samples {
     std::vector<Eigen::Index> inside, outside;
     for (Eigen::Index i = 0; i < samples.y.size(); ++i)
       (i * count / samples.y.size() == f ? inside : outside).push_back(i);
-    folds.push_back({.train_x = samples.x(outside, Eigen::all),
-                     .train_y = samples.y(outside),
-                     .test_x = samples.x(inside, Eigen::all),
-                     .test_y = samples.y(inside),
-                     .target_scale = 1,
-                     .terms = samples.terms});
+    folds.push_back({{.train_x = samples.x(outside, Eigen::all),
+                      .train_y = samples.y(outside),
+                      .test_x = samples.x(inside, Eigen::all),
+                      .test_y = samples.y(inside),
+                      .target_scale = 1},
+                     samples.terms});
   }
   return folds;
 }

@@ -1,7 +1,7 @@
 /// Models small enough to write down.
 #pragma once
 
-#include "analysis/model.hpp"
+#include "analysis/model/model.hpp"
 
 namespace gyrotherm {
 

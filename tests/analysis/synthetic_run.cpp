@@ -1,4 +1,4 @@
-#include "synthetic_run.hpp"
+#include "tests/analysis/synthetic_run.hpp"
 
 #include <array>
 #include <cmath>

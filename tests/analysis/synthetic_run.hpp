@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/dataset.hpp"
+#include "analysis/data/dataset.hpp"
 
 namespace gyrotherm {
 

@@ -1,4 +1,4 @@
-#include "tofupilot.hpp"
+#include "tests/analysis/tofupilot.hpp"
 
 #include <cstdlib>
 #include <fstream>

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "analysis/clusters.hpp"
+#include "analysis/data/clusters.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "analysis/clusters.hpp"
+#include "analysis/data/clusters.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <thread>
 
-#include "acquisition/record.hpp"
+#include "acquisition/record/record.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

@@ -1,5 +1,5 @@
 /// What is shown of a run under way.
-#include "app/conduct/display.hpp"
+#include "app/run/display.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// What reads records as evidence looks whether they are as they were written.
 #include <gtest/gtest.h>
 
-#include "acquisition/sqlite.hpp"
+#include "acquisition/record/sqlite.hpp"
 #include "tests/app/small_record.hpp"
 
 namespace gyrotherm {

@@ -11,8 +11,8 @@
 #include <random>
 #include <thread>
 
-#include "tests/app/folder.hpp"
 #include "tests/app/real_laboratory.hpp"
+#include "tests/support/folder.hpp"
 
 namespace gyrotherm {
 namespace {

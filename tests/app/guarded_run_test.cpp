@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "acquisition/record.hpp"
+#include "acquisition/record/record.hpp"
 #include "tests/app/real_laboratory.hpp"
 
 namespace gyrotherm {

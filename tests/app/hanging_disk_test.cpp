@@ -7,9 +7,9 @@
 #include <fstream>
 #include <thread>
 
-#include "acquisition/chain_check.hpp"
-#include "acquisition/record.hpp"
-#include "acquisition/status.hpp"
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
 #include "core/text_file.hpp"
 #include "tests/app/real_laboratory.hpp"
 

@@ -12,9 +12,9 @@
 #include <random>
 #include <thread>
 
-#include "acquisition/chain_check.hpp"
-#include "acquisition/record.hpp"
-#include "acquisition/store.hpp"
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/store.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

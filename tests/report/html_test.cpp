@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "report/report_json.hpp"
-#include "tests/report/markup.hpp"
 #include "tests/report/synthetic_experiment.hpp"
+#include "tests/support/markup.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "tests/report/markup.hpp"
 #include "tests/report/synthetic_experiment.hpp"
+#include "tests/support/markup.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <sstream>
 
-#include "tests/rig/laboratory.hpp"
+#include "tests/support/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -69,7 +69,7 @@ TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
 TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value();
   for (const auto* path :
-       {"drivers/thermometer/pt12_codec.hpp", "drivers/thermometer/pt12.cpp", "rig/thermometer_entry.cpp",
+       {"drivers/thermometer/pt12_codec.hpp", "drivers/thermometer/pt12.cpp", "rig/thermometer_settings.cpp",
         "simulator/servers/pt12_server.cpp", "simulator/virtual_instruments.cpp",
         "tests/drivers/gyro/frame_stream_test.cpp", "docs/chamber-maps.md", "profiles/gyro-streams/"}) {
     EXPECT_NE(page.find(path), std::string::npos) << path;

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/record.hpp"
-#include "acquisition/store.hpp"
-#include "rig/experiment.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/store.hpp"
 #include "rig/rig.hpp"
+#include "sequencer/run/run_controller.hpp"
 
 namespace gyrotherm {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/rig/laboratory.hpp"
+#include "tests/support/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {

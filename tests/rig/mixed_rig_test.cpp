@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tests/rig/laboratory.hpp"
+#include "tests/support/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,8 +1,8 @@
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 
-#include "rig/one_core.hpp"
-#include "tests/rig/laboratory.hpp"
+#include "app/one_core.hpp"
+#include "tests/support/laboratory.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_readout.hpp"
-#include "simulator/twin_gyro.hpp"
+#include "simulator/reduced_gyro.hpp"
 #include "tests/simulator/laboratory.hpp"
 #include "tests/simulator/statistics.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "simulator/random.hpp"
+#include "core/random_stream.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "simulator/random.hpp"
+#include "core/random_stream.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/frame_format.hpp"
-#include "simulator/world.hpp"
-#include "simulator/world_parameters.hpp"
+#include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 

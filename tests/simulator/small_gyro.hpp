@@ -2,7 +2,7 @@
 /// shell around them. Left and right are alike.
 #pragma once
 
-#include "simulator/thermal/reduced_model.hpp"
+#include "thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm {
 

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
+#include "core/random_stream.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
-#include "simulator/random.hpp"
 #include "tests/drivers/fakes.hpp"
 #include "tests/drivers/gyro/frame_streams.hpp"
 

@@ -1,0 +1,215 @@
+#include "acquisition/io/instrument_io.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <future>
+#include <optional>
+
+#include "acquisition/io/worker.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
+
+/// What a gyro's worker brings.
+struct GyroReading {
+  Reading<PulseCount> count;
+  FrameCount frames;
+};
+
+/// An instrument's answer with the instant it was there.
+template <class T>
+Reading<T> stamped(const Clock& clock, Result<T> answer) {
+  return {std::move(answer), clock.now()};
+}
+
+ThermometerReadings read_stamped(Thermometer& thermometer, const Clock& clock) {
+  return stamped<std::vector<Result<Celsius>>>(clock, thermometer.read());
+}
+
+void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings, Sample& into) {
+  for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
+    if (!readings.value) {
+      Fault fault = readings.value.error();
+      fault.where = inputs.channels[i];
+      into.thermometers.push_back({failure(fault), readings.at});
+      continue;
+    }
+    assert(i < readings.value->size());
+    into.thermometers.push_back({(*readings.value)[i], readings.at});
+  }
+}
+
+Sample empty_sample(std::int64_t slot, Instant at) {
+  Sample sample;
+  sample.slot = slot;
+  sample.at = at;
+  return sample;
+}
+
+Result<void> switched(Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
+
+class InlineSampler final : public Sampler {
+ public:
+  InlineSampler(Instruments instruments, SamplerOptions options)
+      : instruments_(std::move(instruments)), options_(options) {}
+
+  Sample read(std::int64_t slot, const Clock& clock) override {
+    Sample sample = empty_sample(slot, clock.now());
+    sample.chamber = stamped(clock, instruments_.chamber.read());
+    for (const ThermometerInputs& inputs : instruments_.thermometers)
+      spread(inputs, read_stamped(inputs.instrument, clock), sample);
+    sample.gyro = stamped(clock, instruments_.gyro.read(options_.interval));
+    sample.gyro_frames = instruments_.gyro.frames();
+    return sample;
+  }
+  Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
+  Result<void> insist(Celsius target) override { return instruments_.chamber.insist(target); }
+  Result<void> switch_on(bool on) override { return switched(instruments_.chamber, on); }
+
+ private:
+  Instruments instruments_;
+  SamplerOptions options_;
+};
+
+std::string in_ms(Duration d) {
+  return fmt::format("{} ms", std::chrono::duration_cast<std::chrono::milliseconds>(d).count());
+}
+
+class WorkerSampler final : public Sampler {
+ public:
+  WorkerSampler(Instruments instruments, SamplerOptions options)
+      : instruments_(std::move(instruments)), options_(options), thermometers_(instruments_.thermometers.size()) {}
+
+  Sample read(std::int64_t slot, const Clock& clock) override;
+  Result<void> command(Celsius target) override;
+  Duration stuck_for() override;
+  Result<void> insist(Celsius target) override;
+  Result<void> switch_on(bool on) override;
+
+ private:
+  /// Has the chamber's worker do it; `what` is its name in a fault.
+  Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within);
+  /// What the last read has left of its tick.
+  Duration rest_of_tick() const;
+  /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
+  template <class T>
+  std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
+  /// Of a machine that stood still an answer may be there when it goes on, and be of a later second: that is none.
+  template <class T>
+  Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const;
+  /// The fault that it was not.
+  template <class T>
+  Reading<T> late(const char* who, const Clock& clock) const;
+
+  Instruments instruments_;
+  SamplerOptions options_;
+  Worker chamber_;
+  std::deque<Worker> thermometers_;  // a deque, for a worker does not move
+  Worker gyro_;
+  FrameCount frames_{};           ///< last known
+  const Clock* clock_ = nullptr;  ///< of the last read …
+  Duration read_at_{};            ///< … and when that began
+};
+
+template <class T>
+std::optional<T> WorkerSampler::await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
+  const Duration left = options_.patience - (clock.now().since_start - since.since_start);
+  if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
+  worker.withdraw();
+  return std::nullopt;
+}
+
+template <class T>
+Reading<T> WorkerSampler::late(const char* who, const Clock& clock) const {
+  return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
+}
+
+template <class T>
+Reading<T> WorkerSampler::in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock,
+                                  Instant since) const {
+  const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
+  return good ? std::move(*reading) : late<T>(who, clock);
+}
+
+Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
+  const Instant now = clock.now();
+  clock_ = &clock;
+  read_at_ = now.since_start;
+  auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
+  std::vector<std::future<ThermometerReadings>> thermometers;
+  for (std::size_t i = 0; i < thermometers_.size(); ++i)
+    thermometers.push_back(thermometers_[i].post(
+        [&clock, &thermometer = instruments_.thermometers[i].instrument] { return read_stamped(thermometer, clock); }));
+  auto gyro = gyro_.post([this, &clock] {
+    auto count = stamped(clock, instruments_.gyro.read(options_.interval));
+    return GyroReading{std::move(count), instruments_.gyro.frames()};
+  });
+
+  Sample sample = empty_sample(slot, now);
+  sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
+  for (std::size_t i = 0; i < thermometers_.size(); ++i) {
+    auto readings = await(thermometers_[i], thermometers[i], clock, now);
+    spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
+  }
+  auto count = await(gyro_, gyro, clock, now);
+  if (count) frames_ = count->frames;
+  sample.gyro = count ? std::move(count->count) : late<PulseCount>("gyro", clock);
+  sample.gyro_frames = frames_;
+  return sample;
+}
+
+Duration WorkerSampler::rest_of_tick() const {
+  constexpr Duration kLeast = std::chrono::milliseconds(20);
+  const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
+  if (spent >= options_.interval) return options_.patience;  // outside a tick
+  return std::clamp(options_.tick - spent, kLeast, options_.patience);
+}
+
+Result<void> WorkerSampler::order(const std::string& what, std::function<Result<void>()> job, Duration within) {
+  auto done = chamber_.post(std::move(job));
+  if (done.wait_for(within) == std::future_status::ready) return done.get();
+  const bool never_begun = chamber_.withdraw();
+  return failure(FaultKind::timeout, "chamber",
+                 fmt::format("{} {} {}", what,
+                             never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
+                             in_ms(within)));
+}
+
+Duration WorkerSampler::stuck_for() {
+  const auto busy = chamber_.busy_for();
+  return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
+}
+
+Result<void> WorkerSampler::command(Celsius target) {
+  const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
+  return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
+}
+
+Result<void> WorkerSampler::insist(Celsius target) {
+  const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
+  return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
+}
+
+Result<void> WorkerSampler::switch_on(bool on) {
+  return order(
+      on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
+}
+
+}  // namespace
+
+std::unique_ptr<Sampler> Sampler::inline_calls(Instruments instruments, SamplerOptions options) {
+  return std::make_unique<InlineSampler>(std::move(instruments), options);
+}
+
+std::unique_ptr<Sampler> Sampler::workers(Instruments instruments, SamplerOptions options) {
+  return std::make_unique<WorkerSampler>(std::move(instruments), options);
+}
+
+}  // namespace gyrotherm

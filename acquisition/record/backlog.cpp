@@ -1,0 +1,81 @@
+#include "acquisition/record/backlog.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+bool is_safety(const Event& event) {
+  switch (event.kind) {
+    case EventKind::started:
+    case EventKind::resumed:
+    case EventKind::interlock:
+    case EventKind::interrupted:
+    case EventKind::finished:
+    case EventKind::state:
+    case EventKind::command: return true;
+    case EventKind::segment:
+    case EventKind::fault:
+    case EventKind::recovered:
+    case EventKind::note: return false;
+  }
+  return false;
+}
+
+bool is_plain(const Entry& entry) { return !entry.is_gap() && !carries_safety_event(entry); }
+bool is_row(const Entry& entry) { return !entry.is_gap(); }
+
+bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
+
+}  // namespace
+
+bool carries_safety_event(const Entry& entry) {
+  return std::any_of(entry.events.begin(), entry.events.end(), is_safety);
+}
+
+void Backlog::push(Entry entry) {
+  entries_.push_back(std::make_shared<const Entry>(std::move(entry)));
+  while (entries_.size() - in_flight_ > most_ && (drop_oldest(is_plain) || drop_oldest(is_row))) {
+  }
+}
+
+bool Backlog::drop_oldest(Droppable droppable) {
+  for (std::size_t i = in_flight_; i < entries_.size(); ++i) {
+    if (!droppable(*entries_[i])) continue;
+    drop(i);
+    return true;
+  }
+  return false;
+}
+
+/// The slot of a dropped row joins the gap before it, if that is one of dropped rows too, and the gap after it.
+void Backlog::drop(std::size_t at) {
+  const auto erase = [this](std::size_t i) { entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(i)); };
+  const Entry& entry = *entries_[at];
+  dropped_ += entry.sample ? 1 : 0;
+  if (entry.slots() == 0) return erase(at);
+  auto first = entry.first;
+  auto last = entry.last;
+  if (at + 1 < entries_.size() && is_dropped_gap(*entries_[at + 1])) {
+    last = entries_[at + 1]->last;
+    erase(at + 1);
+  }
+  if (at > in_flight_ && is_dropped_gap(*entries_[at - 1])) {
+    first = entries_[at - 1]->first;
+    erase(--at);
+  }
+  entries_[at] = std::make_shared<const Entry>(gap_entry(first, last, kDropped));
+}
+
+std::vector<EntryPointer> Backlog::take(std::size_t most) {
+  in_flight_ = std::min(most, entries_.size());
+  return {entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(in_flight_)};
+}
+
+void Backlog::acknowledge() {
+  entries_.erase(entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(in_flight_));
+  in_flight_ = 0;
+}
+
+}  // namespace gyrotherm

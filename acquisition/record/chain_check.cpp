@@ -1,0 +1,259 @@
+#include "acquisition/record/chain_check.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/manifest.hpp"
+#include "acquisition/record/record_rows.hpp"
+#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/schema.hpp"
+#include "acquisition/record/status.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kUnchained = "was made by an older program, whose records have no chain";
+
+void add_column(RowChain& chain, const Statement& row, int column) {
+  switch (row.type(column)) {
+    case ColumnType::null: return chain.add_null();
+    case ColumnType::integer: return chain.add(row.integer(column));
+    case ColumnType::real: return chain.add(row.real(column));
+    case ColumnType::text: return chain.add(row.text(column));
+  }
+}
+
+/// A table's rows in order, the chain's value last; the first column but that of `key` is what it is sorted by.
+class Cursor {
+ public:
+  Cursor(Statement query, const char* table, int key, int rank)
+      : query_(std::move(query)), table_(table), key_(key), rank_(rank) {}
+
+  Result<void> advance() {
+    const auto more = query_.step();
+    if (!more) return failure(more.error());
+    at_end_ = !*more;
+    return {};
+  }
+  [[nodiscard]] std::pair<std::int64_t, int> place() const {
+    if (at_end_) return {std::numeric_limits<std::int64_t>::max(), rank_};
+    return {query_.integer(key_), rank_};
+  }
+  [[nodiscard]] bool at_end() const { return at_end_; }
+  [[nodiscard]] const Statement& row() const { return query_; }
+  [[nodiscard]] const char* table() const { return table_; }
+  /// Whether the row fits what the chain makes of it.
+  [[nodiscard]] bool fits(RowChain& chain) const {
+    const int last = query_.columns() - 1;
+    chain.begin(table_);
+    for (int column = 0; column < last; ++column) add_column(chain, query_, column);
+    return query_.integer(last) == chain.end();
+  }
+  [[nodiscard]] std::string name() const {
+    return fmt::format("{} {} of second {}", table_, query_.text(0), query_.integer(key_));
+  }
+
+ private:
+  Statement query_;
+  const char* table_;
+  int key_;
+  int rank_;
+  bool at_end_{};
+};
+
+/// In the order in which a second's rows are written: the sample (or the gap), its missing readings, its events.
+Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) {
+  struct Table {
+    const char* name;
+    int key;
+    int rank;
+    std::string query;
+  };
+  const std::array tables{
+      Table{"sample", 0, 0,
+            fmt::format("SELECT {}, chain FROM sample ORDER BY slot", sample_columns(info.thermometers))},
+      Table{"gap", 1, 0, "SELECT first, last, cause, chain FROM gap ORDER BY first"},
+      Table{"fault", 1, 1, "SELECT id, slot, channel, kind, \"where\", what, chain FROM fault ORDER BY id"},
+      Table{"event", 1, 2, "SELECT id, slot, monotonic_ns, utc_ns, kind, text, chain FROM event ORDER BY id"}};
+  std::vector<Cursor> cursors;
+  for (const auto& table : tables) {
+    auto query = database.prepare(table.query);
+    if (!query) return failure(query.error());
+    cursors.emplace_back(std::move(*query), table.name, table.key, table.rank);
+    if (auto first = cursors.back().advance(); !first) return failure(first.error());
+  }
+  return cursors;
+}
+
+Result<void> add_rows(RowChain& chain, Database& database, std::string_view table, std::string_view sql) {
+  auto query = database.prepare(sql);
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    chain.begin(table);
+    for (int column = 0; column < query->columns(); ++column) add_column(chain, *query, column);
+    chain.end();
+  }
+}
+
+tl::unexpected<Fault> broken(const std::string& path, std::string_view what) {
+  return failure(FaultKind::bad_file, path, fmt::format("{} not as it was written", what));
+}
+
+/// The values that stand beside the rows.
+struct Seals {
+  std::string start;
+  std::string head;  ///< empty: no row was ever committed
+  std::int64_t seen{}, lost{}, bad{};
+  std::string end;  ///< empty: not finished
+};
+
+Result<Seals> read_seals(Database& database) {
+  auto query = database.prepare(
+      "SELECT (SELECT value FROM meta WHERE key = 'chain_start'), (SELECT value FROM meta WHERE key = 'chain_end'),"
+      " (SELECT head FROM frames), (SELECT seen FROM frames), (SELECT lost FROM frames), (SELECT bad FROM frames)");
+  if (!query) return failure(query.error());
+  const auto row = query->step();
+  if (!row) return failure(row.error());
+  return Seals{.start = std::string(query->text(0)),
+               .head = std::string(query->text(2)),
+               .seen = query->integer(3),
+               .lost = query->integer(4),
+               .bad = query->integer(5),
+               .end = std::string(query->text(1))};
+}
+
+Result<void> each_cursor(Database& database, const RunInfo& info, const std::function<Result<void>(Cursor&)>& use) {
+  auto cursors = cursors_of(database, info);
+  if (!cursors) return failure(cursors.error());
+  for (;;) {
+    Cursor* next = &cursors->front();
+    for (Cursor& cursor : *cursors)
+      if (cursor.place() < next->place()) next = &cursor;
+    if (next->at_end()) return {};
+    if (auto used = use(*next); !used) return used;
+    if (auto advanced = next->advance(); !advanced) return advanced;
+  }
+}
+
+Result<CheckedChain> walk(Database& database, const std::string& path, const RunInfo& info, const Digest& start) {
+  CheckedChain checked{.chain = RowChain(start)};
+  const auto walked = each_cursor(database, info, [&](Cursor& at) -> Result<void> {
+    if (!at.fits(checked.chain)) return broken(path, fmt::format("{}, or what stood before it, is", at.name()));
+    ++checked.rows;
+    return {};
+  });
+  if (!walked) return failure(walked.error());
+  return checked;
+}
+
+Result<Verified> verify_file(const std::string& path) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  const auto checked = check_chain(*database, path);
+  if (!checked) return failure(checked.error());
+  const auto finished = is_finished(*database);
+  if (!finished) return failure(finished.error());
+  return Verified{.rows = checked->rows, .files = 1, .finished = *finished};
+}
+
+}  // namespace
+
+Result<Digest> description_hash(Database& database) {
+  RowChain chain;
+  const auto added =
+      add_rows(chain, database, "meta",
+               "SELECT key, value FROM meta WHERE key NOT IN ('outcome', 'chain_start', 'chain_end') ORDER BY key")
+          .and_then([&] { return add_rows(chain, database, "channel", "SELECT * FROM channel ORDER BY position"); })
+          .and_then(
+              [&] { return add_rows(chain, database, "calibration", "SELECT * FROM calibration ORDER BY position"); })
+          .and_then([&] { return add_rows(chain, database, "segment", "SELECT * FROM segment ORDER BY position"); })
+          .and_then([&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, position"); });
+  if (!added) return failure(added.error());
+  return chain.head();
+}
+
+Result<void> each_chained_row(Database& database, const RunInfo& info, const UseRow& use) {
+  return each_cursor(database, info, [&](Cursor& at) { return use(at.table(), at.place().first, at.row()); });
+}
+
+Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64_t bad) {
+  chain.begin("end");
+  chain.add(seen);
+  chain.add(lost);
+  chain.add(bad);
+  chain.end();
+  return chain.head();
+}
+
+Result<CheckedChain> check_chain(Database& database, const std::string& path) {
+  const auto version = schema_version(database, path);
+  if (!version) return failure(version.error());
+  if (*version < kFirstChained) return failure(FaultKind::bad_file, path, kUnchained);
+  const auto info = read_run_info(database);
+  if (!info) return failure(info.error());
+  const auto seals = read_seals(database);
+  if (!seals) return failure(seals.error());
+  const auto start = description_hash(database);
+  if (!start) return failure(start.error());
+  if (hex(*start) != seals->start) return broken(path, "the description of the run is");
+  auto checked = walk(database, path, *info, *start);
+  if (!checked) return checked;
+  const auto head = hex(checked->chain.head());
+  if (head != (seals->head.empty() ? seals->start : seals->head)) return broken(path, "the end of the record is");
+  const auto finished = is_finished(database);
+  if (!finished) return failure(finished.error());
+  const auto end = *finished ? hex(end_hash(checked->chain, seals->seen, seals->lost, seals->bad)) : std::string();
+  if (end != seals->end) return broken(path, "the outcome of the run is");
+  return checked;
+}
+
+Result<Verified> verify_files(const std::string& path) {
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
+  if (files->lost)
+    return failure(FaultKind::bad_file, files->lost->where,
+                   fmt::format("{}; the run goes on in {}", files->lost->what, files->parts.front().path));
+  Verified all;
+  for (const auto& part : files->parts) {
+    const auto more = verify_file(part.path);
+    if (!more) return more;
+    all = {.rows = all.rows + more->rows, .files = all.files + 1, .finished = more->finished};
+  }
+  const auto manifest = check_manifest(path);
+  if (!manifest) return failure(manifest.error());
+  all.manifest = manifest->has_value();
+  for (const auto& part : files->parts)
+    if (all.manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
+      return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
+  return all;
+}
+
+Result<Verified> verify_record(const std::string& path) {
+  auto all = verify_files(path);
+  if (!all) return all;
+  const auto lost = lost_end(path);
+  if (!lost) return failure(lost.error());
+  if (*lost) return failure(FaultKind::bad_file, path, in_words(**lost));
+  return all;
+}
+
+Result<void> close_record(const std::string& path, int last_part) {
+  if (last_part > 1)
+    if (auto whole = verify_record(path); !whole && !is_unchained(whole.error())) return failure(whole.error());
+  return write_manifest(path, last_part);
+}
+
+bool is_unchained(const Fault& fault) { return fault.kind == FaultKind::bad_file && fault.what == kUnchained; }
+
+}  // namespace gyrotherm

@@ -1,0 +1,79 @@
+#include "acquisition/record/csv_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r";
+
+/// The end of the field that begins at `from` with a quote: one past its closing quote.
+Result<std::size_t> end_of_quoted(std::string_view line, std::size_t from, char separator) {
+  const std::size_t close = line.find('"', from + 1);
+  if (close == std::string_view::npos)
+    return failure(FaultKind::bad_file, std::to_string(from + 1),
+                   "a quote is not closed, expected \" before the end of the line");
+  const std::size_t next = line.find(separator, close);
+  const std::string_view rest = line.substr(close + 1, next == std::string_view::npos ? next : next - close - 1);
+  if (trimmed(rest).empty()) return close + 1;
+  return failure(FaultKind::bad_file, std::to_string(close + 2), "text after a closing quote, expected a separator");
+}
+
+tl::unexpected<Fault> too_many_fields(std::size_t from) {
+  return failure(FaultKind::bad_file, std::to_string(from + 1),
+                 fmt::format("more than {} fields, expected fewer", kMostFields));
+}
+
+Result<void> cut_at_blanks(std::string_view line, std::vector<Field>& fields) {
+  std::size_t from = line.find_first_not_of(kBlanks);
+  while (from != std::string_view::npos) {
+    if (fields.size() == kMostFields) return too_many_fields(from);
+    const std::size_t to = std::min(line.find_first_of(kBlanks, from), line.size());
+    fields.push_back({line.substr(from, to - from), from + 1});
+    from = line.find_first_not_of(kBlanks, to);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t from = text.find_first_not_of(kBlanks);
+  if (from == std::string_view::npos) return {};
+  return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
+}
+
+std::optional<double> number_in(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
+  return number;
+}
+
+Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields) {
+  fields.clear();
+  if (separator == ' ') return cut_at_blanks(line, fields);
+  for (std::size_t from = 0;;) {
+    if (fields.size() == kMostFields) return too_many_fields(from);
+    std::size_t to = from;
+    if (from < line.size() && line[from] == '"') {
+      const auto end = end_of_quoted(line, from, separator);
+      if (!end) return failure(end.error());
+      fields.push_back({line.substr(from + 1, *end - from - 2), from + 1});
+      to = line.find(separator, *end);
+    } else {
+      to = line.find(separator, from);
+      fields.push_back({trimmed(line.substr(from, to == std::string_view::npos ? to : to - from)), from + 1});
+    }
+    if (to == std::string_view::npos) return {};
+    from = to + 1;
+  }
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,45 @@
+/// A text table of numbers that arrives in pieces: a header, then rows, fields between commas.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/record/csv_line.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+class LiveRows {
+ public:
+  /// `source` begins the place of each mistake: "stdin" makes "stdin:12:3".
+  explicit LiveRows(std::string source) : source_(std::move(source)) {}
+
+  /// Reads the lines that are whole by now; what is left waits for the next piece. Blank lines are passed over. Fails
+  /// with bad_file at the first mistake: a row of more or fewer fields than the header, a field that is no finite
+  /// number, a line longer than kLongestLine. The rows before it are there.
+  [[nodiscard]] Result<void> take(std::string_view piece);
+  /// Reads the last line, which need not end. Fails like take, and if not even a header has come.
+  [[nodiscard]] Result<void> finish();
+
+  /// The fields of the first line; none until it has come.
+  [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
+  /// The rows read since the last forget_rows, one after the other, each as long as the header. An empty field is NaN.
+  [[nodiscard]] const std::vector<double>& numbers() const { return numbers_; }
+  void forget_rows() { numbers_.clear(); }
+
+ private:
+  Result<void> read_line(std::string_view line);
+  Result<void> read_row();
+  [[nodiscard]] tl::unexpected<Fault> mistake(std::size_t column, std::string what) const;
+
+  std::string source_;
+  std::string rest_;    ///< the beginning of a line whose end has not come
+  std::size_t line_{};  ///< the one being read, from 1
+  std::vector<Field> fields_;
+  std::vector<std::string> header_;
+  std::vector<double> numbers_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,173 @@
+#include "acquisition/record/record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/record_rows.hpp"
+#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/status.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Says in bad_file's words that a file is damaged, and in a locked one's who holds it.
+Fault explained(Fault fault, const std::string& path) {
+  if (!is_locked(fault)) {
+    fault.kind = FaultKind::bad_file;
+    return fault;
+  }
+  if (const auto status = read_status(path); status && status->pid != 0)
+    fault.what = fmt::format("{} (process {})", fault.what, status->pid);
+  return fault;
+}
+
+void reserve(Record& record, std::size_t rows) {
+  record.slot.reserve(rows);
+  for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c,
+                       &record.gyro, &record.gyro_interval_s})
+    column->reserve(rows);
+  record.thermometers_c.resize(record.info.thermometers.size());
+  for (auto& column : record.thermometers_c) column.reserve(rows);
+  record.progress.reserve(rows);
+  record.state.reserve(rows);
+}
+
+void add(Record& record, const StoredRow& row) {
+  record.slot.push_back(row.slot);
+  record.time_s.push_back(to_seconds(row.monotonic));
+  record.set_point_c.push_back(row.progress.set_point.value);
+  record.chamber_air_c.push_back(row.chamber_air_c);
+  record.chamber_set_point_c.push_back(row.chamber_set_point_c);
+  for (std::size_t i = 0; i < row.thermometers_c.size(); ++i) record.thermometers_c[i].push_back(row.thermometers_c[i]);
+  record.gyro.push_back(row.gyro);
+  record.gyro_interval_s.push_back(row.interval_s);
+  record.progress.push_back(row.progress);
+  record.state.push_back(row.state);
+  record.last_utc = row.utc;
+}
+
+Result<void> read_samples(Database& database, Record& record) {
+  const auto rows = database.ask_integer("SELECT count(*) FROM sample", 0);
+  if (!rows) return failure(rows.error());
+  reserve(record, static_cast<std::size_t>(*rows));
+  return each_sample(database, record.info, [&](const StoredRow& row) { add(record, row); });
+}
+
+Result<void> read_gaps(Database& database, Record& record) {
+  auto query = database.prepare("SELECT first, last, cause FROM gap ORDER BY first");
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    record.gaps.push_back({query->integer(0), query->integer(1), std::string(query->text(2))});
+  }
+}
+
+Result<void> read_events(Database& database, Record& record) {
+  auto query = database.prepare("SELECT slot, monotonic_ns, utc_ns, kind, text FROM event ORDER BY id");
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return {};
+    const Instant at{Duration(query->integer(1)), Duration(query->integer(2))};
+    if (!is_possible_time(at.since_start) || !is_possible_time(at.utc))
+      return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
+    record.events.push_back({query->integer(0), {at, event_kind_named(query->text(3)), std::string(query->text(4))}});
+  }
+}
+
+Gap lost_with(const Continuation& continuation, std::int64_t first) {
+  return {first, continuation.from - 1, fmt::format("lost with {}: {}", continuation.before, continuation.cause)};
+}
+
+/// What the part says from its first slot on counts; slots that neither has went with the file that failed.
+void join(Record& record, Record part, const Continuation& continuation) {
+  const auto kept = static_cast<std::size_t>(
+      std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
+  const auto extend = [&](auto& column, const auto& by) {
+    column.resize(kept);
+    column.insert(column.end(), by.begin(), by.end());
+  };
+  std::erase_if(record.gaps, [&](const Gap& gap) { return gap.first >= continuation.from; });
+  std::erase_if(record.events, [&](const RecordedEvent& event) { return event.slot >= continuation.from; });
+  const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
+  if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
+  extend(record.slot, part.slot);
+  extend(record.time_s, part.time_s);
+  extend(record.set_point_c, part.set_point_c);
+  extend(record.chamber_air_c, part.chamber_air_c);
+  extend(record.chamber_set_point_c, part.chamber_set_point_c);
+  for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
+    extend(record.thermometers_c[i], part.thermometers_c[i]);
+  extend(record.gyro, part.gyro);
+  extend(record.gyro_interval_s, part.gyro_interval_s);
+  extend(record.progress, part.progress);
+  extend(record.state, part.state);
+  record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
+  record.events.insert(record.events.end(), part.events.begin(), part.events.end());
+  record.finished = part.finished;
+  if (part.last_utc) record.last_utc = part.last_utc;
+}
+
+/// A file that others go on from must be as it was written.
+Result<Record> read_file(const std::string& path, bool is_last) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  if (is_last) return record_of(*database);
+  if (const auto chain = check_chain(*database, path); !chain && !is_unchained(chain.error()))
+    return failure(chain.error());
+  return record_of(*database);
+}
+
+/// One that is not as it was written is passed over: what it held is in those after it, or is a gap.
+Result<Record> read_all(const std::string& path) {
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
+  std::optional<Record> record;
+  for (const auto& part : files->parts) {
+    const bool is_last = &part == &files->parts.back();
+    auto more = read_file(part.path, is_last);
+    if (!more && !is_last && !is_locked(more.error())) continue;
+    if (!more) return more;
+    if (record) {
+      join(*record, std::move(*more), part.continuation);
+    } else {
+      record = std::move(*more);
+      if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_with(part.continuation, 0));
+    }
+  }
+  return std::move(*record);
+}
+
+}  // namespace
+
+std::optional<Celsius> known(double celsius) {
+  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
+}
+
+Result<Record> record_of(Database& database) {
+  auto info = read_run_info(database);
+  if (!info) return failure(info.error());
+  const auto finished = is_finished(database);
+  if (!finished) return failure(finished.error());
+  Record record;
+  record.info = std::move(*info);
+  record.finished = *finished;
+  const auto read = read_samples(database, record).and_then([&] { return read_gaps(database, record); }).and_then([&] {
+    return read_events(database, record);
+  });
+  if (!read) return failure(read.error());
+  return record;
+}
+
+Result<Record> read_record(const std::string& path) {
+  return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,54 @@
+/// A record, read back.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm {
+
+struct Gap {
+  std::int64_t first{};
+  std::int64_t last{};
+  std::string cause;
+};
+
+struct RecordedEvent {
+  std::int64_t slot{};
+  Event event;
+};
+
+/// A temperature as a record has it: NaN is not known.
+[[nodiscard]] std::optional<Celsius> known(double celsius);
+
+/// Columns of equal length, one row per sample in order of time; NaN where a reading was a fault.
+struct Record {
+  RunInfo info;
+  bool finished{};
+  std::vector<std::int64_t> slot;   ///< imported: the row number
+  std::vector<double> time_s;       ///< since the run started (imported: since the first row)
+  std::vector<double> set_point_c;  ///< what the profile asked for
+  std::vector<double> chamber_air_c;
+  std::vector<double> chamber_set_point_c;          ///< as read back
+  std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
+  std::vector<double> gyro;                         ///< pulses, or the foreign number
+  std::vector<double> gyro_interval_s;
+  std::vector<Progress> progress;
+  std::vector<RunState> state;         ///< execute throughout an older record, and one that was imported
+  std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none
+  std::vector<Gap> gaps;
+  std::vector<RecordedEvent> events;
+};
+
+/// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
+/// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them
+/// are a gap, "lost with RUN.db: …". Safe while a run is being written? No: it refuses with storage ("being written by
+/// …"); see status.hpp. Fails with bad_file (not a record, another schema version, damaged).
+[[nodiscard]] Result<Record> read_record(const std::string& path);
+
+}  // namespace gyrotherm

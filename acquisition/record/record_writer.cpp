@@ -1,0 +1,135 @@
+#include "acquisition/record/record_writer.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "acquisition/record/chain_check.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// The last instant that the entries know.
+Instant last_instant(std::span<const EntryPointer> entries, Instant otherwise) {
+  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    if (const auto& row = (*entry)->sample) return {row->monotonic, row->utc.value_or(Duration{})};
+    if (!(*entry)->events.empty()) return (*entry)->events.back().at;
+  }
+  return otherwise;
+}
+
+Result<void> insert_all(RunFile& file, std::span<const EntryPointer> entries) {
+  Result<void> done;
+  for (const auto& entry : entries)
+    if (done) done = file.insert(*entry);
+  return done;
+}
+
+}  // namespace
+
+bool RecordWriter::will_pass(const Fault& fault) { return is_full(fault) || is_locked(fault); }
+
+void RecordWriter::give_up(const Fault& why) {
+  failed_ = why.what;
+  file_->leave_untouched();
+  if (const auto& found = file_->interference()) {
+    damage_ = found->words;
+    spoiled_ = spoiled_ || !found->of_log;
+    if (!found->of_log && found->kind == Interference::Kind::taken_away) nameless_ = std::move(file_);
+  }
+  file_.reset();
+  locked_ = 0;
+}
+
+/// What becomes of the file after a failed transaction.
+Result<void> RecordWriter::judge(Fault fault) {
+  locked_ = is_locked(fault) ? locked_ + 1 : 0;
+  if (will_pass(fault) && locked_ < options_.longest_locked) {
+    if (const auto rolled_back = file_->roll_back(); rolled_back) return failure(std::move(fault));
+  }
+  give_up(fault);
+  return failure(std::move(fault));
+}
+
+void RecordWriter::keep(std::span<const EntryPointer> entries) {
+  kept_.insert(kept_.end(), entries.begin(), entries.end());
+  while (kept_.size() > options_.most_rows || (!kept_.empty() && kept_.front()->slots() == 0)) kept_.pop_front();
+}
+
+Result<void> RecordWriter::put(std::span<const EntryPointer> entries, const FrameCount& frames) {
+  return file_->begin()
+      .and_then([&] { return insert_all(*file_, entries); })
+      .and_then([&] { return file_->replace_frames(frames); })
+      .and_then([&] { return file_->commit(); });
+}
+
+Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continuation,
+                                     std::span<const EntryPointer> entries) {
+  const std::vector<EntryPointer> kept(kept_.begin(), kept_.end());
+  if (nameless_) {
+    const auto in_memory_from = kept.empty() ? acknowledged_ + 1 : kept.front()->first;
+    if (auto copied = file.copy_rows(nameless_->database(), in_memory_from); !copied) return copied;
+  }
+  const Event event{last_instant(entries, last_instant(kept, {})), EventKind::fault,
+                    fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
+                                std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
+                                continuation.from, continuation.cause)};
+  return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
+}
+
+/// What a file that can still be read accounted for goes over into the next one, else what is in memory.
+std::int64_t RecordWriter::first_to_account_for() {
+  if (nameless_)
+    if (const auto continued = read_continuation(nameless_->database()); continued)
+      return *continued ? (*continued)->from : 0;
+  return kept_.empty() ? acknowledged_ + 1 : kept_.front()->first;
+}
+
+Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, const FrameCount& frames) {
+  const Continuation continuation{.part = next_part(path_),
+                                  .before = std::filesystem::path(part_path(path_, options_.part)).filename().string(),
+                                  .from = first_to_account_for(),
+                                  .cause = failed_};
+  const auto path = part_path(path_, continuation.part);
+  auto file = RunFile::create(path, info_, continuation);
+  if (!file) return failure(file.error());
+  auto filled = file->begin()
+                    .and_then([&] { return fill_part(*file, continuation, entries); })
+                    .and_then([&] { return file->replace_frames(frames); })
+                    .and_then([&] { return file->commit(); });
+  if (!filled) {
+    file->leave_untouched();
+    file = failure(filled.error());
+    for (const char* suffix : {"", "-wal"}) ::unlink((path + suffix).c_str());
+    if (nameless_ && !will_pass(filled.error())) nameless_.reset();  // what it held cannot be had
+    return filled;
+  }
+  nameless_.reset();
+  file_ = std::move(*file);
+  options_.part = continuation.part;
+  from_ = continuation.from;
+  return {};
+}
+
+Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const FrameCount& frames) {
+  if (!file_)
+    if (auto begun = begin_part(entries, frames); !begun) return begun;
+  if (auto done = put(entries, frames); !done) return judge(done.error());
+  locked_ = 0;
+  keep(entries);
+  if (!entries.empty()) acknowledged_ = entries.back()->last;
+  // These are durable whatever the log does; but what fails now must not be tried again on this file.
+  if (const auto folded = file_->fold_log(); !folded && !will_pass(folded.error())) give_up(folded.error());
+  return {};
+}
+
+Result<void> RecordWriter::finish() {
+  if (!file_) return failure(FaultKind::storage, path_, "between two parts of the record: " + failed_);
+  auto finished = file_->finish();
+  if (!finished) return finished;
+  file_.reset();
+  return spoiled_ ? Result<void>{} : close_record(path_, options_.part);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,369 @@
+#include "acquisition/record/run_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <filesystem>
+
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/durability.hpp"
+#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/schema.hpp"
+#include "acquisition/record/store.hpp"
+#include "core/plain_text.hpp"
+
+namespace gyrotherm {
+namespace {
+
+bool in_memory(const std::string& path) { return path == kInMemory; }
+
+Result<void> put_meta(Database& database, std::string_view key, std::string_view value) {
+  auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
+  return insert ? insert->run(key, value) : failure(insert.error());
+}
+
+Result<void> begin_chain(Database& database) {
+  const auto start = description_hash(database);
+  return start ? put_meta(database, "chain_start", hex(*start)) : failure(start.error());
+}
+
+/// The chain of what the file holds. Nothing if it has none; fails with storage if it does not fit.
+Result<std::optional<RowChain>> stored_chain(Database& database, const std::string& path, int version) {
+  if (version < kFirstChained) return std::nullopt;
+  auto checked = check_chain(database, path);
+  if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
+  return checked->chain;
+}
+
+Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
+                           const std::optional<Continuation>& continuation) {
+  const auto prepared =
+      in_memory(path) ? Result<void>{}
+                      : claim(database, path).and_then([&] { return keep_no_journal(database, path); }).and_then([&] {
+                          return make_durable(database, path);
+                        });
+  return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
+      .and_then([&] { return create_schema(database, info.thermometers); })
+      .and_then([&] { return write_run_info(database, info); })
+      .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
+      .and_then([&] { return begin_chain(database); })
+      .and_then([&] { return database.execute("COMMIT"); });
+}
+
+void remove_all_of(const std::string& path) {
+  for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path + suffix).c_str());
+}
+
+Result<void> check_unfinished(Database& database, const std::string& path) {
+  const auto finished = is_finished(database);
+  if (!finished) return failure(finished.error());
+  if (*finished) return failure(FaultKind::bad_file, path, "the run is finished, expected an unfinished one");
+  const auto verdict = database.ask("PRAGMA quick_check(1)");
+  if (!verdict) return failure(verdict.error());
+  if (*verdict != "ok") return failure(FaultKind::storage, path, "the record is damaged: " + *verdict);
+  return {};
+}
+
+std::string insert_sample_sql(const RunInfo& info, int version) {
+  const std::string columns = sample_columns(info.thermometers, version) + (version < kFirstChained ? "" : ", chain");
+  std::string places = "?";
+  for (const char c : columns)
+    if (c == ',') places += ", ?";
+  return fmt::format("INSERT INTO sample({}) VALUES({})", columns, places);
+}
+
+}  // namespace
+
+class RunFile::Row {
+ public:
+  Row(Statement& statement, std::optional<RowChain>& chain, std::string_view table)
+      : statement_(statement), chain_(chain ? &*chain : nullptr) {
+    if (chain_) chain_->begin(table);
+  }
+  template <class T>
+  Row& put(const T& value) {
+    statement_.put(++parameter_, value);
+    if (chain_) chain_->add(value);
+    return *this;
+  }
+  Row& put(const char* value) { return put(std::string_view(value)); }
+  Row& put(const std::string& value) { return put(std::string_view(value)); }
+  Row& put(const std::optional<Duration>& value) { return value ? put(value->count()) : put(kMissing); }
+  Result<void> run() {
+    if (chain_) statement_.put(++parameter_, chain_->end());
+    return statement_.run();
+  }
+
+ private:
+  Statement& statement_;
+  RowChain* chain_;
+  int parameter_{};
+};
+
+Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info, int version) {
+  const bool chained = version >= kFirstChained;
+  auto begin = database.prepare("BEGIN IMMEDIATE");
+  if (!begin) return failure(begin.error());
+  auto commit = database.prepare("COMMIT");
+  if (!commit) return failure(commit.error());
+  auto sample = database.prepare(insert_sample_sql(info, version));
+  if (!sample) return failure(sample.error());
+  auto fault = database.prepare(
+      chained ? "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
+              : "INSERT INTO fault(slot, channel, kind, \"where\", what) VALUES(?2, ?3, ?4, ?5, ?6)");
+  if (!fault) return failure(fault.error());
+  auto event = database.prepare(
+      chained ? "INSERT INTO event(id, slot, monotonic_ns, utc_ns, kind, text, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
+              : "INSERT INTO event(slot, monotonic_ns, utc_ns, kind, text) VALUES(?2, ?3, ?4, ?5, ?6)");
+  if (!event) return failure(event.error());
+  auto gap = database.prepare(chained ? "INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)"
+                                      : "INSERT INTO gap(first, last, cause) VALUES(?, ?, ?)");
+  if (!gap) return failure(gap.error());
+  const auto has_frames = has_table(database, "frames");
+  if (!has_frames) return failure(has_frames.error());
+  std::optional<Statement> frames;
+  if (*has_frames) {
+    auto replace =
+        database.prepare(chained ? "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"
+                                 : "INSERT OR REPLACE INTO frames(id, seen, lost, bad) VALUES(1, ?, ?, ?)");
+    if (!replace) return failure(replace.error());
+    frames = std::move(*replace);
+  }
+  return Statements{std::move(*begin), std::move(*commit), std::move(*sample), std::move(*fault),
+                    std::move(*event), std::move(*gap),    std::move(frames)};
+}
+
+Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
+  const auto version = schema_version(database, path);
+  if (!version) return failure(version.error());
+  const auto chain = stored_chain(database, path, *version);
+  if (!chain) return failure(chain.error());
+  const auto faults = database.ask_integer("SELECT max(rowid) FROM fault", 0);
+  if (!faults) return failure(faults.error());
+  const auto events = database.ask_integer("SELECT max(id) FROM event", 0);
+  if (!events) return failure(events.error());
+  auto statements = prepare(database, info, *version);
+  if (!statements) return failure(statements.error());
+  std::optional<FileWatch> watch;
+  if (!in_memory(path)) {
+    auto found = FileWatch::begin(path);
+    if (!found) return failure(found.error());
+    watch = std::move(*found);
+    database.watch_log();
+    // What the file says of the run; on a full disk it stays in the log.
+    if (auto folded = database.fold_log(); !folded && !is_full(folded.error())) return failure(folded.error());
+    watch->remember();
+  }
+  RunFile file(std::move(database), std::move(*statements), std::move(watch), path, std::move(info));
+  if (!in_memory(path)) file.written_.emplace(path);
+  file.now_.chain = file.committed_.chain = *chain;
+  file.now_.faults = file.committed_.faults = *faults;
+  file.now_.events = file.committed_.events = *events;
+  return file;
+}
+
+Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
+                                const std::optional<Continuation>& continuation) {
+  if (auto good = check_channel_names(info.thermometers); !good) return failure(good.error());
+  if (!in_memory(path))
+    if (auto made = make_new_file(path); !made) return failure(made.error());
+  auto file =
+      Database::open(path, Access::read_write, kWriterPatienceMs).and_then([&](Database database) -> Result<RunFile> {
+        if (auto filled = fill_new_file(database, path, info, continuation); !filled) {
+          database.keep_log_on_close();
+          return failure(filled.error());
+        }
+        return ready(std::move(database), path, info);
+      });
+  if (!file && !in_memory(path)) remove_all_of(path);
+  return file;
+}
+
+Result<RunFile> RunFile::reopen(const std::string& path) {
+  if (auto alone = check_no_journal(path, path); !alone) return failure(alone.error());
+  auto database = Database::open(path, Access::read_write, kWriterPatienceMs);
+  if (!database) return failure(database.error());
+  const auto usable = claim(*database, path)
+                          .and_then([&] { return check_schema(*database, path); })
+                          .and_then([&] { return check_unfinished(*database, path); })
+                          .and_then([&] { return make_durable(*database, path); });
+  if (!usable) return failure(usable.error());
+  // The log's index that somebody left who read the record in between; under the exclusive lock nobody uses it.
+  std::error_code none_there;
+  std::filesystem::remove(path + "-shm", none_there);
+  auto info = read_run_info(*database);
+  if (!info) return failure(info.error());
+  return ready(std::move(*database), path, std::move(*info));
+}
+
+Result<void> RunFile::refuse_if(std::optional<Interference> found) {
+  if (found) interference_ = std::move(found);
+  return interference_ ? failure(FaultKind::storage, path_, interference_->words) : Result<void>{};
+}
+
+Result<void> RunFile::begin() {
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
+  return statements_->begin.run();
+}
+
+Result<void> RunFile::commit() {
+  if (auto done = statements_->commit.run(); !done) return done;
+  if (watch_) {
+    if (auto refused = refuse_if(watch_->look_after_writing(database_.log_pages())); !refused) return refused;
+    watch_->remember_log();
+  }
+  committed_ = now_;
+  return {};
+}
+
+Result<void> RunFile::prove() {
+  if (in_memory(path_) || !statements_->frames || !now_.chain) return {};
+  constexpr const char* kFrames = "SELECT seen || ' ' || lost || ' ' || bad || ' ' || head FROM frames";
+  const auto count = [this](const char* column) {
+    return database_.ask_integer(fmt::format("SELECT {} FROM frames", column), 0).value_or(0);
+  };
+  const FrameCount same{static_cast<std::uint64_t>(count("seen")), static_cast<std::uint64_t>(count("lost")),
+                        static_cast<std::uint64_t>(count("bad"))};
+  const auto done = begin().and_then([&] { return replace_frames(same); }).and_then([&] { return commit(); });
+  if (!done) return done;
+  database_.forget_pages();
+  const auto found = database_.ask(kFrames);
+  if (!found) return failure(found.error());
+  const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain->head()));
+  if (*found == wanted) return {};
+  return failure(FaultKind::storage, path_, "what was written to the record is not what is read back");
+}
+
+Result<void> RunFile::roll_back() {
+  now_ = committed_;
+  auto done = database_.in_transaction() ? database_.execute("ROLLBACK") : Result<void>{};
+  if (watch_) watch_->remember_log();  // a transaction that failed half-way has written into the log
+  return done;
+}
+
+Result<void> RunFile::fold_log() {
+  constexpr int kLongLogPages = 200;
+  if (database_.log_pages() < kLongLogPages) return {};
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look_at_log(database_.log_pages())); !refused) return refused;
+  auto done = database_.fold_log();
+  if (watch_) watch_->remember_fold();
+  return done;
+}
+
+Result<void> RunFile::insert(const Entry& entry) {
+  Result<void> done;
+  if (entry.sample) done = insert(*entry.sample);
+  if (entry.is_gap()) done = insert_gap(entry.first, entry.last, entry.gap_cause);
+  for (const auto& missing : entry.missing)
+    if (done) done = insert_fault(entry.last, missing.channel, missing.fault);
+  for (const Event& event : entry.events)
+    if (done) done = insert_event(entry.last, event);
+  return done;
+}
+
+Result<void> RunFile::insert(const SampleRow& row) {
+  assert(row.thermometers_c.size() == info_.thermometers.size());
+  const auto& progress = row.progress;
+  Row sample(statements_->sample, now_.chain, "sample");
+  sample.put(row.slot).put(row.monotonic.count()).put(row.utc).put(progress ? progress->set_point.value : kMissing);
+  sample.put(row.chamber_air_c).put(row.chamber_set_point_c);
+  for (const double reading_c : row.thermometers_c) sample.put(reading_c);
+  sample.put(row.gyro).put(row.interval);
+  if (progress) {
+    sample.put(progress->segment).put(progress->cycle).put(name(progress->phase));
+    sample.put(progress->in_segment.count()).put(progress->soaked.count());
+  } else {
+    for (int i = 0; i < 5; ++i) sample.put(kMissing);
+  }
+  if (!now_.chain) return sample.run();
+  return row.state ? sample.put(name(*row.state)).run() : sample.put(kMissing).run();
+}
+
+Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault) {
+  return Row(statements_->fault, now_.chain, "fault")
+      .put(++now_.faults)
+      .put(slot)
+      .put(channel)
+      .put(name(fault.kind))
+      .put(plain(fault.where))
+      .put(plain(fault.what))
+      .run();
+}
+
+Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
+  return Row(statements_->event, now_.chain, "event")
+      .put(++now_.events)
+      .put(slot)
+      .put(event.at.since_start.count())
+      .put(event.at.utc.count())
+      .put(name(event.kind))
+      .put(plain(event.text))
+      .run();
+}
+
+Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::string_view cause) {
+  return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(plain(cause)).run();
+}
+
+Result<void> RunFile::copy_row(std::string_view table, const Statement& row) {
+  auto& statement = table == "sample"  ? statements_->sample
+                    : table == "fault" ? statements_->fault
+                    : table == "event" ? statements_->event
+                                       : statements_->gap;
+  if (table == "fault") now_.faults = row.integer(0);
+  if (table == "event") now_.events = row.integer(0);
+  Row copy(statement, now_.chain, table);
+  for (int column = 0; column + 1 < row.columns(); ++column) switch (row.type(column)) {
+      case ColumnType::null: copy.put(kMissing); break;
+      case ColumnType::integer: copy.put(row.integer(column)); break;
+      case ColumnType::real: copy.put(row.real(column)); break;
+      case ColumnType::text: copy.put(row.text(column)); break;
+    }
+  return copy.run();
+}
+
+Result<void> RunFile::copy_rows(Database& other, std::int64_t slot) {
+  return each_chained_row(other, info_, [&](std::string_view table, std::int64_t at, const Statement& row) {
+    return at < slot ? copy_row(table, row) : Result<void>{};
+  });
+}
+
+Result<void> RunFile::replace_frames(const FrameCount& frames) {
+  if (!statements_->frames) return {};
+  if (!now_.chain) return statements_->frames->run(frames.seen, frames.lost, frames.bad);
+  return statements_->frames->run(frames.seen, frames.lost, frames.bad, hex(now_.chain->head()));
+}
+
+/// Says what the chain ends with, together with the mark of a finished run.
+Result<void> RunFile::seal() {
+  if (!now_.chain) return mark_finished(database_);
+  auto frames = database_.prepare("SELECT max(seen), max(lost), max(bad) FROM frames");
+  if (!frames) return failure(frames.error());
+  if (const auto row = frames->step(); !row) return failure(row.error());
+  const auto end = end_hash(*now_.chain, frames->integer(0), frames->integer(1), frames->integer(2));
+  frames = failure(FaultKind::storage, path_, "read");
+  return database_.execute("BEGIN IMMEDIATE")
+      .and_then([&] { return put_meta(database_, "chain_end", hex(end)); })
+      .and_then([&] { return mark_finished(database_); })
+      .and_then([&] { return database_.execute("COMMIT"); });
+}
+
+Result<void> RunFile::finish() {
+  statements_.reset();
+  if (in_memory(path_)) return seal();
+  if (watch_)
+    if (auto refused = refuse_if(watch_->look()); !refused) return refused;
+  return seal()
+      .and_then([this] { return watch_ ? refuse_if(watch_->look_closely(database_.log_pages())) : Result<void>{}; })
+      .and_then([this] { return database_.ask("PRAGMA wal_checkpoint(TRUNCATE)"); })
+      .and_then([this](const std::string& busy) -> Result<void> {
+        if (busy == "0") return {};
+        return failure(FaultKind::storage, path_, "the log could not be folded into the record");
+      })
+      .and_then([this] { return keep_no_journal(database_, path_); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,102 @@
+/// The open file of a run: one connection with the settings that make a commit durable, and one prepared statement per
+/// kind of row. What may be written when is the business of Store and of import; here a row is a row.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/record/entry.hpp"
+#include "acquisition/record/file_watch.hpp"
+#include "acquisition/record/row_chain.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/sqlite.hpp"
+#include "acquisition/record/written_here.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm {
+
+class RunFile {
+ public:
+  /// Makes a new file with its schema and `info`, durable when this returns. Fails with storage if the file exists,
+  /// with bad_file if a channel's name cannot be a column. After a failure there is no file. kInMemory as a path is
+  /// one.
+  [[nodiscard]] static Result<RunFile> create(const std::string& path, const RunInfo& info,
+                                              const std::optional<Continuation>& continuation = {});
+  /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
+  [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
+
+  /// Writes something that changes nothing, syncs it and reads it back from the file: nothing may depend on a record
+  /// that was not seen to work. Fails with storage.
+  [[nodiscard]] Result<void> prove();
+
+  /// Fails also, with nothing begun, if another program has done something to the files; interference() says what.
+  [[nodiscard]] Result<void> begin();
+  /// Ends the transaction; once this returns it is on the disk, in files that are still in their places.
+  [[nodiscard]] Result<void> commit();
+  /// What another program did to the files, once it was found.
+  [[nodiscard]] const std::optional<Interference>& interference() const { return interference_; }
+  /// Nothing of the transaction remains, whether it was begun or not.
+  [[nodiscard]] Result<void> roll_back();
+  /// Outside a transaction: folds the log into the file once it is long. What was committed is on the disk either way.
+  [[nodiscard]] Result<void> fold_log();
+  /// From now on, and when it is closed, not a byte of the file and of its log changes.
+  void leave_untouched() { database_.keep_log_on_close(); }
+
+  /// Texts of faults, events and gaps come from instruments and operators: they are stored as plain() makes them.
+  [[nodiscard]] Result<void> insert(const Entry& entry);
+  [[nodiscard]] Result<void> insert(const SampleRow& row);
+  [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
+  [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
+  /// Takes over the rows before `slot` of another file of the same run, which is open.
+  [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
+  [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
+  /// Of the whole run so far, the last before a commit: the chain's head goes with it. A record of an older program has
+  /// no place for it.
+  [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
+
+  /// Outside a transaction: marks the run as finished and makes the file a single one. Only destruction may follow.
+  [[nodiscard]] Result<void> finish();
+
+  [[nodiscard]] const RunInfo& info() const { return info_; }
+  [[nodiscard]] Database& database() { return database_; }
+
+ private:
+  struct Statements {
+    Statement begin, commit, sample, fault, event, gap;
+    std::optional<Statement> frames;
+  };
+  /// A row being put together: each value goes into the statement and into the chain.
+  class Row;
+  RunFile(Database database, Statements statements, std::optional<FileWatch> watch, std::string path, RunInfo info)
+      : database_(std::move(database)),
+        statements_(std::move(statements)),
+        watch_(std::move(watch)),
+        path_(std::move(path)),
+        info_(std::move(info)) {}
+  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info, int version);
+  [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
+  [[nodiscard]] Result<void> seal();
+  [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
+  [[nodiscard]] Result<void> copy_row(std::string_view table, const ::gyrotherm::Statement& row);
+
+  std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
+  Database database_;
+  std::optional<Statements> statements_;  ///< gone after finish()
+  std::optional<FileWatch> watch_;        ///< nothing in memory
+  std::optional<Interference> interference_;
+  std::string path_;
+  RunInfo info_;
+  /// What the next row continues.
+  struct Position {
+    std::optional<RowChain> chain;    ///< nothing: of an older program
+    std::int64_t faults{}, events{};  ///< keys
+  };
+  Position now_;
+  Position committed_;  ///< what a roll-back returns to
+};
+
+}  // namespace gyrotherm

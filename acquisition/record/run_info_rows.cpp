@@ -1,0 +1,219 @@
+#include "acquisition/record/run_info_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/record_rows.hpp"
+#include "acquisition/record/schema.hpp"
+#include "acquisition/record/store.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kRate = "rate";
+constexpr const char* kPulseCount = "pulse_count";
+
+Result<void> write_meta(Database& database, const RunInfo& info) {
+  auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
+  if (!insert) return failure(insert.error());
+  Result<void> written;
+  const auto put = [&](std::string_view key, const auto& value) {
+    if (written) written = insert->run(key, value);
+  };
+  put("schema", kRunSchema);
+  put("id", info.id);
+  put("program_version", info.program_version);
+  put("profile_name", info.profile_name);
+  put("profile_text", info.profile_text);
+  put("rig_name", info.rig_name);
+  put("rig_text", info.rig_text);
+  put("chamber_map_text", info.chamber_map_text);
+  put("gyro_stream_text", info.gyro_stream_text);
+  put("gyro_model", info.gyro_model);
+  put("gyro_film", info.gyro_film);
+  put("gyro_model_text", info.gyro_model_text);
+  put("simulated", info.simulated);
+  put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
+  put("imported", info.imported);
+  put("started_utc_ns", info.started_utc.count());
+  put("gyro_kind", info.gyro.kind == GyroKind::rate ? kRate : kPulseCount);
+  put("gyro_scale", info.gyro.scale);
+  if (info.gyro.earth_rate) put("earth_rate_deg_per_h", info.gyro.earth_rate->value);
+  return written;
+}
+
+Result<void> write_channels(Database& database, const std::vector<Channel>& channels) {
+  auto insert = database.prepare("INSERT INTO channel(name, instrument, offset_k, position) VALUES(?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    if (auto done = insert->run(channel.name, channel.instrument, channel.offset.value, i); !done) return done;
+  }
+  return {};
+}
+
+std::string polynomial_text(const std::vector<double>& coefficients) {
+  return fmt::format("{}", fmt::join(coefficients, " "));
+}
+
+std::vector<double> polynomial_of(std::string_view text) {
+  std::vector<double> coefficients;
+  const auto* const end = text.data() + text.size();
+  for (const auto* at = text.data(); at < end;) {
+    double coefficient{};
+    const auto [next, error] = std::from_chars(at, end, coefficient);
+    if (error != std::errc{}) break;
+    coefficients.push_back(coefficient);
+    at = next < end ? next + 1 : next;
+  }
+  return coefficients;
+}
+
+Result<void> write_calibrations(Database& database, const std::vector<Channel>& channels) {
+  auto insert = database.prepare("INSERT INTO calibration(position, polynomial, certificate, due) VALUES(?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    if (channel.polynomial.empty() && channel.certificate.empty() && !channel.due) continue;
+    const auto polynomial = polynomial_text(channel.polynomial);
+    const auto due = channel.due ? day_text(*channel.due) : std::string();
+    if (auto done = insert->run(i, polynomial, channel.certificate, due); !done) return done;
+  }
+  return {};
+}
+
+Result<void> write_segments(Database& database, const std::vector<RunInfo::SegmentInfo>& segments) {
+  auto insert = database.prepare(
+      "INSERT INTO segment(name, hold, target_c, rate_c_per_min, cycle, position) VALUES(?, ?, ?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const auto& segment = segments[i];
+    auto done = insert->run(segment.name, segment.hold, segment.target.value, segment.rate.value, segment.cycle, i);
+    if (!done) return done;
+  }
+  return {};
+}
+
+Result<void> write_list(Database& database, std::string_view name, const std::vector<std::string>& values) {
+  auto insert = database.prepare("INSERT INTO list(name, value, position) VALUES(?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (auto done = insert->run(name, values[i], i); !done) return done;
+  return {};
+}
+
+void take(RunInfo& info, std::string_view key, const Statement& row) {
+  if (key == "id") info.id = row.text(1);
+  if (key == "program_version") info.program_version = row.text(1);
+  if (key == "profile_name") info.profile_name = row.text(1);
+  if (key == "profile_text") info.profile_text = row.text(1);
+  if (key == "rig_name") info.rig_name = row.text(1);
+  if (key == "rig_text") info.rig_text = row.text(1);
+  if (key == "chamber_map_text") info.chamber_map_text = row.text(1);
+  if (key == "gyro_stream_text") info.gyro_stream_text = row.text(1);
+  if (key == "gyro_model") info.gyro_model = row.text(1);
+  if (key == "gyro_film") info.gyro_film = row.text(1);
+  if (key == "gyro_model_text") info.gyro_model_text = row.text(1);
+  if (key == "simulated") info.simulated = row.integer(1) != 0;
+  if (key == "seed") std::from_chars(row.text(1).data(), row.text(1).data() + row.text(1).size(), info.seed);
+  if (key == "imported") info.imported = row.integer(1) != 0;
+  if (key == "started_utc_ns") info.started_utc = Duration(row.integer(1));
+  if (key == "gyro_kind") info.gyro.kind = row.text(1) == kRate ? GyroKind::rate : GyroKind::pulse_count;
+  if (key == "gyro_scale") info.gyro.scale = row.real(1);
+  if (key == "earth_rate_deg_per_h") info.gyro.earth_rate = DegreesPerHour{row.real(1)};
+}
+
+/// Calls `use` with each row of a query.
+template <class Use>
+Result<void> each_row(Database& database, std::string_view sql, Use use) {
+  auto query = database.prepare(sql);
+  if (!query) return failure(query.error());
+  for (;;) {
+    const auto row = query->step();
+    if (!row) return failure(row.error());
+    if (!*row) return {};
+    use(*query);
+  }
+}
+
+Result<void> read_calibrations(Database& database, RunInfo& info) {
+  const auto known = has_table(database, "calibration");
+  if (!known) return failure(known.error());
+  if (!*known) return {};
+  return each_row(database, "SELECT position, polynomial, certificate, due FROM calibration",
+                  [&](const Statement& row) {
+                    const auto position = static_cast<std::size_t>(row.integer(0));
+                    if (position >= info.thermometers.size()) return;
+                    auto& channel = info.thermometers[position];
+                    channel.polynomial = polynomial_of(row.text(1));
+                    channel.certificate = row.text(2);
+                    channel.due = parse_day(row.text(3));
+                  });
+}
+
+Result<void> read_lists(Database& database, RunInfo& info) {
+  return each_row(database, "SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
+    const std::string_view list = row.text(0);
+    if (list == "cycles") info.cycles.emplace_back(row.text(1));
+    if (list == "gradients") info.gradients.emplace_back(row.text(1));
+    if (list == "three_point") info.three_point.emplace_back(row.text(1));
+  });
+}
+
+}  // namespace
+
+Result<void> write_run_info(Database& database, const RunInfo& info) {
+  return write_meta(database, info)
+      .and_then([&] { return write_channels(database, info.thermometers); })
+      .and_then([&] { return write_calibrations(database, info.thermometers); })
+      .and_then([&] { return write_segments(database, info.segments); })
+      .and_then([&] { return write_list(database, "cycles", info.cycles); })
+      .and_then([&] { return write_list(database, "gradients", info.gradients); })
+      .and_then([&] { return write_list(database, "three_point", info.three_point); });
+}
+
+Result<RunInfo> read_run_info(Database& database) {
+  RunInfo info;
+  const auto read =
+      each_row(database, "SELECT key, value FROM meta", [&](const Statement& row) { take(info, row.text(0), row); })
+          .and_then([&] {
+            return each_row(database, "SELECT name, instrument, offset_k FROM channel ORDER BY position",
+                            [&](const Statement& row) {
+                              info.thermometers.push_back(
+                                  {std::string(row.text(0)), std::string(row.text(1)), Kelvins{row.real(2)}});
+                            });
+          })
+          .and_then([&] { return read_calibrations(database, info); })
+          .and_then([&] {
+            return each_row(
+                database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",
+                [&](const Statement& row) {
+                  info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0, Celsius{row.real(2)},
+                                           CelsiusPerMinute{row.real(3)}, static_cast<int>(row.integer(4))});
+                });
+          })
+          .and_then([&] { return read_lists(database, info); })
+          .and_then([&] { return check_channel_names(info.thermometers); })
+          .and_then([&]() -> Result<void> {
+            if (is_possible_time(info.started_utc)) return {};
+            return failure(FaultKind::bad_file, database.path(), "the run started at an impossible time");
+          });
+  if (!read) return failure(read.error());
+  return info;
+}
+
+Result<std::string> meta(Database& database, std::string_view key) {
+  return database.ask(fmt::format("SELECT value FROM meta WHERE key = '{}'", key));
+}
+
+Result<void> mark_finished(Database& database) {
+  return database.execute("INSERT INTO meta(key, value) VALUES('outcome', 'finished')");
+}
+
+Result<bool> is_finished(Database& database) {
+  return meta(database, "outcome").map([](const std::string& outcome) { return outcome == "finished"; });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,57 @@
+/// A record whose file failed goes on in a second one beside it, and so on; each names the one before.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/sqlite.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// What a part says of the one before. Rows from slot `from` on stand in it, also those that the one before may have.
+struct Continuation {
+  int part{};          ///< its own number; the record's own file is 1
+  std::string before;  ///< name of the file that failed, in the same folder
+  std::int64_t from{};
+  std::string cause;  ///< how that failed
+};
+
+/// Whether a file has that name; one that cannot be looked at counts as not there.
+[[nodiscard]] bool is_there(const std::string& path);
+
+/// Fails with bad_file if a journal lies beside the file: another program broke off while it changed it. We leave none,
+/// and do not play one back, for it overwrites the file and may name others. `where` names the file in the fault.
+[[nodiscard]] Result<void> check_no_journal(const std::string& where, const std::string& file);
+
+/// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
+[[nodiscard]] std::string part_path(const std::string& record_path, int part);
+
+/// Inside the caller's transaction, into fresh tables.
+[[nodiscard]] Result<void> write_continuation(Database& database, const Continuation& continuation);
+/// Nothing for a record's first file.
+[[nodiscard]] Result<std::optional<Continuation>> read_continuation(Database& database);
+
+struct Part {
+  std::string path;
+  Continuation continuation;
+};
+
+/// The files that a record consists of.
+struct RecordFiles {
+  std::vector<Part> parts;    ///< in order, at least one; the first is the record's own file, which continues nothing
+  std::optional<Fault> lost;  ///< why the record's own file is not among them, which others go on from
+};
+/// A file of such a name that is not of this run is no part of it, nor is one that was begun and not filled. Fails with
+/// bad_file if there is no record, with storage if a file is being written, or the last part is damaged.
+[[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
+
+/// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().
+[[nodiscard]] Result<int> last_part(const std::string& record_path);
+
+/// The first name that no file has yet.
+[[nodiscard]] int next_part(const std::string& record_path);
+
+}  // namespace gyrotherm

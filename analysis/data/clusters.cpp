@@ -1,0 +1,157 @@
+#include "analysis/data/clusters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/quantity.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Of a cluster length: what rounding of a time stamp may amount to.
+constexpr double kTimeSlack = 1e-9;
+
+/// Rows first … first + count − 1 of a dataset lie in cluster `number`.
+struct Span {
+  Eigen::Index number{}, first{}, count{};
+};
+
+Eigen::Index number_of(double seconds, double length_s) {
+  return static_cast<Eigen::Index>(std::floor(seconds / length_s + kTimeSlack));
+}
+
+std::vector<Span> cut(const Dataset& dataset, double length_s) {
+  std::vector<Span> spans;
+  for (Eigen::Index i = 0; i < dataset.time_s.size(); ++i) {
+    const Eigen::Index number = number_of(dataset.time_s(i) - dataset.time_s(0), length_s);
+    if (spans.empty() || spans.back().number != number) spans.push_back({number, i, 0});
+    ++spans.back().count;
+  }
+  return spans;
+}
+
+/// Between neighbouring samples: 1 s, or the median step of a foreign record.
+double sample_interval_s(const Dataset& dataset) {
+  if (!dataset.imported || dataset.time_s.size() < 2) return 1;
+  const Eigen::Index steps = dataset.time_s.size() - 1;
+  Eigen::VectorXd step = dataset.time_s.tail(steps) - dataset.time_s.head(steps);
+  std::nth_element(step.begin(), step.begin() + steps / 2, step.end());
+  return step(steps / 2);
+}
+
+bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
+  if (!dataset.imported && span.count != std::llround(length_s)) return false;
+  return dataset.temperature_c.middleRows(span.first, span.count).allFinite() &&
+         dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
+}
+
+Clusters with_rows(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
+  const auto columns = static_cast<Eigen::Index>(thermometers.size());
+  Clusters clusters;
+  clusters.length_s = length_s;
+  clusters.thermometers = thermometers;
+  clusters.start_s.resize(rows);
+  clusters.temperature_c.resize(rows, columns);
+  clusters.rate_c_per_min.setConstant(rows, columns, std::numeric_limits<double>::quiet_NaN());
+  clusters.bias_deg_per_h.resize(rows);
+  clusters.set_point_c.resize(rows);
+  clusters.segment.resize(rows);
+  clusters.last_segment.resize(rows);
+  clusters.cycle.resize(rows);
+  clusters.samples.resize(rows);
+  return clusters;
+}
+
+void fill(Clusters& clusters, Eigen::Index row, const Dataset& dataset, const Span& span) {
+  clusters.start_s(row) = dataset.time_s(0) + static_cast<double>(span.number) * clusters.length_s;
+  clusters.temperature_c.row(row) = dataset.temperature_c.middleRows(span.first, span.count).colwise().mean();
+  clusters.bias_deg_per_h(row) = dataset.bias_deg_per_h.segment(span.first, span.count).mean();
+  clusters.set_point_c(row) = dataset.set_point_c.segment(span.first, span.count).mean();
+  clusters.segment(row) = dataset.segment(span.first);
+  clusters.last_segment(row) = dataset.segment(span.first + span.count - 1);
+  clusters.cycle(row) = dataset.cycle(span.first);
+  clusters.samples(row) = static_cast<int>(span.count);
+}
+
+void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
+  for (Eigen::Index k = 1; k < clusters.start_s.size(); ++k) {
+    if (spans[k].number != spans[k - 1].number + 1) continue;
+    clusters.rate_c_per_min.row(k) =
+        (clusters.temperature_c.row(k) - clusters.temperature_c.row(k - 1)) * (kSecondsPerMinute / clusters.length_s);
+  }
+}
+
+void copy_row(const Clusters& from, Eigen::Index source, Clusters& to, Eigen::Index target) {
+  to.start_s(target) = from.start_s(source);
+  to.temperature_c.row(target) = from.temperature_c.row(source);
+  to.rate_c_per_min.row(target) = from.rate_c_per_min.row(source);
+  to.bias_deg_per_h(target) = from.bias_deg_per_h(source);
+  to.set_point_c(target) = from.set_point_c(source);
+  to.segment(target) = from.segment(source);
+  to.last_segment(target) = from.last_segment(source);
+  to.cycle(target) = from.cycle(source);
+  to.samples(target) = from.samples(source);
+}
+
+}  // namespace
+
+Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
+  assert(length_s >= 1);
+  const auto none = [&] {
+    return failure(FaultKind::usage, dataset.path, fmt::format("holds no whole cluster of {} s", length_s));
+  };
+  if (dataset.time_s.size() == 0) return none();
+  const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);
+  const Eigen::Index complete = number_of(span_s, length_s);
+
+  std::vector<Span> kept;
+  int dropped_rest = 0;
+  for (const Span& span : cut(dataset, length_s)) {
+    if (span.number >= complete)
+      dropped_rest += static_cast<int>(span.count);
+    else if (is_whole(dataset, span, length_s))
+      kept.push_back(span);
+  }
+  if (kept.empty()) return none();
+
+  Clusters clusters = with_rows(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
+  for (std::size_t k = 0; k < kept.size(); ++k) fill(clusters, static_cast<Eigen::Index>(k), dataset, kept[k]);
+  fill_rates(clusters, kept);
+  clusters.dropped_rest = dropped_rest;
+  clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
+  return clusters;
+}
+
+Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
+  Clusters picked = with_rows(static_cast<Eigen::Index>(rows.size()), clusters.thermometers, clusters.length_s);
+  for (std::size_t i = 0; i < rows.size(); ++i) copy_row(clusters, rows[i], picked, static_cast<Eigen::Index>(i));
+  picked.dropped_rest = clusters.dropped_rest;
+  picked.dropped_gaps = clusters.dropped_gaps;
+  return picked;
+}
+
+Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
+  if (parts.empty()) return failure(FaultKind::usage, "clusters", "there is no record");
+  Eigen::Index rows = 0;
+  for (const Clusters& part : parts) {
+    if (part.thermometers != parts.front().thermometers || part.length_s != parts.front().length_s) {
+      return failure(FaultKind::usage, "clusters", "the records differ in their thermometers or cluster length");
+    }
+    rows += part.start_s.size();
+  }
+  Clusters all = with_rows(rows, parts.front().thermometers, parts.front().length_s);
+  Eigen::Index target = 0;
+  for (const Clusters& part : parts) {
+    for (Eigen::Index source = 0; source < part.start_s.size(); ++source) copy_row(part, source, all, target++);
+    all.dropped_rest += part.dropped_rest;
+    all.dropped_gaps += part.dropped_gaps;
+  }
+  return all;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,139 @@
+#include "analysis/data/dataset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/record.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+Eigen::Index rows_of(const Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
+
+/// A column of the record, or all NaN if a foreign record has none.
+Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
+  if (values.empty()) return Eigen::VectorXd::Constant(rows, kMissing);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
+}
+
+Eigen::VectorXd times_of(const Record& record) {
+  if (record.info.imported) return column(record.time_s, rows_of(record));
+  Eigen::VectorXd seconds(rows_of(record));
+  for (Eigen::Index i = 0; i < seconds.size(); ++i) seconds(i) = static_cast<double>(record.slot[i]);
+  return seconds;
+}
+
+Eigen::MatrixXd calibrated_temperatures(const Record& record) {
+  const auto& channels = record.info.thermometers;
+  Eigen::MatrixXd temperature(rows_of(record), static_cast<Eigen::Index>(channels.size()));
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    temperature.col(static_cast<Eigen::Index>(c)) =
+        column(record.thermometers_c[c], rows_of(record)).unaryExpr([&](double reading_c) {
+          return calibrated(channels[c], {reading_c}).value;
+        });
+  }
+  return temperature;
+}
+
+Eigen::VectorXd rotation_deg_per_h(const Record& record) {
+  const GyroInfo& gyro = record.info.gyro;
+  const Eigen::VectorXd number = column(record.gyro, rows_of(record));
+  if (gyro.kind == GyroKind::rate) return gyro.scale * number;
+  return gyro.scale * number.array() / column(record.gyro_interval_s, rows_of(record)).array();
+}
+
+void place_in_profile(Dataset& dataset, const Record& record) {
+  const Eigen::Index rows = rows_of(record);
+  dataset.segment = Eigen::VectorXi::Constant(rows, -1);
+  dataset.cycle = Eigen::VectorXi::Constant(rows, -1);
+  const auto segments = static_cast<int>(dataset.segments.size());
+  const auto cycles = static_cast<int>(dataset.cycles.size());
+  for (std::size_t i = 0; i < record.progress.size(); ++i) {
+    const Progress& at = record.progress[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    if (at.segment >= 0 && at.segment < segments) dataset.segment(row) = at.segment;
+    if (at.cycle >= 0 && at.cycle < cycles) dataset.cycle(row) = at.cycle;
+  }
+}
+
+/// NaN if no hold has a bias.
+double mean_of_first_hold(const Dataset& dataset) {
+  const auto hold = std::ranges::find_if(dataset.segments, &RunInfo::SegmentInfo::hold);
+  if (hold == dataset.segments.end()) return kMissing;
+  const auto first = static_cast<int>(hold - dataset.segments.begin());
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index i = 0; i < dataset.segment.size(); ++i) {
+    if (dataset.segment(i) != first || std::isnan(dataset.bias_deg_per_h(i))) continue;
+    sum += dataset.bias_deg_per_h(i);
+    ++count;
+  }
+  return count > 0 ? sum / count : kMissing;
+}
+
+void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate) {
+  dataset.bias_zero = "nothing removed";
+  if (earth_rate) {
+    dataset.bias_deg_per_h.array() -= earth_rate->value;
+    dataset.bias_zero = "earth rate removed";
+    return;
+  }
+  if (dataset.imported) return;
+  if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
+    dataset.bias_deg_per_h.array() -= mean;
+    dataset.bias_zero = "mean of the first hold removed";
+  }
+}
+
+/// Errata 3.3: a rig that names no shell has G, the coldest of the block, in its place.
+void name_three_points(Dataset& dataset, const RunInfo& info) {
+  dataset.three_point = info.three_point;
+  const auto has = [&](const char* name) { return std::ranges::count(dataset.thermometers, name) > 0; };
+  if (!info.three_point.empty() || !has("A") || !has("D") || !has("G")) return;
+  dataset.three_point = {"A", "D", "G"};
+  dataset.three_point_stand_in = true;
+}
+
+}  // namespace
+
+Dataset make_dataset(const Record& record, const std::string& path) {
+  const RunInfo& info = record.info;
+  Dataset dataset;
+  dataset.run_id = info.id;
+  dataset.path = path;
+  dataset.simulated = info.simulated;
+  dataset.imported = info.imported;
+  dataset.profile_name = info.profile_name;
+  dataset.gradients = info.gradients;
+  dataset.cycles = info.cycles;
+  dataset.segments = info.segments;
+  for (const Channel& channel : info.thermometers) dataset.thermometers.push_back(channel.name);
+  if (dataset.gradients.empty()) dataset.gradients = dataset.thermometers;
+  name_three_points(dataset, info);
+  dataset.time_s = times_of(record);
+  dataset.temperature_c = calibrated_temperatures(record);
+  dataset.bias_deg_per_h = rotation_deg_per_h(record);
+  dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
+  place_in_profile(dataset, record);
+  set_zero(dataset, info.gyro.earth_rate);
+  for (const Gap& gap : record.gaps) {
+    dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));
+  }
+  return dataset;
+}
+
+Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options) {
+  const Result<Record> record = read_record(path);
+  if (!record) return failure(record.error());
+  if (!record->finished && !options.unfinished) {
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+  }
+  return make_dataset(*record, path);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,55 @@
+/// From a record to matrices: temperatures calibrated, bias from counts with the exact interval and Earth rate removed.
+/// The only file of this room that knows records.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+struct Record;
+
+/// One row per sample; NaN where a reading was missing.
+struct Dataset {
+  std::string run_id;
+  std::string path;
+  bool simulated{};
+  bool imported{};
+  std::string profile_name;
+  std::vector<std::string> thermometers;  ///< names of the columns of temperature_c
+  std::vector<std::string> gradients;     ///< those whose differences are the multi-point gradients
+  std::vector<std::string> three_point;   ///< cathode, anode, shell (or a stand-in)
+  bool three_point_stand_in{};            ///< the record names no shell; G stands in (errata 3.3)
+  std::vector<std::string> cycles;
+  std::vector<RunInfo::SegmentInfo> segments;
+  std::string bias_zero;          ///< "earth rate removed", "mean of the first hold removed" or "nothing removed"
+  Eigen::VectorXd time_s;         ///< since the run started: whole seconds (the slot) of our own records, else the
+                                  ///< foreign record's own time
+  Eigen::MatrixXd temperature_c;  ///< samples × thermometers
+  Eigen::VectorXd bias_deg_per_h;
+  Eigen::VectorXd set_point_c;                    ///< NaN if imported
+  Eigen::VectorXi segment;                        ///< −1 if none
+  Eigen::VectorXi cycle;                          ///< −1 if none
+  std::vector<std::pair<double, double>> gaps_s;  ///< start, end of each gap in the record
+};
+
+struct DatasetOptions {
+  bool unfinished = false;  ///< also take a run that has not ended
+};
+
+/// Bias: pulse_count: arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly); rate: scale × number; less
+/// the Earth rate. Where that is not known, the mean of the first hold is removed from our own records and nothing from
+/// imported ones. Temperatures are the readings plus their channel's offset. Without a list of gradient thermometers,
+/// all are taken.
+[[nodiscard]] Dataset make_dataset(const Record& record, const std::string& path);
+
+/// Fails like read_record, and with usage if the run has not finished (an unfinished run is never mistaken for a
+/// finished one).
+[[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options = {});
+
+}  // namespace gyrotherm

@@ -1,0 +1,209 @@
+#include "analysis/data/folds.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/quantity.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// One record's clusters by the fold that holds each out.
+struct Cut {
+  std::vector<int> fold;
+  int folds{};
+  double guard_s{};
+};
+
+/// Number of each distinct cycle, in order of appearance.
+std::map<int, int> cycles_of(const Clusters& record) {
+  std::map<int, int> number;
+  for (const int cycle : record.cycle) {
+    if (cycle >= 0) number.try_emplace(cycle, static_cast<int>(number.size()));
+  }
+  return number;
+}
+
+Cut cut_at_cycles(const Clusters& record, const FoldOptions& options) {
+  const auto number = cycles_of(record);
+  Cut cut{.fold = {},
+          .folds = static_cast<int>(number.size()),
+          .guard_s = options.guard_minutes.value_or(0) * kSecondsPerMinute};
+  int current = 0;
+  for (const int cycle : record.cycle) {
+    if (cycle >= 0) current = number.at(cycle);
+    cut.fold.push_back(current);
+  }
+  return cut;
+}
+
+/// In whole clusters: what half the shortest block still allows of the default.
+double default_guard_s(Eigen::Index clusters_in_block, double length_s) {
+  const double allowed = std::floor(static_cast<double>(clusters_in_block) / 2) * length_s;
+  return std::min(kDefaultGuardMinutes * kSecondsPerMinute, allowed);
+}
+
+Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) {
+  const Eigen::Index rows = record.cycle.size();
+  constexpr int kFewestInBlock = 2;
+  if (rows < kFewestInBlock * options.blocks) {
+    return failure(FaultKind::usage, "folds",
+                   fmt::format("a record of {} clusters is too short for {} blocks, at least {} are needed", rows,
+                               options.blocks, kFewestInBlock * options.blocks));
+  }
+  Cut cut{.fold = {}, .folds = options.blocks, .guard_s = default_guard_s(rows / options.blocks, record.length_s)};
+  if (options.guard_minutes) cut.guard_s = *options.guard_minutes * kSecondsPerMinute;
+  for (Eigen::Index k = 0; k < rows; ++k) cut.fold.push_back(static_cast<int>(k * options.blocks / rows));
+  return cut;
+}
+
+/// Seconds between each cluster and the nearest one of the fold, edge to edge.
+std::vector<double> distance_to_fold(const Clusters& record, const Cut& cut, int fold) {
+  std::vector<double> distance(cut.fold.size(), kNever);
+  const auto sweep = [&](auto begin, auto end, auto step) {
+    double last = kNever;
+    for (auto k = begin; k != end; k += step) {
+      if (cut.fold[k] == fold) last = record.start_s(k);
+      distance[k] = std::min(distance[k], std::abs(record.start_s(k) - last) - record.length_s);
+    }
+  };
+  const auto rows = static_cast<Eigen::Index>(cut.fold.size());
+  sweep(Eigen::Index{0}, rows, 1);
+  sweep(rows - 1, Eigen::Index{-1}, -1);
+  return distance;
+}
+
+/// The folds of a record whose first cluster is row `first` of `all` rows.
+void append(FoldPlan& plan, const Clusters& record, const Cut& cut, Eigen::Index first, Eigen::Index all) {
+  const auto end = first + static_cast<Eigen::Index>(cut.fold.size());
+  const double slack_s = 1e-6 * record.length_s;  // starts are sums of doubles
+  for (int fold = 0; fold < cut.folds; ++fold) {
+    const std::vector<double> distance = distance_to_fold(record, cut, fold);
+    FoldRows rows;
+    for (Eigen::Index k = 0; k < all; ++k) {
+      const bool here = k >= first && k < end;
+      if (here && cut.fold[k - first] == fold)
+        rows.held_out.push_back(k);
+      else if (!here || distance[k - first] >= cut.guard_s - slack_s)
+        rows.training.push_back(k);
+    }
+    plan.folds.push_back(std::move(rows));
+  }
+}
+
+std::string guard_words(const std::vector<double>& guards_s) {
+  const auto [least, most] = std::ranges::minmax(guards_s);
+  if (most == 0) return "";
+  const std::string span = least == most
+                               ? fmt::format("{:.3g}", most / kSecondsPerMinute)
+                               : fmt::format("{:.3g} to {:.3g}", least / kSecondsPerMinute, most / kSecondsPerMinute);
+  return fmt::format(" with a guard of {} min", span);
+}
+
+/// How many folds are of a kind, and the guards around them.
+struct Tally {
+  int folds{};
+  std::vector<double> guards_s;
+  void add(const Cut& cut) {
+    folds += cut.folds;
+    guards_s.push_back(cut.guard_s);
+  }
+};
+
+std::string statement_of(const Tally& cycles, const Tally& blocks) {
+  std::string words;
+  if (cycles.folds > 0) words = fmt::format("leave one cycle out ({}){}", cycles.folds, guard_words(cycles.guards_s));
+  if (blocks.folds == 0) return words;
+  if (!words.empty()) words += " and ";
+  return words + fmt::format("{} consecutive blocks{}", blocks.folds, guard_words(blocks.guards_s));
+}
+
+Result<void> check(const FoldPlan& plan) {
+  for (const FoldRows& fold : plan.folds) {
+    if (!fold.training.empty()) continue;
+    return failure(FaultKind::usage, "folds",
+                   plan.statement + ": nothing is left to learn from beside a held-out fold; take a shorter guard");
+  }
+  return {};
+}
+
+/// What is left of rows that are numbered anew; number −1: gone.
+std::vector<Eigen::Index> renumbered(const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& number) {
+  std::vector<Eigen::Index> left;
+  for (const Eigen::Index row : rows) {
+    if (number[row] >= 0) left.push_back(number[row]);
+  }
+  return left;
+}
+
+}  // namespace
+
+Result<FoldOptions> parse_folds(std::string_view text) {
+  FoldOptions options;
+  if (text == "cycles") return options;
+  options.kind = FoldKind::blocks;
+  if (text == "blocks") return options;
+  constexpr std::string_view kNumbered = "blocks:";
+  if (text.starts_with(kNumbered)) {
+    const char* end = text.data() + text.size();
+    const auto read = std::from_chars(text.data() + kNumbered.size(), end, options.blocks);
+    if (read.ec == std::errc{} && read.ptr == end && options.blocks >= 2) return options;
+  }
+  return failure(FaultKind::usage, "--folds",
+                 fmt::format("\"{}\" is none of cycles, blocks, blocks:N with N at least 2", text));
+}
+
+Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options) {
+  assert(options.blocks >= 2 && options.guard_minutes.value_or(0) >= 0);
+  std::size_t cycles_in_all = 0;
+  Eigen::Index all = 0;
+  for (const Clusters& record : records) {
+    cycles_in_all += cycles_of(record).size();
+    all += record.cycle.size();
+  }
+  const bool alone = records.size() == 1 && cycles_in_all == 1;
+  FoldPlan plan;
+  Tally cycles, blocks;
+  Eigen::Index first = 0;
+  for (const Clusters& record : records) {
+    const bool by_cycle = options.kind == FoldKind::cycles && !cycles_of(record).empty() && !alone;
+    const auto cut = by_cycle ? cut_at_cycles(record, options) : cut_into_blocks(record, options);
+    if (!cut) return failure(cut.error());
+    (by_cycle ? cycles : blocks).add(*cut);
+    append(plan, record, *cut, first, all);
+    first += record.cycle.size();
+  }
+  plan.statement = statement_of(cycles, blocks);
+  if (const auto sound = check(plan); !sound) return failure(sound.error());
+  return plan;
+}
+
+Lesson within(const Lesson& lesson, const std::vector<Eigen::Index>& rows) {
+  std::vector<Eigen::Index> number(static_cast<std::size_t>(lesson.clusters.start_s.size()), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) number[rows[i]] = static_cast<Eigen::Index>(i);
+  Lesson left{.clusters = pick(lesson.clusters, rows), .folds = {.folds = {}, .statement = lesson.folds.statement}};
+  for (const FoldRows& fold : lesson.folds.folds) {
+    FoldRows kept{.held_out = renumbered(fold.held_out, number), .training = renumbered(fold.training, number)};
+    if (!kept.held_out.empty() && !kept.training.empty()) left.folds.folds.push_back(std::move(kept));
+  }
+  return left;
+}
+
+Result<Lesson> with_two_folds(Lesson lesson) {
+  if (lesson.folds.folds.size() >= 2) return lesson;
+  auto plan = plan_folds({lesson.clusters}, {.kind = FoldKind::blocks, .guard_minutes = {}});
+  if (!plan) return failure(plan.error());
+  lesson.folds = std::move(*plan);
+  return lesson;
+}
+
+}  // namespace gyrotherm

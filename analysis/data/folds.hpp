@@ -1,0 +1,66 @@
+/// Which clusters are held out together, and which are then learnt from: cycles, or consecutive blocks with a guard
+/// gap. Never clusters at random: neighbours are nearly copies of each other (docs/evaluation.md).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+enum class FoldKind { cycles, blocks };
+
+inline constexpr int kDefaultBlocks = 4;
+
+/// The guard around blocks where none is asked for. The slowest time constant of a ring laser gyro's block is 39–46
+/// min, and what a straight line in all temperatures leaves of the virtual rate run is uncorrelated after 42 min
+/// (docs/evaluation.md).
+inline constexpr double kDefaultGuardMinutes = 45;
+
+struct FoldOptions {
+  FoldKind kind = FoldKind::cycles;
+  int blocks = kDefaultBlocks;  ///< ≥ 2, of each record that is cut into blocks
+  /// Nothing: none between cycles; around blocks kDefaultGuardMinutes, but at most half a block.
+  std::optional<double> guard_minutes;
+};
+
+/// "cycles", "blocks" or "blocks:6". Fails with usage.
+[[nodiscard]] Result<FoldOptions> parse_folds(std::string_view text);
+
+/// One fold. A cluster within the guard of what is held out is on neither side.
+struct FoldRows {
+  std::vector<Eigen::Index> held_out;  ///< rising
+  std::vector<Eigen::Index> training;  ///< rising
+};
+
+struct FoldPlan {
+  std::vector<FoldRows> folds;
+  std::string statement;  ///< "leave one cycle out (4)", "4 consecutive blocks with a guard of 45 min"
+};
+
+/// cycles: a fold per cycle of each record; clusters outside any cycle go with the cycle before them, the first ones
+/// with the first. A record without cycles is cut into consecutive blocks; so is the only cycle of a single record.
+/// blocks: every record is cut. Rows number the clusters of all records, one after the other. Fails with usage if a
+/// record is too short to be cut, or the guard leaves a fold nothing to learn from.
+[[nodiscard]] Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options = {});
+
+/// Clusters to learn from, and how they are held out among themselves where something has to be chosen on them alone.
+struct Lesson {
+  Clusters clusters;
+  FoldPlan folds;
+};
+
+/// What the lesson leaves at these rows (rising): its folds without the other clusters, and without the folds that have
+/// then nothing on one side.
+[[nodiscard]] Lesson within(const Lesson& lesson, const std::vector<Eigen::Index>& rows);
+
+/// The lesson as it is if it has two folds, as a choice on held-out clusters needs; else with its clusters cut into
+/// blocks. Fails with usage if they are too few for that.
+[[nodiscard]] Result<Lesson> with_two_folds(Lesson lesson);
+
+}  // namespace gyrotherm

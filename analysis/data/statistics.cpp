@@ -1,0 +1,113 @@
+#include "analysis/data/statistics.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace gyrotherm {
+namespace {
+
+/// Mean product of neighbours `lag` places apart, of centred values.
+struct Lagged {
+  double mean_product{};
+  int pairs{};
+};
+
+Lagged lagged(const Eigen::VectorXd& centred, const Eigen::Ref<const Eigen::VectorXi>& places, int lag) {
+  double sum = 0;
+  int pairs = 0;
+  Eigen::Index later = 0;
+  for (Eigen::Index k = 0; k < places.size(); ++k) {
+    while (later < places.size() && places(later) < places(k) + lag) ++later;
+    if (later == places.size()) break;
+    if (places(later) != places(k) + lag) continue;
+    sum += centred(k) * centred(later);
+    ++pairs;
+  }
+  return {pairs > 0 ? sum / pairs : 0, pairs};
+}
+
+/// Where each of these clusters stands, in whole clusters. A later record begins far behind the one before.
+Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
+  Eigen::VectorXi places(static_cast<Eigen::Index>(rows.size()));
+  int shift = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto place = static_cast<int>(std::lround(clusters.start_s(rows[i]) / clusters.length_s));
+    const auto at = static_cast<Eigen::Index>(i);
+    if (i > 0 && place + shift <= places(at - 1)) shift = places(at - 1) + static_cast<int>(rows.size()) - place;
+    places(at) = place + shift;
+  }
+  return places;
+}
+
+}  // namespace
+
+EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
+                                 const Eigen::Ref<const Eigen::VectorXi>& places) {
+  assert(values.size() == places.size());
+  constexpr Eigen::Index kLeast = 4;
+  constexpr double kChance = 2;  // standard deviations of a correlation that is none
+  const auto count = static_cast<double>(values.size());
+  if (values.size() < kLeast) return {count, count};
+  const Eigen::VectorXd centred = values.array() - values.mean();
+  const double variance = centred.squaredNorm() / count;
+  if (!(variance > 0)) return {count, count};
+  double squares = 0, sum = 0;
+  for (int lag = 1; lag < values.size(); ++lag) {
+    const Lagged at = lagged(centred, places, lag);
+    const double correlation = at.mean_product / variance;
+    if (at.pairs < kLeast || std::abs(correlation) * std::sqrt(at.pairs) < kChance) break;
+    squares += at.pairs * correlation * correlation;
+    sum += at.pairs * correlation;
+  }
+  const auto worth = [&](double dependence) { return count * count / std::max(count, count + 2 * dependence); };
+  return {worth(squares), worth(sum)};
+}
+
+Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  const auto count = static_cast<double>(values.size());
+  Figures figures{.count = static_cast<int>(values.size())};
+  if (figures.count == 0) return figures;
+  figures.mean = values.mean();
+  figures.rmse = std::sqrt(values.squaredNorm() / count);
+  figures.max_abs = values.cwiseAbs().maxCoeff();
+  if (figures.count > 1) figures.std = std::sqrt((values.array() - figures.mean).square().sum() / (count - 1));
+  return figures;
+}
+
+Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
+                   const std::vector<Eigen::Index>& rows) {
+  assert(values.size() == static_cast<Eigen::Index>(rows.size()));
+  Figures figures = figures_of(values);
+  figures.effective = effective_number(values, places_of(clusters, rows));
+  return figures;
+}
+
+Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters) {
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(clusters.start_s.size()));
+  std::iota(rows.begin(), rows.end(), 0);
+  return figures_of(values, clusters, rows);
+}
+
+double std_error(const Figures& figures) {
+  return figures.effective.of_std > 0 ? figures.std / std::sqrt(2 * figures.effective.of_std)
+                                      : std::numeric_limits<double>::quiet_NaN();
+}
+
+double mean_error(const Figures& figures) {
+  return figures.effective.of_mean > 0 ? figures.std / std::sqrt(figures.effective.of_mean)
+                                       : std::numeric_limits<double>::quiet_NaN();
+}
+
+Improvement improvement(double std_raw, double std_three_point, double std_multi_point) {
+  Improvement result;
+  result.three_point_from_original = 1 - std_three_point / std_raw;
+  result.multi_point_from_original = 1 - std_multi_point / std_raw;
+  result.paper_ratio = result.multi_point_from_original / result.three_point_from_original - 1;
+  result.residual_reduction = 1 - std_multi_point / std_three_point;
+  return result;
+}
+
+}  // namespace gyrotherm

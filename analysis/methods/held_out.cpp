@@ -1,0 +1,121 @@
+#include "analysis/methods/held_out.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "analysis/methods/in_parallel.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+tl::unexpected<Fault> wrong_training(std::string what) {
+  return failure(FaultKind::usage, "training", std::move(what));
+}
+
+/// Squared errors of one trial on one fold, (°/h)², per candidate.
+using Errors = Result<Eigen::VectorXd>;
+
+Errors squared_errors(const Fold& fold, std::size_t index, const Trial& trial) {
+  return trial(fold, index).map([&](const Eigen::MatrixXd& predicted) -> Eigen::VectorXd {
+    const Eigen::MatrixXd residual = predicted.colwise() - fold.test_y;
+    return residual.colwise().squaredNorm().transpose() * (fold.target_scale * fold.target_scale);
+  });
+}
+
+/// The mean over all rows; infinite where a fold was not learnt or its predictions are not finite.
+Eigen::VectorXd mean_of(std::span<const Errors> folds, Eigen::Index rows) {
+  Eigen::VectorXd sum;
+  for (const Errors& fold : folds) {
+    if (!fold) return Eigen::VectorXd::Constant(1, kInfinite);
+    if (sum.size() == 0) sum.setZero(fold->size());
+    sum += *fold;
+  }
+  return sum.unaryExpr([&](double total) {
+    const double mean = total / static_cast<double>(rows);
+    return std::isfinite(mean) ? mean : kInfinite;
+  });
+}
+
+std::optional<Fault> first_fault(const std::vector<Errors>& all) {
+  for (const Errors& errors : all) {
+    if (!errors) return errors.error();
+  }
+  return {};
+}
+
+bool any_finite(const std::vector<Eigen::VectorXd>& errors) {
+  for (const Eigen::VectorXd& trial : errors) {
+    if (trial.array().isFinite().any()) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<void> check_set(const TrainingSet& set, Eigen::Index fewest) {
+  if (set.x.cols() == 0) return wrong_training("no input");
+  if (set.x.rows() != set.y.size()) {
+    return wrong_training(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
+  }
+  if (set.x.rows() < fewest) {
+    return wrong_training(fmt::format("{} clusters are too few, at least {} are needed", set.x.rows(), fewest));
+  }
+  if (!set.x.allFinite() || !set.y.allFinite()) return wrong_training("a value that is not finite");
+  return {};
+}
+
+Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds, std::size_t trials,
+                                                     const Trial& trial, const MethodOptions& options,
+                                                     const ProgressSink& progress) {
+  if (const auto sound = check_folds(folds); !sound) return failure(sound.error());
+  std::vector<Errors> all(trials * folds.size());
+  const bool finished =
+      in_parallel(all.size(), options.tuning.swarm.threads, "choosing on held-out folds", progress,
+                  [&](std::size_t i) { all[i] = squared_errors(folds[i % folds.size()], i / folds.size(), trial); });
+  if (!finished) return failure(FaultKind::interrupted, "training", "stopped on request");
+  Eigen::Index rows = 0;
+  for (const Fold& fold : folds) rows += fold.test_y.size();
+  std::vector<Eigen::VectorXd> errors;
+  for (std::size_t i = 0; i < trials; ++i) {
+    errors.push_back(mean_of(std::span(all).subspan(i * folds.size(), folds.size()), rows));
+  }
+  if (any_finite(errors)) return errors;
+  if (const auto fault = first_fault(all)) return failure(*fault);
+  return failure(FaultKind::numeric, "training", "no candidate has a finite error on the held-out folds");
+}
+
+Least least_of(const std::vector<Eigen::VectorXd>& errors) {
+  Least least;
+  double value = kInfinite;
+  for (std::size_t trial = 0; trial < errors.size(); ++trial) {
+    for (Eigen::Index candidate = 0; candidate < errors[trial].size(); ++candidate) {
+      if (!(errors[trial](candidate) < value)) continue;
+      value = errors[trial](candidate);
+      least = {trial, candidate};
+    }
+  }
+  return least;
+}
+
+Result<Choice> choose_among(std::span<const HyperParameters> candidates,
+                            Result<Fit> (*fit)(const TrainingSet&, const HyperParameters&, const MethodOptions&),
+                            std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
+  const Trial refit = [&](const Fold& fold, std::size_t i) -> Result<Eigen::MatrixXd> {
+    const auto fitted = fit({fold.train_x, fold.train_y, fold.terms}, candidates[i], options);
+    if (!fitted) return failure(fitted.error());
+    return value_of(fitted->function, fold.test_x);
+  };
+  const auto errors = held_out_errors(folds, candidates.size(), refit, options, progress);
+  if (!errors) return failure(errors.error());
+  Choice choice;
+  choice.parameters = candidates[least_of(*errors).trial];
+  return choice;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,42 @@
+/// How the comparison methods choose: by the mean squared error on held-out folds, and by nothing else.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "analysis/methods/method.hpp"
+
+namespace gyrotherm {
+
+/// Fails with usage: fewer than `fewest` samples, shapes that differ, no input, a value that is not finite.
+[[nodiscard]] Result<void> check_set(const TrainingSet& set, Eigen::Index fewest);
+
+/// What several candidates, learnt together from the fold's training rows, say of its held-out rows: rows × candidates.
+/// Candidates are many where one decomposition serves many, as along a regularisation path.
+using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_t trial)>;
+
+/// Mean squared error over all held-out rows, (°/h)², of each candidate of each trial; infinite where it could not be
+/// learnt on every fold. Trials × folds run in parallel. Fails as check_folds does, with interrupted, or with the first
+/// trial's fault if nothing at all could be learnt.
+[[nodiscard]] Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds, std::size_t trials,
+                                                                   const Trial& trial, const MethodOptions& options,
+                                                                   const ProgressSink& progress);
+
+/// Where the least of the errors stands; the first of equals, so list the simple before the complex.
+struct Least {
+  std::size_t trial{};
+  Eigen::Index candidate{};
+};
+[[nodiscard]] Least least_of(const std::vector<Eigen::VectorXd>& errors);
+
+/// Of candidates that are each fitted anew: the one with the least held-out error.
+[[nodiscard]] Result<Choice> choose_among(std::span<const HyperParameters> candidates,
+                                          Result<Fit> (*fit)(const TrainingSet&, const HyperParameters&,
+                                                             const MethodOptions&),
+                                          std::span<const Fold> folds, const MethodOptions& options,
+                                          const ProgressSink& progress);
+
+}  // namespace gyrotherm

@@ -1,0 +1,134 @@
+#include "analysis/methods/ls_svm.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <cassert>
+#include <cmath>
+
+#include "analysis/methods/held_out.hpp"
+#include "analysis/svm/cholesky.hpp"
+#include "analysis/svm/svr.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// log2 of γ and σ.
+struct Position {
+  double gamma{}, sigma{};
+  bool operator==(const Position&) const = default;
+};
+
+constexpr double kGammaStep = 4, kSigmaStep = 1.5;
+constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
+
+std::vector<Position> coarse_grid() {
+  std::vector<Position> grid;
+  for (double gamma = kLeast.gamma; gamma <= kLargest.gamma; gamma += kGammaStep) {
+    for (double sigma = kLargest.sigma; sigma >= kLeast.sigma; sigma -= kSigmaStep) grid.push_back({gamma, sigma});
+  }
+  return grid;
+}
+
+/// The eight neighbours at a part of the coarse step.
+std::vector<Position> around(Position best, double part) {
+  std::vector<Position> grid;
+  for (const int i : {-1, 0, 1}) {
+    for (const int j : {-1, 0, 1}) {
+      if (i != 0 || j != 0) grid.push_back({best.gamma + i * part * kGammaStep, best.sigma + j * part * kSigmaStep});
+    }
+  }
+  return grid;
+}
+
+/// The best position may lie farther out, or its coordinate mean nothing there: at a large σ the machine is a line.
+void warn_of_edge(const char* name, double at, double least, double largest, std::vector<std::string>& warnings) {
+  if (at > least && at < largest) return;
+  warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
+}
+
+Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, Position at) {
+  const double sigma = std::exp2(at.sigma);
+  const auto machine =
+      solve_ls_svm(gaussian_kernel(fold.train_x, fold.train_x, sigma), fold.train_y, std::exp2(at.gamma));
+  if (!machine) return failure(machine.error());
+  return (gaussian_kernel(fold.test_x, fold.train_x, sigma) * machine->alpha).array() + machine->b;
+}
+
+}  // namespace
+
+Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel, const Eigen::Ref<const Eigen::VectorXd>& y,
+                           double gamma) {
+  assert(gamma > 0 && kernel.rows() == y.size());
+  LsSvm machine{.factor = kernel, .eta = {}, .alpha = {}, .b = 0};
+  machine.factor.diagonal().array() += 1 / gamma;
+  if (!factor_cholesky(machine.factor)) {
+    return failure(FaultKind::numeric, "least-squares support vector machine",
+                   fmt::format("the kernel with gamma = {:.4g} is not positive definite", gamma));
+  }
+  Eigen::MatrixXd both(y.size(), 2);
+  both << Eigen::VectorXd::Ones(y.size()), y;
+  solve_cholesky(machine.factor, both);
+  machine.eta = both.col(0);
+  machine.b = both.col(1).sum() / machine.eta.sum();
+  machine.alpha = both.col(1) - machine.b * machine.eta;
+  return machine;
+}
+
+Eigen::VectorXd leave_block_out_residuals(const LsSvm& machine, const std::vector<Eigen::Index>& block) {
+  const auto size = static_cast<Eigen::Index>(block.size());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(machine.alpha.size(), size);
+  for (Eigen::Index j = 0; j < size; ++j) columns(block[j], j) = 1;
+  solve_cholesky(machine.factor, columns);
+  const Eigen::VectorXd eta = machine.eta(block);
+  const Eigen::MatrixXd inverse = columns(block, Eigen::all) - eta * eta.transpose() / machine.eta.sum();
+  return inverse.partialPivLu().solve(machine.alpha(block));
+}
+
+Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine) {
+  return inverse_diagonal(machine.factor).array() - machine.eta.array().square() / machine.eta.sum();
+}
+
+Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
+  std::vector<Position> tried;
+  std::vector<Eigen::VectorXd> errors;
+  const auto try_all = [&](const std::vector<Position>& grid) -> Result<Position> {
+    const Trial trial = [&](const Fold& fold, std::size_t i) { return held_out_prediction(fold, grid[i]); };
+    const auto more = held_out_errors(folds, grid.size(), trial, options, progress);
+    if (!more) return failure(more.error());
+    tried.insert(tried.end(), grid.begin(), grid.end());
+    errors.insert(errors.end(), more->begin(), more->end());
+    return tried[least_of(errors).trial];
+  };
+  auto best = try_all(coarse_grid());
+  for (const double part : {0.5, 0.25}) {
+    if (best && !options.quick) best = try_all(around(*best, part));
+  }
+  if (!best) return failure(best.error());
+  Choice choice;
+  choice.parameters = {{"gamma", std::exp2(best->gamma)}, {"sigma", std::exp2(best->sigma)}};
+  warn_of_edge("gamma", best->gamma, kLeast.gamma, kLargest.gamma, choice.warnings);
+  warn_of_edge("sigma", best->sigma, kLeast.sigma, kLargest.sigma, choice.warnings);
+  return choice;
+}
+
+Result<Fit> fit_ls_svm(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions&) {
+  if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
+  const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
+  const auto machine = solve_ls_svm(gaussian_kernel(set.x, set.x, sigma), set.y, gamma);
+  if (!machine) return failure(machine.error());
+  const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
+  const auto samples = static_cast<double>(set.y.size());
+  const double left_out = std::sqrt((machine->alpha.array() / diagonal.array()).square().mean());
+  return Fit{.function = ExpansionModel{.centres = set.x,
+                                        .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),
+                                        .widths = Eigen::VectorXd::Constant(set.x.rows(), sigma),
+                                        .weights = machine->alpha,
+                                        .b = machine->b},
+             .effective_parameters = samples - diagonal.sum() / gamma,
+             .particulars = fmt::format("leave-one-out RMSE, closed form: {:.3g} of the target's STD; a cluster's "
+                                        "neighbours stay in, which flatters",
+                                        left_out)};
+}
+
+}  // namespace gyrotherm

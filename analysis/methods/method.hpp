@@ -1,0 +1,88 @@
+/// One small face for every regression method: what it is called, how it chooses its hyper-parameters on held-out
+/// folds, and how it fits. The table of methods is in methods.cpp; a new method is one file and one row.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/features.hpp"
+#include "analysis/methods/function.hpp"
+#include "analysis/svm/tuning.hpp"
+#include "core/progress.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// A named number that a method chose: "lambda", "hidden units".
+struct HyperParameter {
+  std::string name;
+  double value{};
+};
+using HyperParameters = std::vector<HyperParameter>;
+
+/// The value of that name, which must be among them.
+[[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
+
+/// One held-out fold as methods see it: what there is to learn and to predict, and of what its columns are.
+struct Fold : TuningFold {
+  std::vector<Term> terms;
+};
+
+/// Fails as check_fold() does for the first fold that it finds wrong, or if there is none.
+[[nodiscard]] Result<void> check_folds(std::span<const Fold> folds);
+
+struct MethodOptions {
+  TuningOptions tuning{};  ///< of the support vector methods
+  std::uint64_t seed = 1;  ///< of methods that start at random
+  double tight_gap = 0;    ///< > 0: the support vector methods try for this relative gap first
+  bool quick = false;      ///< a try: methods that search long search less
+};
+
+/// Hyper-parameters and how they were come by.
+struct Choice {
+  HyperParameters parameters;
+  std::optional<TuningSummary> tuning;  ///< support vector methods only
+  std::vector<std::string> warnings;
+};
+
+/// What one fit learns from. Inputs are scaled; targets are in units of their training STD from their training mean.
+struct TrainingSet {
+  const SampleMatrix& x;
+  const Eigen::VectorXd& y;
+  const std::vector<Term>& terms;  ///< of the columns of x
+};
+
+struct Fit {
+  Function function;
+  double effective_parameters{};  ///< trace of the matrix from targets to fitted values, or the method's nearest to it
+  std::string particulars;        ///< in words, what else is worth knowing; may be empty
+};
+
+struct Method {
+  std::string_view name;      ///< what --method takes
+  std::string_view title;     ///< for the report
+  std::string_view citation;  ///< of its published form
+  std::string_view inputs;    ///< what it takes in where the user does not say: a word of --inputs
+  /// Hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty span
+  /// is an error for a method that has something to choose.
+  Result<Choice> (*choose)(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress);
+  /// Fails with usage (too few samples, values that are not finite) or numeric.
+  Result<Fit> (*fit)(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options);
+  /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
+  /// out.
+  Eigen::VectorXd (*filter)(const Clusters& training) = nullptr;
+};
+
+/// All of them, the paper's own first.
+[[nodiscard]] std::span<const Method> methods();
+
+/// Fails with usage, naming the nearest.
+[[nodiscard]] Result<const Method*> find_method(std::string_view name);
+
+}  // namespace gyrotherm

@@ -1,0 +1,22 @@
+/// Radial basis function network with k-means centres (Moody and Darken, Neural Comput. 1 (1989) 281): the network of
+/// Jin et al. 2008 and Yu et al. 2012 (refs. 8 and 10 of the paper) and what Ding et al., Sensors 14 (2014) 18711,
+/// compare theirs with.
+///
+/// ŷ = w_0 + Σ_{k=1}^{K} w_k exp(−‖z − c_k‖²/(2 s_k²)); c_k by k-means++ and Lloyd, s_k the mean distance to the two
+/// nearest centres, w by ridge regression.
+#pragma once
+
+#include "analysis/methods/method.hpp"
+
+namespace gyrotherm {
+
+/// "centres": K of 10, 20, 40, 80, and "lambda": 10⁻¹⁰ … 10⁻² in steps of two decades, by held-out error.
+[[nodiscard]] Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOptions& options,
+                                                 const ProgressSink& progress);
+
+/// Effective parameters: the trace for these centres; that they were placed is not counted. Fails with usage if there
+/// are fewer different samples than centres.
+[[nodiscard]] Result<Fit> fit_radial_basis(const TrainingSet& set, const HyperParameters& parameters,
+                                           const MethodOptions& options);
+
+}  // namespace gyrotherm

@@ -1,0 +1,118 @@
+#include "analysis/methods/stepwise.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/methods/held_out.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Subset = std::vector<Eigen::Index>;
+
+/// Regressions on subsets of the centred inputs. All happens in the triangle of one QR of [X y], in which a regression
+/// costs p³ instead of np².
+class Subsets {
+ public:
+  Subsets(const SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
+    Eigen::MatrixXd all(x.rows(), x.cols() + 1);
+    all << x.rowwise() - x.colwise().mean(), y.array() - y.mean();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(all);
+    triangle_ = qr.matrixQR().topRows(std::min(all.rows(), all.cols())).triangularView<Eigen::Upper>();
+  }
+
+  [[nodiscard]] Eigen::Index inputs() const { return inputs_; }
+  [[nodiscard]] Eigen::VectorXd weights(const Subset& subset) const {
+    if (subset.empty()) return {};
+    return triangle_(Eigen::all, subset).colPivHouseholderQr().solve(triangle_.col(inputs_));
+  }
+  [[nodiscard]] double residual(const Subset& subset) const {
+    if (subset.empty()) return triangle_.col(inputs_).squaredNorm();
+    return (triangle_.col(inputs_) - triangle_(Eigen::all, subset) * weights(subset)).squaredNorm();
+  }
+  /// True if nearly nothing of the input is its own beside the subset.
+  [[nodiscard]] bool depends(Eigen::Index input, const Subset& subset) const {
+    constexpr double kOwn = 1e-9;
+    if (subset.empty()) return false;
+    const Eigen::MatrixXd taken = triangle_(Eigen::all, subset);
+    const Eigen::VectorXd column = triangle_.col(input);
+    return (column - taken * taken.colPivHouseholderQr().solve(column)).norm() <= kOwn * column.norm();
+  }
+  /// F of what `larger` has more than `smaller`, one input.
+  [[nodiscard]] double partial_f(double rss_smaller, double rss_larger, std::size_t larger) const {
+    const double freedom = static_cast<double>(samples_) - static_cast<double>(larger) - 1;
+    if (freedom <= 0) return 0;
+    const double gained = std::max(rss_smaller - rss_larger, 0.0);
+    return rss_larger > 0 ? gained / (rss_larger / freedom) : gained > 0 ? HUGE_VAL : 0;
+  }
+
+ private:
+  Eigen::MatrixXd triangle_;
+  Eigen::Index samples_, inputs_;
+};
+
+Subset without(Subset subset, std::size_t position) {
+  subset.erase(subset.begin() + static_cast<std::ptrdiff_t>(position));
+  return subset;
+}
+
+/// True if an input was added.
+bool add_best(const Subsets& regression, Subset& subset) {
+  const double before = regression.residual(subset);
+  double best = kFToEnter;
+  Eigen::Index chosen = -1;
+  for (Eigen::Index input = 0; input < regression.inputs(); ++input) {
+    if (std::ranges::count(subset, input) > 0 || regression.depends(input, subset)) continue;
+    Subset larger = subset;
+    larger.push_back(input);
+    const double f = regression.partial_f(before, regression.residual(larger), larger.size());
+    if (!(f > best)) continue;
+    best = f;
+    chosen = input;
+  }
+  if (chosen >= 0) subset.push_back(chosen);
+  return chosen >= 0;
+}
+
+/// True if an input was dropped.
+bool drop_worst(const Subsets& regression, Subset& subset) {
+  const double before = regression.residual(subset);
+  double least = kFToRemove;
+  std::size_t worst = subset.size();
+  for (std::size_t i = 0; i < subset.size(); ++i) {
+    const double f = regression.partial_f(regression.residual(without(subset, i)), before, subset.size());
+    if (!(f < least)) continue;
+    least = f;
+    worst = i;
+  }
+  if (worst == subset.size()) return false;
+  subset = without(subset, worst);
+  return true;
+}
+
+}  // namespace
+
+Result<Fit> fit_stepwise(const TrainingSet& set, const HyperParameters&, const MethodOptions&) {
+  if (const auto sound = check_set(set, 3); !sound) return failure(sound.error());
+  const Subsets regression(set.x, set.y);
+  Subset subset;
+  // Each round lowers the residual by a factor, since what enters has a larger F than what leaves: it ends.
+  while (add_best(regression, subset)) {
+    while (drop_worst(regression, subset)) {
+    }
+  }
+  LinearModel linear{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = set.y.mean()};
+  if (!subset.empty()) linear.weights(subset) = regression.weights(subset);
+  linear.b -= set.x.colwise().mean() * linear.weights;
+  std::vector<std::string> names;
+  for (const Eigen::Index input : subset) names.push_back(text(set.terms[input]));
+  return Fit{.function = std::move(linear),
+             .effective_parameters = static_cast<double>(subset.size()) + 1,
+             .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),
+                                        names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,64 @@
+#include "analysis/methods/support_vectors.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+SvrModel model_of(const TrainingSet& set, const SvrSolution& solution, const SvrParameters& parameters) {
+  std::vector<Eigen::Index> support;
+  for (Eigen::Index i = 0; i < solution.beta.size(); ++i) {
+    if (solution.beta(i) != 0) support.push_back(i);
+  }
+  return SvrModel{.support_vectors = set.x(support, Eigen::all),
+                  .beta = solution.beta(support),
+                  .b = solution.b,
+                  .parameters = parameters,
+                  .relative_gap = solution.relative_gap,
+                  .kkt_violation = solution.kkt_violation};
+}
+
+// The tighter certificate if it can be had, else the common one.
+Result<SvrSolution> solve(const TrainingSet& set, const SvrParameters& parameters, const MethodOptions& options) {
+  SvrOptions common = options.tuning.svr;
+  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
+    SvrOptions tight = common;
+    tight.relative_gap = options.tight_gap;
+    auto solution = solve_svr(set.x, set.y, parameters, tight);
+    if (solution || solution.error().kind != FaultKind::numeric) return solution;
+  }
+  return solve_svr(set.x, set.y, parameters, common);
+}
+
+}  // namespace
+
+Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
+  const std::vector<TuningFold> unnamed(folds.begin(), folds.end());
+  auto tuned = tune_svr(unnamed, options.tuning, progress);
+  if (!tuned) return failure(tuned.error());
+  Choice choice;
+  choice.parameters = {{"C", tuned->best.C}, {"sigma", tuned->best.sigma}, {"epsilon", tuned->best.epsilon}};
+  choice.warnings = tuned->warnings;
+  choice.tuning = std::move(*tuned);
+  return choice;
+}
+
+Result<Fit> fit_svr(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+  if (set.x.rows() < 2) {
+    return failure(FaultKind::usage, "support vector regression",
+                   fmt::format("{} samples, needs at least two", set.x.rows()));
+  }
+  const SvrParameters svr{.C = value_of(parameters, "C"),
+                          .sigma = value_of(parameters, "sigma"),
+                          .epsilon = value_of(parameters, "epsilon")};
+  const auto solution = solve(set, svr, options);
+  if (!solution) return failure(solution.error());
+  const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
+  return Fit{
+      .function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free), .particulars = {}};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,214 @@
+#include "analysis/model/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "core/nearest.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Terms = std::vector<Term>;
+
+/// What a word of --inputs stands for.
+struct Word {
+  std::string_view name;
+  Result<Terms> (*terms)(const Dataset&);
+  bool selects = false;  ///< by correlation, where no rule is given
+};
+
+Result<void> check_gradients(const Dataset& dataset) {
+  if (dataset.gradients.size() >= 2) return {};
+  return failure(FaultKind::usage, dataset.path, "there are no gradients: it has fewer than two gradient thermometers");
+}
+
+Result<Terms> gradients(const Dataset& dataset) {
+  return check_gradients(dataset).map([&] { return all_gradients(dataset.gradients); });
+}
+
+Result<Terms> differences_with_the_first(const Dataset& dataset) {
+  if (const auto sound = check_gradients(dataset); !sound) return failure(sound.error());
+  Terms terms;
+  for (std::size_t j = 1; j < dataset.gradients.size(); ++j) {
+    terms.push_back(gradient_term(dataset.gradients.front(), dataset.gradients[j]));
+  }
+  return terms;
+}
+
+Result<Terms> three_points(const Dataset& dataset) {
+  const auto& points = dataset.three_point;
+  if (points.size() != 3) {
+    return failure(FaultKind::usage, dataset.path,
+                   "three-point needs a cathode, an anode and a shell thermometer; the record names none");
+  }
+  return Terms{gradient_term(points[0], points[1]), gradient_term(points[0], points[2]),
+               gradient_term(points[1], points[2])};
+}
+
+Result<Terms> temperatures(const Dataset& dataset) {
+  Terms terms;
+  for (const std::string& name : dataset.gradients) terms.push_back(temperature_term(name));
+  return terms;
+}
+
+Result<Terms> rates(const Dataset& dataset) {
+  Terms terms;
+  for (const std::string& name : dataset.gradients) terms.push_back(rate_term(name));
+  return terms;
+}
+
+Result<Term> first_temperature(const Dataset& dataset) {
+  if (!dataset.gradients.empty()) return temperature_term(dataset.gradients.front());
+  return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
+}
+
+/// Those with the first, or none of a single thermometer.
+Terms differences_if_any(const Dataset& dataset) { return differences_with_the_first(dataset).value_or(Terms{}); }
+
+Result<Terms> polynomial(const Dataset& dataset) {
+  return first_temperature(dataset).map([&](const Term& t) {
+    const Term rate = rate_term(dataset.gradients.front());
+    return Terms{t, t * t, t * t * t, rate, t * rate};
+  });
+}
+
+Result<Terms> temperature_gradient_rate(const Dataset& dataset) {
+  return first_temperature(dataset).map([&](const Term& t) {
+    Terms terms = differences_if_any(dataset);
+    terms.insert(terms.begin(), t);
+    terms.push_back(rate_term(dataset.gradients.front()));
+    return terms;
+  });
+}
+
+Result<Terms> physics(const Dataset& dataset) {
+  return first_temperature(dataset).map([&](const Term& t) {
+    const Terms differences = differences_if_any(dataset);
+    Terms terms{t, t * t};
+    terms.insert(terms.end(), differences.begin(), differences.end());
+    for (const Term& difference : differences) terms.push_back(t * difference);
+    terms.push_back(rate_term(dataset.gradients.front()));
+    return terms;
+  });
+}
+
+constexpr std::array kWords = {Word{"multi-point", gradients, true},
+                               Word{"multi-point-t", gradients, true},
+                               Word{"three-point", three_points},
+                               Word{"seven-point", differences_with_the_first},
+                               Word{"gradients", gradients},
+                               Word{"temperatures", temperatures},
+                               Word{"rates", rates},
+                               Word{"polynomial", polynomial},
+                               Word{"temperature-gradient-rate", temperature_gradient_rate},
+                               Word{"physics", physics}};
+
+bool contains(const Terms& terms, const Term& term) { return std::ranges::count(terms, term) > 0; }
+
+void add_new(Terms& to, const Terms& terms) {
+  for (const Term& term : terms) {
+    if (!contains(to, term)) to.push_back(term);
+  }
+}
+
+std::vector<std::string_view> split_at(char separator, std::string_view text) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const auto at = text.find(separator);
+    std::string_view part = text.substr(0, at);
+    part.remove_prefix(std::min(part.find_first_not_of(' '), part.size()));
+    part.remove_suffix(part.size() - (part.find_last_not_of(' ') + 1));
+    parts.push_back(part);
+    if (at == text.npos) return parts;
+    text.remove_prefix(at + 1);
+  }
+}
+
+bool is_input(std::string_view part, const Dataset& dataset) {
+  return std::ranges::count(kWords, part, &Word::name) > 0 || parse_term(part, dataset.thermometers);
+}
+
+/// At commas; and at '+' where what lies between two commas is no input as it stands, since a name may hold a '+'.
+std::vector<std::string_view> parts_of(std::string_view inputs, const Dataset& dataset) {
+  std::vector<std::string_view> parts;
+  for (const std::string_view part : split_at(',', inputs)) {
+    if (is_input(part, dataset)) {
+      parts.push_back(part);
+      continue;
+    }
+    for (const std::string_view piece : split_at('+', part)) parts.push_back(piece);
+  }
+  return parts;
+}
+
+Result<Term> read_term(std::string_view part, const Dataset& dataset) {
+  auto term = parse_term(part, dataset.thermometers);
+  if (term) return term;
+  std::vector<std::string> words;
+  for (const Word& word : kWords) words.emplace_back(word.name);
+  const std::string word = nearest(std::string(part), words);
+  Fault fault = term.error();
+  if (!word.empty()) fault.what += fmt::format("; or did you mean \"{}\"?", word);
+  return failure(fault);
+}
+
+}  // namespace
+
+Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
+                              const std::optional<SelectionRule>& rule) {
+  InputPlan plan{.fixed = {}, .candidates = {}, .rule = rule.value_or(SelectionRule{})};
+  Terms named;
+  for (const std::string_view part : parts_of(inputs, dataset)) {
+    if (const auto word = std::ranges::find(kWords, part, &Word::name); word != kWords.end()) {
+      const auto terms = word->terms(dataset);
+      if (!terms) return failure(terms.error());
+      add_new(rule || word->selects ? plan.candidates : plan.fixed, *terms);
+      if (word->name == "multi-point-t") add_new(plan.fixed, {temperature_term(dataset.gradients.front())});
+      continue;
+    }
+    auto term = read_term(part, dataset);
+    if (!term) return failure(term.error());
+    if (contains(named, *term)) {
+      return failure(FaultKind::usage, fmt::format("input \"{}\"", part), "is given twice");
+    }
+    named.push_back(std::move(*term));
+  }
+  add_new(plan.fixed, named);
+  std::erase_if(plan.candidates, [&](const Term& term) { return contains(plan.fixed, term); });
+  if (rule && plan.candidates.empty()) {
+    return failure(FaultKind::usage, "--select",
+                   "there is nothing to select from: name gradients, temperatures or rates among the inputs");
+  }
+  return plan;
+}
+
+Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const Clusters& clusters) {
+  Terms terms = plan.fixed;
+  add_new(terms, plan.candidates);
+  return evaluate(terms, clusters).map([](const SampleMatrix& values) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index k = 0; k < values.rows(); ++k) {
+      if (values.row(k).allFinite()) rows.push_back(k);
+    }
+    return rows;
+  });
+}
+
+Result<ChosenInputs> choose_inputs(const InputPlan& plan, const Lesson& lesson) {
+  ChosenInputs chosen;
+  if (!plan.candidates.empty()) {
+    auto selection = select_inputs(plan.rule, plan.fixed, plan.candidates, lesson);
+    if (!selection) return failure(selection.error());
+    chosen.selection = std::move(*selection);
+    chosen.terms = chosen.selection.terms;
+  }
+  chosen.terms.insert(chosen.terms.end(), plan.fixed.begin(), plan.fixed.end());
+  if (chosen.terms.empty()) return failure(FaultKind::usage, "inputs", "none is left: " + chosen.selection.statement);
+  return chosen;
+}
+
+}  // namespace gyrotherm

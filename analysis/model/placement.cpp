@@ -1,0 +1,214 @@
+#include "analysis/model/placement.hpp"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "analysis/data/features.hpp"
+#include "analysis/model/response_surface.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Thermometers that are kept, by number, rising.
+using Set = std::vector<std::size_t>;
+
+/// All of `set` with `count` of them left out.
+std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t from = 0) {
+  if (count == 0) return {set};
+  std::vector<Set> sets;
+  for (std::size_t i = from; i < set.size(); ++i) {
+    Set rest = set;
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+    std::ranges::move(sets_without(rest, count - 1, i), std::back_inserter(sets));
+  }
+  return sets;
+}
+
+struct Judged {
+  SurfaceTrial trial;
+  Figures held_out;
+};
+
+class Study {
+ public:
+  Study(Lesson lesson, std::optional<Clusters> unseen, const ProgressSink& progress)
+      : lesson_(std::move(lesson)), unseen_(std::move(unseen)), progress_(progress) {
+    everything_.resize(lesson_.clusters.thermometers.size());
+    std::iota(everything_.begin(), everything_.end(), std::size_t{0});
+  }
+
+  Result<Placement> conduct();
+
+ private:
+  [[nodiscard]] std::vector<std::string> names(const Set& set) const {
+    std::vector<std::string> names;
+    for (const std::size_t thermometer : set) names.push_back(lesson_.clusters.thermometers[thermometer]);
+    return names;
+  }
+  [[nodiscard]] SampleMatrix inputs(const Set& set, const Clusters& clusters) const {
+    return *evaluate(placement_terms(names(set)), clusters);
+  }
+  [[nodiscard]] Judged judge(const Set& set) const;
+  Result<void> judge_all(const std::vector<Set>& sets);
+  [[nodiscard]] const Set& cheapest(const std::vector<Set>& sets) const;
+  [[nodiscard]] LeftOut left_out(const Set& kept) const;
+  [[nodiscard]] std::size_t number_of_sets() const;
+  Result<std::optional<LeftOut>> best_without(std::size_t count);
+  Result<void> eliminate(Placement& placement);
+
+  static constexpr std::size_t kManyThermometers = 12;
+
+  Lesson lesson_;
+  std::optional<Clusters> unseen_;
+  ProgressSink progress_;
+  Set everything_;
+  std::map<Set, Judged> judged_;
+};
+
+Judged Study::judge(const Set& set) const {
+  Judged judged{.trial = try_surface(inputs(set, lesson_.clusters), lesson_.clusters.bias_deg_per_h, lesson_.folds),
+                .held_out = {}};
+  judged.held_out = figures_of(judged.trial.residual, lesson_.clusters);
+  return judged;
+}
+
+/// Those that have not been judged yet.
+Result<void> Study::judge_all(const std::vector<Set>& sets) {
+  constexpr std::size_t kAtOnce = 16;  // between two looks at the progress
+  std::vector<Set> open;
+  std::ranges::copy_if(sets, std::back_inserter(open), [&](const Set& set) { return !judged_.contains(set); });
+  for (std::size_t first = 0; first < open.size(); first += kAtOnce) {
+    const double done = static_cast<double>(judged_.size()) / static_cast<double>(number_of_sets());
+    if (!keep_going(progress_, "leaving thermometers out", std::min(1.0, done))) {
+      return failure(FaultKind::interrupted, "placement", "stopped on request");
+    }
+    std::vector<Judged> judged(std::min(kAtOnce, open.size() - first));
+    oneapi::tbb::parallel_for(std::size_t{0}, judged.size(),
+                              [&](std::size_t i) { judged[i] = judge(open[first + i]); });
+    for (std::size_t i = 0; i < judged.size(); ++i) judged_.emplace(open[first + i], std::move(judged[i]));
+  }
+  return {};
+}
+
+/// All have been judged; the first of equals.
+const Set& Study::cheapest(const std::vector<Set>& sets) const {
+  return *std::ranges::min_element(sets, {}, [&](const Set& set) { return judged_.at(set).held_out.std; });
+}
+
+LeftOut Study::left_out(const Set& kept) const {
+  const Judged &with = judged_.at(everything_), &rest = judged_.at(kept);
+  const auto squares = [](const Judged& judged) {
+    return (judged.trial.residual.array() - judged.held_out.mean).square();
+  };
+  // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
+  const Figures excess = figures_of((squares(rest) - squares(with)).matrix(), lesson_.clusters);
+  Set gone;
+  std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
+  LeftOut result{.left_out = names(gone),
+                 .kept = names(kept),
+                 .held_out = rest.held_out,
+                 .price_deg_per_h = rest.held_out.std - with.held_out.std,
+                 .price_error_deg_per_h = mean_error(excess) / (rest.held_out.std + with.held_out.std),
+                 .unseen = {}};
+  if (unseen_) {
+    const std::array lambda = {rest.trial.lambda};
+    const Eigen::VectorXd predicted = surface_predictions(
+        inputs(kept, lesson_.clusters), lesson_.clusters.bias_deg_per_h, inputs(kept, *unseen_), lambda);
+    result.unseen = figures_of(unseen_->bias_deg_per_h - predicted, *unseen_);
+  }
+  return result;
+}
+
+/// How many are judged in all, for the progress.
+std::size_t Study::number_of_sets() const {
+  const std::size_t m = everything_.size();
+  if (m > kManyThermometers) return 1 + m * (m + 1) / 2;
+  const std::size_t up_to_three = 1 + m + m * (m - 1) / 2 + m * (m - 1) * (m - 2) / 6;
+  return up_to_three + (m > 4 ? (m - 3) * (m - 2) / 2 : 0);
+}
+
+Result<std::optional<LeftOut>> Study::best_without(std::size_t count) {
+  if (everything_.size() <= count || everything_.size() > kManyThermometers) return std::nullopt;
+  const auto sets = sets_without(everything_, count);
+  if (const auto judged = judge_all(sets); !judged) return failure(judged.error());
+  return left_out(cheapest(sets));
+}
+
+Result<void> Study::eliminate(Placement& placement) {
+  std::vector<std::string> order;
+  for (Set kept = everything_; kept.size() > 1;) {
+    const auto sets = sets_without(kept, 1);
+    if (const auto judged = judge_all(sets); !judged) return judged;
+    const Set& next = cheapest(sets);
+    Set gone;
+    std::ranges::set_difference(kept, next, std::back_inserter(gone));
+    order.push_back(names(gone).front());
+    placement.elimination.push_back(left_out(next));
+    placement.elimination.back().left_out = order;
+    kept = next;
+  }
+  const auto dear = std::ranges::find_if(
+      placement.elimination, [](const LeftOut& step) { return step.price_deg_per_h > step.price_error_deg_per_h; });
+  placement.spared = static_cast<int>(dear - placement.elimination.begin());
+  return {};
+}
+
+Result<Placement> Study::conduct() {
+  Placement placement;
+  placement.folds = lesson_.folds.statement;
+  if (const auto judged = judge_all({everything_}); !judged) return failure(judged.error());
+  placement.all = left_out(everything_);
+  const auto alone = sets_without(everything_, 1);
+  if (const auto judged = judge_all(alone); !judged) return failure(judged.error());
+  for (const Set& set : alone) placement.alone.push_back(left_out(set));
+  std::ranges::stable_sort(placement.alone, {}, &LeftOut::price_deg_per_h);
+  auto pair = best_without(2);
+  if (!pair) return failure(pair.error());
+  placement.best_pair = std::move(*pair);
+  auto three = best_without(3);
+  if (!three) return failure(three.error());
+  placement.best_three = std::move(*three);
+  if (const auto eliminated = eliminate(placement); !eliminated) return failure(eliminated.error());
+  return placement;
+}
+
+}  // namespace
+
+std::vector<Term> placement_terms(const std::vector<std::string>& thermometers) {
+  std::vector<Term> terms{temperature_term(thermometers.front())};
+  for (std::size_t j = 1; j < thermometers.size(); ++j) {
+    terms.push_back(gradient_term(thermometers.front(), thermometers[j]));
+  }
+  return terms;
+}
+
+Result<Placement> study_placement(const std::vector<Clusters>& records, const std::vector<Clusters>& unseen,
+                                  const FoldOptions& options, const ProgressSink& progress) {
+  auto clusters = concatenate(records);
+  if (!clusters) return failure(clusters.error());
+  if (clusters->thermometers.size() < 2) {
+    return failure(FaultKind::usage, "placement",
+                   fmt::format("needs at least two thermometers, the record has {}", clusters->thermometers.size()));
+  }
+  auto folds = plan_folds(records, options);
+  if (!folds) return failure(folds.error());
+  std::optional<Clusters> others;
+  if (!unseen.empty()) {
+    auto joined = concatenate(unseen);
+    if (!joined) return failure(joined.error());
+    if (const auto known = evaluate(placement_terms(clusters->thermometers), *joined); !known) {
+      return failure(known.error());
+    }
+    others = std::move(*joined);
+  }
+  return Study({.clusters = std::move(*clusters), .folds = std::move(*folds)}, std::move(others), progress).conduct();
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,49 @@
+/// Which thermometers matter: what it costs to leave each out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/folds.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/data/term.hpp"
+#include "core/progress.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// What remains without some thermometers.
+struct LeftOut {
+  std::vector<std::string> left_out;  ///< in the order of the record, or of the elimination
+  std::vector<std::string> kept;      ///< in the order of the record
+  Figures held_out;                   ///< °/h, each fold predicted without it
+  double price_deg_per_h{};           ///< STD held out, less that with all thermometers
+  double price_error_deg_per_h{};     ///< standard error of the price, from the squared errors cluster by cluster
+  std::optional<Figures> unseen;      ///< of the unseen records
+};
+
+struct Placement {
+  LeftOut all;                        ///< nothing left out
+  std::vector<LeftOut> alone;         ///< each thermometer left out alone, cheapest first
+  std::vector<LeftOut> elimination;   ///< one more each time, the cheapest, until one is kept
+  std::optional<LeftOut> best_pair;   ///< cheapest two and three of all; nothing where so many cannot be spared or more
+  std::optional<LeftOut> best_three;  ///< than twelve thermometers make it dear
+  int spared{};                       ///< steps of the elimination until the price first exceeds its error
+  std::string folds;                  ///< as FoldPlan states them
+};
+
+/// Backward elimination over the thermometers of the records. The learner is a response surface of second order
+/// (response_surface.hpp) in the temperature of the first thermometer kept and its differences with the others, so that
+/// absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out clusters
+/// decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two thermometers, records
+/// that differ in them, no record, or as plan_folds does; with interrupted.
+[[nodiscard]] Result<Placement> study_placement(const std::vector<Clusters>& records,
+                                                const std::vector<Clusters>& unseen, const FoldOptions& folds = {},
+                                                const ProgressSink& progress = {});
+
+/// The inputs of such a learner: the first thermometer, and its differences with the others.
+[[nodiscard]] std::vector<Term> placement_terms(const std::vector<std::string>& thermometers);
+
+}  // namespace gyrotherm

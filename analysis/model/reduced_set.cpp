@@ -1,0 +1,195 @@
+#include "analysis/model/reduced_set.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "analysis/svm/gaussian_sum.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// A centre of whose kernel function the others span all but this, squared, adds nothing but rounding.
+constexpr double kSpanned = 1e-9;
+constexpr Eigen::Index kFirstRoom = 64;
+
+/// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, centres in lengths already.
+struct Gaussians {
+  SampleMatrix centres;
+  Eigen::RowVectorXd lengths;
+  double width{};
+  Eigen::VectorXd weights;
+
+  [[nodiscard]] Eigen::VectorXd at(const SampleMatrix& points) const {
+    return GaussianSum(centres, Eigen::VectorXd::Constant(weights.size(), width), weights).at(points);
+  }
+};
+
+tl::unexpected<Fault> refusal(std::string what) {
+  return failure(FaultKind::usage, "reducing the model", std::move(what));
+}
+
+Result<Gaussians> gaussians_of(const Model& model) {
+  if (const auto* svr = std::get_if<SvrModel>(&model.function)) {
+    return Gaussians{svr->support_vectors, Eigen::RowVectorXd::Ones(svr->support_vectors.cols()), svr->parameters.sigma,
+                     svr->beta};
+  }
+  const auto* expansion = std::get_if<ExpansionModel>(&model.function);
+  if (expansion == nullptr || expansion->weights.size() == 0 ||
+      expansion->widths.minCoeff() != expansion->widths.maxCoeff()) {
+    return refusal(fmt::format("\"{}\" is not a sum of Gaussians of one width", model.method));
+  }
+  return Gaussians{expansion->centres.array().rowwise() / expansion->lengths.array(), expansion->lengths,
+                   expansion->widths(0), expansion->weights};
+}
+
+/// Centres taken so far, and the residual they leave at every centre and every cluster.
+class Pursuit {
+ public:
+  Pursuit(const Gaussians& full, const SampleMatrix& clusters) : full_(full), left_(full.weights.size()) {
+    points_.resize(full.centres.rows() + clusters.rows(), full.centres.cols());
+    points_ << full.centres, clusters;
+    residual_ = full.at(points_);
+    left_.setOnes();
+    columns_.resize(points_.rows(), kFirstRoom);
+  }
+
+  /// Takes the centre that then leaves the least; false if the rest add nothing.
+  bool take_one() {
+    const auto here = residual_.head(left_.size()).array();
+    const Eigen::ArrayXd gains = (left_.array() > kSpanned).select(here.square() / left_.array(), -1.0);
+    Eigen::Index best{};
+    if (gains.maxCoeff(&best) < 0) return false;
+    const auto taken = static_cast<Eigen::Index>(kept_.size());
+    if (taken == columns_.cols()) columns_.conservativeResize(Eigen::NoChange, 2 * taken);
+    auto column = columns_.col(taken);
+    column = gaussian_kernel(points_, full_.centres.row(best), full_.width);
+    column.noalias() -= columns_.leftCols(taken) * columns_.row(best).head(taken).transpose();
+    column /= std::sqrt(left_(best));
+    const double step = residual_(best) / std::sqrt(left_(best));
+    residual_ -= step * column;
+    left_.array() -= column.head(left_.size()).array().square();
+    left_(best) = 0;
+    steps_.push_back(step);
+    kept_.push_back(best);
+    return true;
+  }
+
+  [[nodiscard]] Eigen::Index taken() const { return static_cast<Eigen::Index>(kept_.size()); }
+  [[nodiscard]] double largest_at_clusters() const {
+    return residual_.tail(points_.rows() - left_.size()).cwiseAbs().maxCoeff();
+  }
+
+  /// The centres taken, in the order of the full function, and their weights.
+  [[nodiscard]] Gaussians reduced(std::vector<Eigen::Index>& kept) const {
+    const Eigen::MatrixXd factor = columns_.leftCols(taken())(kept_, Eigen::all);
+    const Eigen::VectorXd weights = factor.triangularView<Eigen::Lower>().transpose().solve(
+        Eigen::Map<const Eigen::VectorXd>(steps_.data(), taken()));
+    std::vector<std::pair<Eigen::Index, double>> order;
+    for (std::size_t i = 0; i < kept_.size(); ++i) order.emplace_back(kept_[i], weights(static_cast<Eigen::Index>(i)));
+    std::ranges::sort(order);
+    Gaussians result{SampleMatrix(taken(), full_.centres.cols()), full_.lengths, full_.width, Eigen::VectorXd(taken())};
+    for (Eigen::Index i = 0; i < taken(); ++i) {
+      kept.push_back(order[static_cast<std::size_t>(i)].first);
+      result.centres.row(i) = full_.centres.row(kept.back());
+      result.weights(i) = order[static_cast<std::size_t>(i)].second;
+    }
+    return result;
+  }
+
+ private:
+  const Gaussians& full_;
+  SampleMatrix points_;  ///< centres, then clusters
+  Eigen::VectorXd residual_;
+  Eigen::VectorXd left_;     ///< of each centre's kernel function, what the centres taken do not span, squared
+  Eigen::MatrixXd columns_;  ///< of the Cholesky factor, one for each centre taken
+  std::vector<double> steps_;
+  std::vector<Eigen::Index> kept_;
+};
+
+void keep(Model& model, const std::vector<Eigen::Index>& kept, const Gaussians& reduced) {
+  if (auto* svr = std::get_if<SvrModel>(&model.function)) {
+    svr->support_vectors = svr->support_vectors(kept, Eigen::all).eval();
+    svr->beta = reduced.weights;
+    return;
+  }
+  auto& expansion = std::get<ExpansionModel>(model.function);
+  expansion.centres = expansion.centres(kept, Eigen::all).eval();
+  expansion.widths = expansion.widths(kept).eval();
+  expansion.weights = reduced.weights;
+}
+
+/// ‖f − f′‖: the difference of the weights times the difference of the functions at the full centres.
+double norm_of_change(const Gaussians& full, const Gaussians& reduced, const std::vector<Eigen::Index>& kept) {
+  Eigen::VectorXd weights = full.weights;
+  for (std::size_t i = 0; i < kept.size(); ++i) weights(kept[i]) -= reduced.weights(static_cast<Eigen::Index>(i));
+  const Eigen::VectorXd change = full.at(full.centres) - reduced.at(full.centres);
+  return std::sqrt(std::max(0.0, weights.dot(change)));
+}
+
+Result<SampleMatrix> clusters_in_lengths(const Model& model, const Clusters& training, const Gaussians& full) {
+  const auto inputs = evaluate(model.terms, training);
+  if (!inputs) return failure(inputs.error());
+  std::vector<Eigen::Index> whole;
+  for (Eigen::Index i = 0; i < inputs->rows(); ++i) {
+    if (inputs->row(i).allFinite()) whole.push_back(i);
+  }
+  if (whole.empty()) return refusal("no cluster has a value of every input");
+  const SampleMatrix chosen = (*inputs)(whole, Eigen::all);
+  const SampleMatrix scaled = apply(model.scaling, chosen);
+  return SampleMatrix(scaled.array().rowwise() / full.lengths.array());
+}
+
+Result<void> check(const Model& model, const ReductionGoal& goal) {
+  if (model.reduction) return refusal("it has been reduced before: begin with the full model");
+  if (goal.vectors.has_value() == goal.max_change_deg_per_h.has_value()) {
+    return refusal("expected either how many vectors to keep or how much a prediction may change");
+  }
+  if (goal.vectors && *goal.vectors < 1)
+    return refusal(fmt::format("cannot keep {} vectors, expected 1 at least", *goal.vectors));
+  if (goal.max_change_deg_per_h && !(*goal.max_change_deg_per_h > 0)) {
+    return refusal(fmt::format("a change of {} °/h, expected more than 0", *goal.max_change_deg_per_h));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Model> reduce(const Model& model, const Clusters& training, const ReductionGoal& goal) {
+  if (const auto checked = check(model, goal); !checked) return failure(checked.error());
+  const auto full = gaussians_of(model);
+  if (!full) return failure(full.error());
+  const auto clusters = clusters_in_lengths(model, training, *full);
+  if (!clusters) return failure(clusters.error());
+  const Eigen::Index all = full->weights.size();
+  const Eigen::Index most = goal.vectors ? std::min<Eigen::Index>(*goal.vectors, all) : all;
+  const double enough = goal.max_change_deg_per_h.value_or(0) / model.target_std_deg_per_h;
+
+  Model smaller = model;
+  smaller.reduction = Reduction{.vectors_before = static_cast<int>(all),
+                                .vectors = static_cast<int>(all),
+                                .clusters = static_cast<int>(clusters->rows())};
+  if (most == all && goal.vectors) return smaller;
+  Pursuit pursuit(*full, *clusters);
+  const auto near_enough = [&] { return pursuit.taken() > 0 && pursuit.largest_at_clusters() <= enough; };
+  while (pursuit.taken() < most && !near_enough() && pursuit.take_one()) {
+  }
+  const bool reached = goal.vectors || near_enough();
+  if (!reached || pursuit.taken() >= all) return smaller;
+
+  std::vector<Eigen::Index> kept;
+  const Gaussians reduced = pursuit.reduced(kept);
+  keep(smaller, kept, reduced);
+  const Eigen::VectorXd change = full->at(*clusters) - reduced.at(*clusters);
+  const double unit = model.target_std_deg_per_h;
+  smaller.reduction->vectors = static_cast<int>(kept.size());
+  smaller.reduction->bound_deg_per_h = unit * norm_of_change(*full, reduced, kept);
+  smaller.reduction->max_change_deg_per_h = unit * change.cwiseAbs().maxCoeff();
+  smaller.reduction->rms_change_deg_per_h = unit * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
+  return smaller;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,60 @@
+/// Compensation as a stream: 1-Hz rows in, compensated bias out, memory bounded.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "analysis/model/model.hpp"
+#include "analysis/model/trained_range.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// Means of each column over the last `length` rows. A window is the rest of the block of `length` rows before and the
+/// beginning of this one, each summed anew: nothing is ever subtracted, so that nothing drifts and a NaN leaves with
+/// its row.
+class SlidingMeans {
+ public:
+  SlidingMeans(Eigen::Index length, Eigen::Index columns);
+  /// The means that end with this row, of `columns` numbers; NaN before `length` rows have come.
+  [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+
+ private:
+  SampleMatrix block_;        ///< rows of this block as they come
+  SampleMatrix ends_;         ///< sums of the block before from each row to its end
+  Eigen::RowVectorXd begun_;  ///< sum of this block so far
+  Eigen::RowVectorXd means_;
+  Eigen::Index at_{};  ///< rows in this block
+  bool full_{};        ///< a block has come before
+};
+
+/// Inputs are trailing means over the model's cluster length, one row a second (causal; lag: half of it), rates the
+/// difference of two neighbouring means. At the end of each whole cluster they are that cluster's.
+class CompensationStream {
+ public:
+  /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
+  [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns,
+                                                       Outside outside = Outside::clamp);
+  /// The next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias of
+  /// each; NaN until a whole mean (two, where a rate is an input) has been seen, while one holds a NaN, and where the
+  /// model refuses inputs outside its range. The same whether rows come one by one or together.
+  [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
+                                     const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
+
+  /// Rows so far with an input outside the trained range.
+  [[nodiscard]] long long outside() const { return outside_; }
+
+ private:
+  CompensationStream(const Model& model, std::vector<std::string> columns, Outside policy);
+  Model model_;
+  Outside policy_;
+  SlidingMeans means_;
+  bool rates_{};           ///< the model asks for them
+  SampleMatrix past_;      ///< the means of the last cluster length, as a ring; only where rates are asked for
+  Eigen::Index pushed_{};  ///< rows in all
+  long long outside_{};
+  Clusters latest_;  ///< the means of the rows last pushed
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,208 @@
+#include "analysis/model/training.hpp"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "analysis/data/noise_floor.hpp"
+#include "analysis/methods/method.hpp"
+#include "analysis/model/fitting.hpp"
+#include "analysis/model/inputs.hpp"
+#include "analysis/model/splits.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Everything the fits share.
+struct Workshop {
+  std::vector<Clusters> records;  ///< those of their clusters that have every input
+  Eigen::Index without_input{};   ///< clusters that were left out
+  Lesson lesson;                  ///< of all records, one after the other
+  Clusters learnt;                ///< its clusters as the method learns from them
+  InputPlan inputs;
+  std::vector<Split> splits;
+  Preparation all;
+};
+
+std::string inputs_of(const TrainingOptions& options, const Method& method) {
+  return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
+}
+
+/// A run given twice would be held out and learnt from at once.
+Result<void> check_distinct(const std::vector<Dataset>& datasets) {
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (datasets[i].run_id == datasets[j].run_id)
+        return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
+  return {};
+}
+
+/// All clusters with their folds, and then without those that lack an input.
+Result<void> lay_out(Workshop& shop, const std::vector<Clusters>& records, const TrainingOptions& options) {
+  auto clusters = concatenate(records);
+  if (!clusters) return failure(clusters.error());
+  auto folds = options.fold_plan ? Result<FoldPlan>(*options.fold_plan) : plan_folds(records, options.folds);
+  if (!folds) return failure(folds.error());
+  std::vector<Eigen::Index> rows;
+  Eigen::Index first = 0;
+  for (const Clusters& record : records) {
+    const auto whole = rows_with_inputs(shop.inputs, record);
+    if (!whole) return failure(whole.error());
+    for (const Eigen::Index row : *whole) rows.push_back(first + row);
+    shop.records.push_back(pick(record, *whole));
+    first += record.start_s.size();
+  }
+  shop.without_input = first - static_cast<Eigen::Index>(rows.size());
+  shop.lesson = within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
+  if (!rows.empty()) return {};
+  return failure(FaultKind::usage, "training", "no cluster has a value of every input");
+}
+
+Result<Workshop> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
+                        const TrainingOptions& options, const Method& method, const ProgressSink& progress) {
+  if (datasets.empty() || datasets.size() != records.size()) {
+    return failure(FaultKind::usage, "training", "needs at least one record");
+  }
+  Workshop shop;
+  auto inputs = plan_inputs(inputs_of(options, method), datasets.front(), options.select);
+  if (!inputs) return failure(inputs.error());
+  shop.inputs = std::move(*inputs);
+  if (const auto laid = lay_out(shop, records, options); !laid) return failure(laid.error());
+  auto splits = split_at_folds(shop.lesson, shop.inputs, method, progress);
+  if (!splits) return failure(splits.error());
+  shop.splits = std::move(*splits);
+  shop.learnt = as_learnt_by(method, shop.lesson.clusters);
+  auto all = prepare(shop.inputs, {.clusters = shop.learnt, .folds = shop.lesson.folds});
+  if (!all) return failure(all.error());
+  shop.all = std::move(*all);
+  return shop;
+}
+
+/// The model to keep asks for a tight certificate and settles for the common one.
+Result<Model> fit_to_keep(const Workshop& shop, Recipe recipe, const ProgressSink& progress) {
+  constexpr double kTightGap = 1e-6;
+  recipe.options.tight_gap = kTightGap;
+  if (!keep_going(progress, "fitting", 0)) return failure(FaultKind::interrupted, "training", "stopped on request");
+  return fit(shop.all, shop.learnt, recipe);
+}
+
+TuningOptions tuning_options_of(const TrainingOptions& options) {
+  TuningOptions tuning = options.tuning;
+  if (!options.quick) return tuning;
+  constexpr int kQuickParticles = 8, kQuickIterations = 6;
+  tuning.swarm.particles = kQuickParticles;
+  tuning.swarm.iterations = kQuickIterations;
+  return tuning;
+}
+
+void record_sources(Model& model, const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const Dataset& dataset = datasets[i];
+    const Eigen::Index count = records[i].start_s.size();
+    if (count == 0) continue;
+    model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
+                                static_cast<int>(count), records[i].start_s(0),
+                                records[i].start_s(count - 1) + records[i].length_s});
+    if (dataset.three_point_stand_in && model.inputs == "three-point") {
+      model.warnings.push_back(
+          fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
+    }
+  }
+}
+
+/// What the fit does on its own training clusters, and the range in which it was made.
+Result<void> judge_in_sample(Model& model, const Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  model.input_min = inputs->colwise().minCoeff();
+  model.input_max = inputs->colwise().maxCoeff();
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, *inputs);
+  model.in_sample = figures_of(residual, clusters);
+  const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
+  model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");
+  return {};
+}
+
+void collect_warnings(Model& model, const Workshop& shop, const std::vector<std::string>& of_choice,
+                      const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+  if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
+  if (shop.without_input > 0) {
+    model.warnings.push_back(
+        fmt::format("clusters without a temperature rate, the first of a run or after a gap, were left out: {} of {}",
+                    shop.without_input, shop.without_input + shop.lesson.clusters.start_s.size()));
+  }
+  model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
+    if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
+      const std::string record = std::filesystem::path(datasets[i].path).filename().string();
+      model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
+    }
+  }
+}
+
+/// What held-out clusters say of the recipe, the nested answer too where it is asked for.
+Result<void> judge_held_out(Model& model, const Workshop& shop, const Recipe& recipe, bool nested,
+                            const ProgressSink& progress) {
+  const Clusters& clusters = shop.lesson.clusters;
+  auto residual = leave_out_residual(shop.splits, clusters.start_s.size(), recipe, progress);
+  if (!residual) return failure(residual.error());
+  model.folds = shop.lesson.folds.statement;
+  model.leave_cycle_out = figures_of(*residual, clusters);
+  model.leave_cycle_out_residual = std::move(*residual);
+  if (!nested) return {};
+  if (recipe.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
+    model.nested_leave_cycle_out = model.leave_cycle_out;
+    return {};
+  }
+  const auto unseen = nested_residual(shop.lesson, shop.splits, shop.inputs, recipe, progress);
+  if (!unseen) return failure(unseen.error());
+  model.nested_leave_cycle_out = figures_of(*unseen, clusters);
+  return {};
+}
+
+Result<Model> train_here(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
+                         const TrainingOptions& options, const ProgressSink& progress) {
+  const auto method = find_method(options.method);
+  if (!method) return failure(method.error());
+  if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
+  const auto shop = set_up(datasets, clusters, options, **method, progress);
+  if (!shop) return failure(shop.error());
+
+  const TuningOptions tuning_options = tuning_options_of(options);
+  Recipe recipe{**method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed, .quick = options.quick}};
+  auto choice = choose(shop->splits, recipe, progress);
+  if (!choice) return failure(choice.error());
+  recipe.parameters = choice->parameters;
+  auto model = fit_to_keep(*shop, recipe, progress);
+  if (!model) return model;
+  if (const auto judged = judge_held_out(*model, *shop, recipe, options.nested, progress); !judged) {
+    return failure(judged.error());
+  }
+  model->program_version = options.program_version;
+  model->method = (*method)->name;
+  model->inputs = inputs_of(options, **method);
+  model->hyper_parameters = choice->parameters;
+  model->cluster_length_s = shop->lesson.clusters.length_s;
+  if (choice->tuning) model->tuning = *choice->tuning;
+  model->tuning_options = tuning_options;
+  model->quick = options.quick;
+  record_sources(*model, datasets, shop->records);
+  if (const auto judged = judge_in_sample(*model, shop->lesson.clusters); !judged) return failure(judged.error());
+  collect_warnings(*model, *shop, choice->warnings, datasets, clusters);
+  return model;
+}
+
+}  // namespace
+
+Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
+                    const TrainingOptions& options, const ProgressSink& progress) {
+  const int threads = options.tuning.swarm.threads;
+  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+  return arena.execute([&] { return train_here(datasets, clusters, options, progress); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,175 @@
+#include "analysis/model/verification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kCornerSeconds = 600;
+
+using Rows = std::vector<Eigen::Index>;
+
+template <class Wanted>
+Rows rows_where(const Clusters& clusters, Wanted wanted) {
+  Rows rows;
+  for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
+    if (wanted(k)) rows.push_back(k);
+  }
+  return rows;
+}
+
+/// Of those rows at which there is a residual.
+Figures figures_at(const Eigen::VectorXd& residual, const Clusters& clusters, Rows rows) {
+  std::erase_if(rows, [&](Eigen::Index k) { return !std::isfinite(residual(k)); });
+  return figures_of(residual(rows), clusters, rows);
+}
+
+/// Start and end of a segment's samples; start > end if it has none.
+struct Stretch {
+  double start_s = std::numeric_limits<double>::infinity();
+  double end_s = -std::numeric_limits<double>::infinity();
+};
+
+std::vector<Stretch> stretches_of(const Dataset& dataset) {
+  constexpr double kSampleSeconds = 1;
+  std::vector<Stretch> stretches(dataset.segments.size());
+  for (Eigen::Index i = 0; i < dataset.segment.size(); ++i) {
+    if (dataset.segment(i) < 0) continue;
+    Stretch& stretch = stretches[dataset.segment(i)];
+    stretch.start_s = std::min(stretch.start_s, dataset.time_s(i));
+    stretch.end_s = std::max(stretch.end_s, dataset.time_s(i) + kSampleSeconds);
+  }
+  return stretches;
+}
+
+/// Where the asked-for rate of change changes: each segment's start, but not the first one's, nor that of a hold after
+/// a hold at the same temperature.
+std::vector<double> corners_of(const Dataset& dataset, const std::vector<Stretch>& stretches) {
+  std::vector<double> corners;
+  for (std::size_t s = 1; s < stretches.size(); ++s) {
+    const auto &before = dataset.segments[s - 1], &after = dataset.segments[s];
+    const bool goes_on = before.hold && after.hold && before.target == after.target;
+    const bool recorded =
+        stretches[s].start_s < stretches[s].end_s && stretches[s - 1].start_s < stretches[s - 1].end_s;
+    if (recorded && !goes_on) corners.push_back(stretches[s].start_s);
+  }
+  return corners;
+}
+
+Rows rows_after(const std::vector<double>& corners, const Clusters& clusters) {
+  return rows_where(clusters, [&](Eigen::Index k) {
+    return std::ranges::any_of(corners, [&](double corner_s) {
+      return clusters.start_s(k) < corner_s + kCornerSeconds && clusters.start_s(k) + clusters.length_s > corner_s;
+    });
+  });
+}
+
+std::vector<SegmentFigures> segment_figures(const Dataset& dataset, const Clusters& clusters,
+                                            const Eigen::VectorXd& residual, const std::vector<Stretch>& stretches) {
+  std::vector<SegmentFigures> figures;
+  for (std::size_t s = 0; s < dataset.segments.size(); ++s) {
+    const auto segment = static_cast<int>(s);
+    const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return clusters.segment(k) == segment; });
+    if (rows.empty()) continue;
+    figures.push_back({.segment = segment,
+                       .name = dataset.segments[s].name,
+                       .hold = dataset.segments[s].hold,
+                       .start_s = stretches[s].start_s,
+                       .duration_s = stretches[s].end_s - stretches[s].start_s,
+                       .mean_temperature_c = clusters.temperature_c.col(0)(rows).mean(),
+                       .mean_bias_deg_per_h = clusters.bias_deg_per_h(rows).mean(),
+                       .residual = figures_at(residual, clusters, rows)});
+  }
+  return figures;
+}
+
+OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged, Outside policy) {
+  OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
+  if (ranged.worst_term < 0) return outside;
+  outside.farthest_term = text(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
+  outside.farthest = ranged.worst_excess;
+  return outside;
+}
+
+const char* what_is_done(Outside policy) {
+  switch (policy) {
+    case Outside::clamp: return "such inputs are moved to its nearer end";
+    case Outside::refuse: return "such clusters are not compensated and left out of the figures";
+    case Outside::extrapolate: return "the model is used there as it is";
+  }
+  return "";
+}
+
+/// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.
+bool trained_on(const Model& model, const Dataset& dataset, const Clusters& clusters) {
+  const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
+  return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
+    return record.run_id == dataset.run_id && from_s < record.to_s && record.from_s < to_s;
+  });
+}
+
+std::vector<std::string> warnings_of(const Verification& result, const Model& model, const Clusters& clusters) {
+  std::vector<std::string> warnings;
+  if (result.trained_on_this) {
+    warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
+  }
+  const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
+  if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
+  if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
+    warnings.push_back(
+        fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "
+                    "range); {}",
+                    outside.clusters, clusters.start_s.size(), outside.farthest_term, 100 * outside.farthest,
+                    what_is_done(outside.policy)));
+  }
+  if (clusters.length_s != model.cluster_length_s) {
+    warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
+                                   model.cluster_length_s, clusters.length_s));
+  }
+  return warnings;
+}
+
+}  // namespace
+
+Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters,
+                            const VerifyOptions& options) {
+  auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const RangedInputs ranged = within_range(model, std::move(*inputs), options.outside);
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged.inputs);
+  const std::vector<Stretch> stretches = stretches_of(dataset);
+  const auto figures_where = [&](auto wanted) { return figures_at(residual, clusters, rows_where(clusters, wanted)); };
+  const auto part = [&](bool hold) {
+    return figures_where([&, hold](Eigen::Index k) {
+      return clusters.segment(k) >= 0 && dataset.segments[clusters.segment(k)].hold == hold;
+    });
+  };
+  Verification result;
+  result.run_id = dataset.run_id;
+  result.simulated = dataset.simulated;
+  result.trained_on_this = trained_on(model, dataset, clusters);
+  result.raw = figures_of(clusters.bias_deg_per_h, clusters);
+  result.compensated = figures_where([](Eigen::Index) { return true; });
+  if (result.compensated.count == 0) {
+    return failure(FaultKind::usage, dataset.path, "every cluster has an input outside the trained range: refused");
+  }
+  result.ramps = part(false);
+  result.holds = part(true);
+  result.corners = figures_at(residual, clusters, rows_after(corners_of(dataset, stretches), clusters));
+  result.floor = noise_floor(clusters, dataset.segments);
+  result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
+  result.expected_in_sample_std = expected_in_sample_std(
+      result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);
+  result.residual_deg_per_h = residual;
+  result.segments = segment_figures(dataset, clusters, residual, stretches);
+  result.outside = outside_the_range(model, ranged, options.outside);
+  result.warnings = warnings_of(result, model, clusters);
+  return result;
+}
+
+}  // namespace gyrotherm

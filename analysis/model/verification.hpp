@@ -1,0 +1,64 @@
+/// How good a model is on a record it has not seen.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/data/noise_floor.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/model.hpp"
+#include "analysis/model/trained_range.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// Figures of one stretch of the profile.
+struct SegmentFigures {
+  int segment{};
+  std::string name;
+  bool hold{};
+  double start_s{}, duration_s{};
+  double mean_temperature_c{};  ///< of the first thermometer
+  double mean_bias_deg_per_h{};
+  Figures residual;
+};
+
+/// Inputs beyond the range in which the model was trained, and what was done with them.
+struct OutsideTheRange {
+  Outside policy{};
+  int clusters{};             ///< with an input outside; with refuse, left out of every figure of the residual
+  std::string farthest_term;  ///< "A-D": farthest outside as a part of its range; empty if none is
+  double farthest{};          ///< how far: 0.1 is a tenth of its trained range
+};
+
+struct VerifyOptions {
+  Outside outside = Outside::clamp;
+};
+
+struct Verification {
+  std::string run_id;
+  bool simulated{};
+  bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
+  Figures raw;
+  Figures compensated;
+  Figures ramps, holds;           ///< of the compensated bias, apart (count 0 if none)
+  Figures corners;                ///< the first 10 min after each corner
+  NoiseFloor floor;               ///< of the raw bias
+  double effective_parameters{};  ///< of the model; 0 if not known
+  double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h: what they leave of noise alone; NaN if the record was
+                                    ///< not trained on or p is not known
+  Eigen::VectorXd residual_deg_per_h;  ///< per cluster; NaN where the model refuses
+  std::vector<SegmentFigures> segments;
+  OutsideTheRange outside;
+  std::vector<std::string> warnings;  ///< residual below the floor (over-fit), inputs out of range, …
+};
+
+/// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
+/// model needs, or the model refuses every cluster.
+[[nodiscard]] Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters,
+                                          const VerifyOptions& options = {});
+
+}  // namespace gyrotherm

@@ -1,0 +1,25 @@
+// Compiled for AVX2 (see CMakeLists.txt), so nothing is included that the rest of the program would share compiled.
+#include "analysis/svm/gaussian_loops.hpp"
+
+#ifdef __AVX2__
+
+#include "analysis/svm/gaussian_loops_body.hpp"
+
+namespace gyrotherm {
+namespace {
+
+GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<32>);
+
+}  // namespace
+
+const GaussianLoops* gaussian_loops_avx2() { return &kLoops; }
+
+}  // namespace gyrotherm
+
+#else
+
+namespace gyrotherm {
+const GaussianLoops* gaussian_loops_avx2() { return nullptr; }
+}  // namespace gyrotherm
+
+#endif

@@ -1,0 +1,89 @@
+// Compiled for AVX-512 (see CMakeLists.txt), so nothing is included that the rest of the program would share compiled.
+#include "analysis/svm/gaussian_loops.hpp"
+
+#ifdef __AVX512DQ__
+
+#include <immintrin.h>
+
+#include "analysis/svm/gaussian_loops_body.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// 2^(i/16).
+alignas(64) constexpr double kRoots[16] = {1.0,
+                                           1.0442737824274138,
+                                           1.0905077326652577,
+                                           1.1387886347566916,
+                                           1.189207115002721,
+                                           1.241857812073484,
+                                           1.2968395546510096,
+                                           1.3542555469368927,
+                                           1.4142135623730951,
+                                           1.4768261459394993,
+                                           1.5422108254079407,
+                                           1.6104903319492543,
+                                           1.681792830507429,
+                                           1.7562521603732995,
+                                           1.8340080864093424,
+                                           1.9152065613971474};
+// Minimax polynomial of 2^r, 0 ≤ r < 1/16: relative error 7e-18 before rounding. Highest power first.
+constexpr double kPower[] = {0.00015740594022796908,
+                             0.0013330655280692448,
+                             0.0096181414762568,
+                             0.055504108394622706,
+                             0.24022650696190864,
+                             0.6931471805599344,
+                             1.0};
+// Added with rounding down, leaves the sixteenths of a number in the low bits of the sum.
+constexpr double kSixteenths = 6755399441055744.0 / 16;
+// Every lane. (GCC 12 warns of the forms without a mask.)
+constexpr __mmask8 kAll = 0xff;
+constexpr int kDownToSixteenths = 4 << 4 | _MM_FROUND_TO_NEG_INF;
+
+struct Avx512 {
+  using Line = __m512d;
+  using UnalignedLine = __m512d_u;
+  static constexpr std::ptrdiff_t kWidth = 8;
+
+  // 2^x = 2^⌊x⌋ · 2^(i/16) · 2^r, i of 0 … 15, r the rest below a sixteenth.
+  template <bool>
+  static GYROTHERM_INLINE void add_powers(const Line (&x)[kGaussianTile], Line (&sums)[kGaussianTile]) {
+    const Line low = _mm512_load_pd(kRoots), high = _mm512_load_pd(kRoots + 8);
+    Line rest[kGaussianTile], power[kGaussianTile], root[kGaussianTile];
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) {
+      rest[i] = _mm512_reduce_pd(x[i], kDownToSixteenths);
+      const Line index =
+          _mm512_maskz_add_round_pd(kAll, x[i], _mm512_set1_pd(kSixteenths), _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+      root[i] = _mm512_permutex2var_pd(low, _mm512_castpd_si512(index), high);
+      power[i] = _mm512_set1_pd(kPower[0]);
+    }
+    for (int k = 1; k < 7; ++k) {
+      GYROTHERM_UNROLL
+      for (int i = 0; i < kGaussianTile; ++i) {
+        power[i] = _mm512_fmadd_pd(power[i], rest[i], _mm512_set1_pd(kPower[k]));
+      }
+    }
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) {
+      sums[i] = _mm512_fmadd_pd(power[i], _mm512_maskz_scalef_pd(kAll, root[i], x[i]), sums[i]);
+    }
+  }
+};
+
+GYROTHERM_GAUSSIAN_LOOPS(Avx512);
+
+}  // namespace
+
+const GaussianLoops* gaussian_loops_avx512() { return &kLoops; }
+
+}  // namespace gyrotherm
+
+#else
+
+namespace gyrotherm {
+const GaussianLoops* gaussian_loops_avx512() { return nullptr; }
+}  // namespace gyrotherm
+
+#endif

@@ -1,0 +1,227 @@
+#include "analysis/svm/gaussian_sum.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "analysis/svm/lanes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// Products are used while |a| (‖z‖ + ‖c‖)², an exponent of 2, is at most this: rounding then leaves 1e-12 of a term in
+// the worst case.
+constexpr double kLargestProduct = 256;
+// Directions in which the centres reach less than this part of their greatest reach are not theirs.
+constexpr double kFlat = 1e-13;
+// Exponents of 2. Weights below this part of the largest count as none, and a block's unused places as this.
+constexpr double kSmallestWeight = -400;
+constexpr double kNothing = -900;
+// Points in scratch together, and the bytes of blocks that go over them before the next: half a cache of the first
+// level.
+constexpr Eigen::Index kPointsTogether = 8 * kGaussianTile;
+constexpr Eigen::Index kBytesTogether = 28000;
+
+// Coordinates of a few points: columns of kPointsTogether numbers.
+using Columns = Eigen::Array<double, kPointsTogether, Eigen::Dynamic>;
+
+// u = Bᵀx for a basis B, inputs × rank, and in x what is left of it.
+GYROTHERM_CLONES
+void turn(const double* basis, Eigen::Index inputs, Eigen::Index rank, double* x, double* u) {
+  for (Eigen::Index l = 0; l < rank; ++l) {
+    double* to = u + l * kPointsTogether;
+    for (Eigen::Index i = 0; i < kPointsTogether; ++i) to[i] = 0;
+    for (Eigen::Index k = 0; k < inputs; ++k) {
+      const double* from = x + k * kPointsTogether;
+      const double factor = basis[k + l * inputs];
+      for (Eigen::Index i = 0; i < kPointsTogether; ++i) to[i] += factor * from[i];
+    }
+  }
+  for (Eigen::Index k = 0; k < inputs; ++k) {
+    double* to = x + k * kPointsTogether;
+    for (Eigen::Index l = 0; l < rank; ++l) {
+      const double* from = u + l * kPointsTogether;
+      const double factor = basis[k + l * inputs];
+      for (Eigen::Index i = 0; i < kPointsTogether; ++i) to[i] -= factor * from[i];
+    }
+  }
+}
+
+}  // namespace
+
+// Of kPointsTogether points: the columns ‖u‖², u of each dimension, and the distance from the centres' space; which of
+// them are near enough for products; what each loop has summed.
+struct GaussianSum::Places {
+  Places(Eigen::Index inputs, Eigen::Index rank)
+      : columns(Columns::Zero(kPointsTogether, rank + 2)), rest(Columns::Zero(kPointsTogether, inputs)) {}
+  Columns columns;
+  Columns rest;  ///< of each input, outside the centres' space
+  std::array<bool, kPointsTogether> near{};
+  Eigen::Array<double, kGaussianLanes, kPointsTogether> by_products, by_differences;
+};
+
+GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
+                         const Eigen::Ref<const Eigen::VectorXd>& weights)
+    : inputs_(centres.cols()), mean_(Eigen::RowVectorXd::Zero(inputs_)) {
+  assert(widths.size() == centres.rows() && weights.size() == centres.rows());
+  weight_unit_ = weights.size() == 0 ? 0 : weights.cwiseAbs().maxCoeff();
+  if (weight_unit_ == 0) return;
+  mean_ = centres.colwise().mean();
+  span(centres.rowwise() - mean_);
+  const Eigen::VectorXd scales = -0.5 * std::numbers::log2e * widths.array().square().inverse();
+  scale_ = scales.minCoeff();
+  one_width_ = scale_ == scales.maxCoeff();
+
+  Eigen::MatrixXd coordinates(centres.rows(), rank_ + 2);
+  Places places(inputs_, rank_);
+  for (Eigen::Index first = 0; first < centres.rows(); first += kPointsTogether) {
+    const Eigen::Index count = std::min(kPointsTogether, centres.rows() - first);
+    place(centres.middleRows(first, count), places);
+    coordinates.middleRows(first, count) = places.columns.topRows(count);
+  }
+  radius_ = std::sqrt(coordinates.col(0).maxCoeff());
+  pack(coordinates, scales, weights);
+}
+
+void GaussianSum::span(const SampleMatrix& centred) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(kFlat);
+  qr.compute(centred.transpose());
+  rank_ = qr.rank();
+  if (rank_ == inputs_) return;
+  basis_ = Eigen::MatrixXd::Identity(inputs_, rank_);
+  basis_.applyOnTheLeft(qr.householderQ());
+}
+
+// Places beyond the points there are keep what they had.
+void GaussianSum::place(const Eigen::Ref<const SampleMatrix>& points, Places& places) const {
+  const Eigen::Index count = points.rows();
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index k = 0; k < inputs_; ++k) places.rest(i, k) = points(i, k) - mean_(k);
+  }
+  auto u = places.columns.middleCols(1, rank_);
+  if (rank_ == inputs_) {
+    u = places.rest;
+  } else {
+    turn(basis_.data(), inputs_, rank_, places.rest.data(), u.data());
+    places.columns.rightCols<1>() = places.rest.square().rowwise().sum().sqrt();
+  }
+  places.columns.col(0) = places.columns.rightCols(rank_ + 1).square().rowwise().sum();
+  for (Eigen::Index i = 0; i < kPointsTogether; ++i) {
+    const double reach = std::sqrt(places.columns(i, 0)) + radius_;
+    places.near[i] = -scale_ * reach * reach <= kLargestProduct;
+  }
+}
+
+// A block holds weights of one sign. Blocks of both signs come by turns, so that the sums stay small: the positive and
+// the negative weights of a support vector machine cancel.
+void GaussianSum::pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights) {
+  const Eigen::VectorXd logarithms = (weights.array().abs() / weight_unit_).log() * std::numbers::log2e;
+  std::array<std::vector<Eigen::Index>, 2> signs;  // positive, negative
+  for (Eigen::Index j = 0; j < weights.size(); ++j) {
+    if (logarithms(j) > kSmallestWeight) signs[weights(j) > 0 ? 0 : 1].push_back(j);
+  }
+  const auto blocks_of = [](const std::vector<Eigen::Index>& some) {
+    return (static_cast<Eigen::Index>(some.size()) + kGaussianBlock - 1) / kGaussianBlock;
+  };
+  blocks_.count = blocks_of(signs[0]) + blocks_of(signs[1]);
+  blocks_.negative = std::make_unique<bool[]>(static_cast<std::size_t>(blocks_.count));
+  blocks_.by_products.assign(static_cast<std::size_t>(blocks_.count * product_block()), 0.0);
+  blocks_.by_differences.assign(static_cast<std::size_t>(blocks_.count * difference_block()), 0.0);
+  Eigen::Index block = 0;
+  for (std::size_t from = 0; block < blocks_.count; from += kGaussianBlock) {
+    for (const auto& some : signs) {
+      if (from >= some.size()) continue;
+      blocks_.negative[static_cast<std::size_t>(block)] = &some == &signs[1];
+      for (std::size_t lane = 0; lane < kGaussianBlock; ++lane) {
+        const Eigen::Index slot = block * kGaussianBlock + static_cast<Eigen::Index>(lane);
+        if (from + lane >= some.size()) {
+          pack_nothing(slot);
+          continue;
+        }
+        const Eigen::Index j = some[from + lane];
+        pack_centre(slot, places.row(j), scales(j), logarithms(j));
+      }
+      ++block;
+    }
+  }
+}
+
+void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a,
+                              double logarithm) {
+  const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
+  double* product = blocks_.by_products.data() + block * product_block() + lane;
+  double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
+  *product = logarithm + a * place(0);
+  if (!one_width_) *(product += kGaussianBlock) = a;
+  *difference = logarithm;
+  *(difference += kGaussianBlock) = a;
+  for (Eigen::Index k = 1; k <= rank_; ++k) {
+    *(product += kGaussianBlock) = -2 * a * place(k);
+    *(difference += kGaussianBlock) = place(k);
+  }
+}
+
+// Its power of two is nothing wherever the point is.
+void GaussianSum::pack_nothing(Eigen::Index slot) {
+  const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
+  double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
+  blocks_.by_products[static_cast<std::size_t>(block * product_block() + lane)] = kNothing;
+  difference[0] = kNothing;
+  difference[kGaussianBlock] = scale_;
+}
+
+// A tile takes the loops that its points ask for, both if they differ: what a point gets never depends on the others.
+void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
+  const Eigen::Index together =
+      std::max<Eigen::Index>(1, kBytesTogether / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
+  places.by_products.setZero();
+  places.by_differences.setZero();
+  for (Eigen::Index first = 0; first < blocks_.count; first += together) {
+    const Eigen::Index count = std::min(together, blocks_.count - first);
+    const bool* negative = blocks_.negative.get() + first;
+    for (Eigen::Index point = 0; point < kPointsTogether; point += kGaussianTile) {
+      const double* columns = places.columns.data() + point;
+      const auto near = std::count(places.near.begin() + point, places.near.begin() + point + kGaussianTile, true);
+      if (near > 0) {
+        loops.by_products(blocks_.by_products.data() + first * product_block(), negative, count, product_dimensions(),
+                          one_width_ ? columns + kPointsTogether : columns, kPointsTogether,
+                          places.by_products.col(point).data());
+      }
+      if (near < kGaussianTile) {
+        loops.by_differences(blocks_.by_differences.data() + first * difference_block(), negative, count, rank_ + 1,
+                             columns + kPointsTogether, kPointsTogether, places.by_differences.col(point).data());
+      }
+    }
+  }
+}
+
+Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points) const {
+  return at(points, gaussian_loops());
+}
+
+Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, const GaussianLoops& loops) const {
+  assert(points.cols() == inputs_);
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(points.rows());
+  if (weight_unit_ == 0) return f;
+  Places places(inputs_, rank_);
+  for (Eigen::Index first = 0; first < points.rows(); first += kPointsTogether) {
+    const auto some = points.middleRows(first, std::min(kPointsTogether, points.rows() - first));
+    place(some, places);
+    add(loops, places);
+    for (Eigen::Index i = 0; i < some.rows(); ++i) {
+      const double part = one_width_ ? std::exp2(scale_ * places.columns(i, 0)) : 1;
+      f(first + i) =
+          weight_unit_ * (places.near[i] ? part * places.by_products.col(i).sum() : places.by_differences.col(i).sum());
+      const bool missing = !std::isfinite(places.columns(i, 0)) && !some.row(i).allFinite();
+      if (missing) f(first + i) = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return f;
+}
+
+}  // namespace gyrotherm

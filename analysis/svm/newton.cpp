@@ -1,0 +1,264 @@
+#include "analysis/svm/newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "analysis/svm/cholesky.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr int kStepsPerCentre = 25;
+constexpr int kLineSearchSteps = 12;
+constexpr double kRetreat = 0.2;  // of σ
+// So many steps shorter than this, and the proximal step is too long.
+constexpr int kShortSteps = 5;
+constexpr double kShort = 0.02;
+// β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
+constexpr double kAgreement = 1e-10;
+
+enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
+
+bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
+
+// The easier the last step was, the longer the next.
+double growth(int steps) {
+  if (steps <= 4) return 8;
+  return steps <= 10 ? 2.8 : 1.3;
+}
+
+class Newton {
+ public:
+  Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options);
+  NewtonResult run();
+
+ private:
+  // β(r) of the present centre and weight.
+  [[nodiscard]] Eigen::ArrayXd shrink(const Eigen::ArrayXd& residual) const;
+  [[nodiscard]] Eigen::ArrayXd residual() const { return problem_.y - response_ - Eigen::VectorXd::Constant(n_, b_); }
+  [[nodiscard]] Piece piece_of(Eigen::Index i, double residual) const;
+
+  bool minimise();  // one proximal step; false if it should be shorter
+  bool solve_pieces(const Eigen::ArrayXd& residual);
+  bool solve_slope(Eigen::VectorXd& moved);
+  [[nodiscard]] double balanced_offset(const Eigen::VectorXd& moved) const;
+  [[nodiscard]] double line_search() const;
+  [[nodiscard]] bool settled(double step) const;
+  void take_centre();
+  void retreat();
+  void keep_if_best();
+
+  const SvrProblem& problem_;
+  const NewtonOptions& options_;
+  Eigen::Index n_;
+  double sigma_;
+  Eigen::VectorXd centre_;
+  Eigen::VectorXd centre_response_;  // Kc
+  Eigen::VectorXd beta_;             // β̃, which is not β(r) before the proximal step has converged
+  Eigen::VectorXd response_;         // Kβ̃
+  double b_;
+  Eigen::VectorXd direction_;           // of β̃
+  Eigen::VectorXd response_direction_;  // K times it
+  double b_direction_ = 0;
+  std::vector<Piece> pieces_;
+  std::vector<Eigen::Index> slope_;  // F
+  Eigen::MatrixXd system_;           // room for the equations of F
+  NewtonResult best_;
+};
+
+Newton::Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options)
+    : problem_(problem),
+      options_(options),
+      n_(problem.size()),
+      sigma_(options.first_weight * problem.C),
+      centre_(start),
+      centre_response_(response(problem, start)),
+      beta_(start),
+      response_(centre_response_),
+      b_(best_offset(problem, response_)),
+      pieces_(static_cast<std::size_t>(n_)),
+      best_{{start, b_}, response_, certify(problem, {start, b_}, response_).relative_gap, 0} {}
+
+Eigen::ArrayXd Newton::shrink(const Eigen::ArrayXd& residual) const {
+  const double threshold = sigma_ * problem_.epsilon;
+  const auto raw = centre_.array() + sigma_ * residual;
+  return ((raw - threshold).max(0.0) + (raw + threshold).min(0.0)).max(-problem_.C).min(problem_.C);
+}
+
+Piece Newton::piece_of(Eigen::Index i, double residual) const {
+  const double raw = centre_[i] + sigma_ * residual;
+  const double beyond = std::abs(raw) - sigma_ * problem_.epsilon;
+  if (beyond <= 0) return Piece::zero;
+  if (beyond >= problem_.C) return raw > 0 ? Piece::at_upper : Piece::at_lower;
+  return raw > 0 ? Piece::rising : Piece::falling;
+}
+
+// The Newton direction at the present point.
+bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
+  const Eigen::ArrayXd target = shrink(residual);
+  slope_.clear();
+  direction_ = target.matrix() - beta_;
+  for (Eigen::Index i = 0; i < n_; ++i) {
+    pieces_[i] = piece_of(i, residual[i]);
+    if (!on_slope(pieces_[i])) continue;
+    slope_.push_back(i);
+    direction_[i] = 0;
+  }
+  response_direction_.setZero(n_);
+  add_response(problem_, direction_, response_direction_);
+  if (slope_.empty()) {
+    b_direction_ = balanced_offset(response_ + response_direction_) - b_;
+    return true;
+  }
+  Eigen::VectorXd on_slope_direction = Eigen::VectorXd::Zero(n_);
+  if (!solve_slope(on_slope_direction)) return false;
+  add_response(problem_, on_slope_direction, response_direction_);
+  direction_ += on_slope_direction;
+  return true;
+}
+
+// The rows of F: (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ with the others already moved, and Σ(β̃ + Δ) = 0.
+bool Newton::solve_slope(Eigen::VectorXd& moved) {
+  const auto count = static_cast<Eigen::Index>(slope_.size());
+  if (system_.rows() < count) system_.resize(count + count / 4, count + count / 4);
+  auto system = system_.topLeftCorner(count, count);
+  Eigen::MatrixXd sides(count, 2);
+  for (Eigen::Index p = 0; p < count; ++p) {
+    const Eigen::Index i = slope_[p];
+    const double* column = problem_.kernel.column(i);
+    for (Eigen::Index q = p; q < count; ++q) system(q, p) = column[slope_[q]];
+    system(p, p) += 1 / sigma_;
+    const double edge = pieces_[i] == Piece::rising ? problem_.epsilon : -problem_.epsilon;
+    sides(p, 0) = problem_.y[i] - edge + (centre_[i] - beta_[i]) / sigma_ - response_[i] - response_direction_[i];
+    sides(p, 1) = 1;
+  }
+  if (!factor_cholesky(system)) return false;
+  solve_cholesky(system, sides);
+  const double sum = beta_.sum() + direction_.sum();
+  const double offset = (sides.col(0).sum() + sum) / sides.col(1).sum();
+  b_direction_ = offset - b_;
+  for (Eigen::Index p = 0; p < count; ++p) moved[slope_[p]] = sides(p, 0) - offset * sides(p, 1);
+  return true;
+}
+
+// The b with Σβ_i(y − Kβ − b) = 0, for when no point's β moves with b to first order.
+double Newton::balanced_offset(const Eigen::VectorXd& moved) const {
+  const Eigen::ArrayXd z = problem_.y - moved;
+  const double reach = problem_.epsilon + 2 * problem_.C / sigma_;
+  double low = z.minCoeff() - reach;
+  double high = z.maxCoeff() + reach;
+  for (;;) {
+    const double middle = low + 0.5 * (high - low);
+    if (!(low < middle && middle < high)) return middle;
+    (shrink(z - middle).sum() > 0 ? low : high) = middle;
+  }
+}
+
+// A step along the direction that makes the slope of Φ small.
+double Newton::line_search() const {
+  const double linear = direction_.dot(response_);
+  const double quadratic = direction_.dot(response_direction_);
+  const Eigen::ArrayXd from = residual();
+  const Eigen::ArrayXd change = -(response_direction_.array() + b_direction_);
+  const auto slope = [&](double t) { return linear + quadratic * t + (shrink(from + t * change) * change).sum(); };
+  const double first = std::abs(slope(0));
+  if (slope(1) <= 0.5 * first) return 1;
+  double low = 0;
+  double high = 1;
+  double step = 0.5;
+  for (int i = 0; i < kLineSearchSteps; ++i) {
+    step = 0.5 * (low + high);
+    const double here = slope(step);
+    if (std::abs(here) < 0.2 * first) break;
+    (here > 0 ? high : low) = step;
+  }
+  return step;
+}
+
+// No point has left its piece, or β̃ and β(r) agree.
+bool Newton::settled(double step) const {
+  const Eigen::ArrayXd r = residual();
+  bool same = step == 1;
+  for (Eigen::Index i = 0; i < n_ && same; ++i) same = piece_of(i, r[i]) == pieces_[i];
+  return same || (shrink(r) - beta_.array()).abs().maxCoeff() <= kAgreement * problem_.C;
+}
+
+bool Newton::minimise() {
+  int short_steps = 0;
+  for (int step = 0; step < kStepsPerCentre && best_.steps < options_.max_steps; ++step) {
+    ++best_.steps;
+    if (!solve_pieces(residual())) return false;
+    const double t = line_search();
+    beta_ += t * direction_;
+    response_ += t * response_direction_;
+    b_ += t * b_direction_;
+    if (settled(t)) return true;
+    short_steps += t < kShort;
+    if (short_steps >= kShortSteps) return false;
+  }
+  return false;
+}
+
+// The solution becomes the centre: exact on the flat pieces, what rounding left of the sum spread over the others.
+void Newton::take_centre() {
+  const Eigen::ArrayXd r = residual();
+  const Eigen::ArrayXd shrunk = shrink(r);
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < n_; ++i) {
+    const bool slope = on_slope(piece_of(i, r[i]));
+    centre_[i] = slope ? std::clamp(beta_[i], -problem_.C, problem_.C) : shrunk[i];
+    if (slope) free.push_back(i);
+  }
+  spread_sum(problem_, free, centre_);
+  add_response(problem_, centre_ - beta_, response_);
+  beta_ = centre_;
+  centre_response_ = response_;
+}
+
+// Back to the centre, for a shorter step.
+void Newton::retreat() {
+  beta_ = centre_;
+  response_ = centre_response_;
+  b_ = best_offset(problem_, response_);
+  sigma_ *= kRetreat;
+}
+
+// What would end the search is judged by a response that has not been followed from step to step.
+void Newton::keep_if_best() {
+  SvrPoint point{centre_, best_offset(problem_, response_)};
+  double gap = certify(problem_, point, response_).relative_gap;
+  if (gap <= options_.relative_gap) {
+    response_ = response(problem_, centre_);
+    centre_response_ = response_;
+    point.b = best_offset(problem_, response_);
+    gap = certify(problem_, point, response_).relative_gap;
+  }
+  if (!(gap < best_.relative_gap)) return;
+  best_.point = std::move(point);
+  best_.response = response_;
+  best_.relative_gap = gap;
+}
+
+NewtonResult Newton::run() {
+  while (!(best_.relative_gap <= options_.relative_gap) && best_.steps < options_.max_steps) {
+    const int before = best_.steps;
+    if (!minimise()) {
+      retreat();
+      continue;
+    }
+    take_centre();
+    keep_if_best();
+    sigma_ *= growth(best_.steps - before);
+  }
+  return std::move(best_);
+}
+
+}  // namespace
+
+NewtonResult solve_by_newton(const SvrProblem& problem, const Eigen::VectorXd& start, const NewtonOptions& options) {
+  return Newton(problem, start, options).run();
+}
+
+}  // namespace gyrotherm

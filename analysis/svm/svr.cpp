@@ -1,0 +1,126 @@
+#include "analysis/svm/svr.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "analysis/svm/newton.hpp"
+#include "analysis/svm/smo.hpp"
+#include "analysis/svm/svr_problem.hpp"
+#include "analysis/svm/svr_training.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
+constexpr double kSmoTolerance = 1e-3;
+// Times n. Trainings that need more are faster by Newton steps, small ones sooner.
+constexpr Eigen::Index kSmoIterationsPerPoint = 64;
+constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
+constexpr Eigen::Index kFew = 640;
+// σ/C of the first proximal step after SMO.
+constexpr double kFirstWeight = 3;
+
+tl::unexpected<Fault> misuse(std::string what) {
+  return failure(FaultKind::usage, "support vector regression", std::move(what));
+}
+
+Result<void> check_positive(const char* what, double value) {
+  if (value > 0 && std::isfinite(value)) return {};
+  return misuse(fmt::format("{} = {}, must be positive and finite", what, value));
+}
+
+Result<void> check_targets(const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index rows) {
+  if (y.size() != rows) return misuse(fmt::format("{} targets for {} samples", y.size(), rows));
+  if (rows == 0) return misuse("no sample");
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    if (!std::isfinite(y[i])) return misuse(fmt::format("target {} = {}, must be finite", i, y[i]));
+  }
+  return {};
+}
+
+Result<void> check(Eigen::Index size, const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                   const SvrOptions& options) {
+  if (auto ok = check_targets(y, size); !ok) return ok;
+  if (auto ok = check_positive("C", C); !ok) return ok;
+  if (auto ok = check_positive("relative_gap", options.relative_gap); !ok) return ok;
+  if (!(epsilon >= 0 && std::isfinite(epsilon))) {
+    return misuse(fmt::format("epsilon = {}, must be at least 0 and finite", epsilon));
+  }
+  const std::size_t needed = least_kernel_bytes(size);
+  if (needed <= options.memory_bytes) return {};
+  constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+  return misuse(fmt::format("{} samples need {:.1f} GiB for their kernel, the limit is {:.1f} GiB", size,
+                            static_cast<double>(needed) / kGiB, static_cast<double>(options.memory_bytes) / kGiB));
+}
+
+NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
+  const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
+  const auto iterations = static_cast<int>(
+      problem.size() * (problem.size() <= kFew ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
+  const SmoResult start = solve_by_smo(problem, kSmoTolerance * spread, iterations);
+  return solve_by_newton(
+      problem, start.beta,
+      {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
+}
+
+}  // namespace
+
+double relative_duality_gap(const Eigen::Ref<const Eigen::MatrixXd>& kernel, const Eigen::Ref<const Eigen::VectorXd>& y,
+                            double C, double epsilon, const Eigen::Ref<const Eigen::VectorXd>& beta, double b) {
+  const MatrixSource source(kernel);
+  KernelMemory memory;
+  Kernel rows(source, memory, 0);
+  const SvrProblem problem{rows, y, C, epsilon};
+  const SvrPoint point{beta, b};
+  return certify(problem, point, response(problem, point.beta)).relative_gap;
+}
+
+Result<SvrSolution> solve_svr_from(const KernelSource& source, KernelMemory& memory,
+                                   const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                                   const SvrOptions& options) {
+  if (auto ok = check(source.size(), y, C, epsilon, options); !ok) return failure(ok.error());
+  Kernel kernel(source, memory, options.memory_bytes - least_kernel_bytes(source.size()));
+  const SvrProblem problem{kernel, y, C, epsilon};
+  NewtonResult optimum = optimise(problem, options);
+  const Certificate certificate = certify(problem, optimum.point, optimum.response);
+  if (!(certificate.relative_gap <= options.relative_gap)) {
+    return failure(FaultKind::numeric, "support vector regression",
+                   fmt::format("relative duality gap {:.2g} after {} Newton steps, wanted {:.2g}; C = {}, epsilon = {}",
+                               certificate.relative_gap, optimum.steps, options.relative_gap, C, epsilon));
+  }
+  SvrSolution solution;
+  solution.kkt_violation = kkt_violation(problem, optimum.point.beta, optimum.response);
+  solution.beta = std::move(optimum.point.beta);
+  solution.b = optimum.point.b;
+  solution.relative_gap = certificate.relative_gap;
+  solution.objective = certificate.objective;
+  solution.support_vectors = static_cast<int>((solution.beta.array() != 0).count());
+  solution.iterations = optimum.steps;
+  return solution;
+}
+
+Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
+                                     const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
+                                     const SvrOptions& options) {
+  if (kernel.rows() != kernel.cols()) {
+    return misuse(fmt::format("kernel is {} × {}, must be square", kernel.rows(), kernel.cols()));
+  }
+  KernelMemory memory;
+  return solve_svr_from(MatrixSource(kernel), memory, y, C, epsilon, options);
+}
+
+Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
+                              const SvrParameters& parameters, const SvrOptions& options) {
+  if (auto ok = check_targets(y, x.rows()); !ok) return failure(ok.error());
+  if (!x.allFinite()) return misuse("a sample has a value that is not finite");
+  if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
+  const GaussianSamples samples(x);
+  KernelMemory memory;
+  return solve_svr_from(GaussianSource(samples, parameters.sigma), memory, y, parameters.C, parameters.epsilon,
+                        options);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,54 @@
+/// One training as the solvers see it, a point of it, and the judge of both (errata 2.1 of the paper; svr.hpp has the
+/// dual).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "analysis/svm/kernel_source.hpp"
+
+namespace gyrotherm {
+
+/// Views of a kernel and targets that outlive it.
+struct SvrProblem {
+  Kernel& kernel;
+  const Eigen::Ref<const Eigen::VectorXd>& y;
+  double C;
+  double epsilon;
+
+  [[nodiscard]] Eigen::Index size() const { return y.size(); }
+};
+
+/// Feasible if Σβ = 0 to rounding (1e-12 C n) and |β_i| ≤ C.
+struct SvrPoint {
+  Eigen::VectorXd beta;
+  double b{};
+};
+
+/// What is known of a point from its response Kβ.
+struct Certificate {
+  double relative_gap{};
+  double objective{};  ///< D(β)
+};
+
+/// Kβ, from the non-zero β alone.
+[[nodiscard]] Eigen::VectorXd response(const SvrProblem& problem, const Eigen::VectorXd& beta);
+
+/// sum += Kβ.
+void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum);
+
+/// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.
+void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free, Eigen::VectorXd& beta);
+
+/// The offset that minimises the primal value of β exactly: Σ max(0, |z_i − b| − ε), z = y − Kβ, is piecewise linear in
+/// b with breakpoints z_i ± ε, and least from their n-th to their (n+1)-th; the middle of that interval.
+[[nodiscard]] double best_offset(const SvrProblem& problem, const Eigen::VectorXd& response);
+
+/// The gap as defined at `relative_duality_gap` in svr.hpp; infinite if the point is not feasible.
+[[nodiscard]] Certificate certify(const SvrProblem& problem, const SvrPoint& point, const Eigen::VectorXd& response);
+
+/// LIBSVM's stopping measure in n variables: max{u_i : β_i < C} − min{v_i : β_i > −C}; 0 or less at an optimum.
+[[nodiscard]] double kkt_violation(const SvrProblem& problem, const Eigen::VectorXd& beta,
+                                   const Eigen::VectorXd& response);
+
+}  // namespace gyrotherm

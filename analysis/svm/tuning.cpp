@@ -1,0 +1,177 @@
+#include "analysis/svm/tuning.hpp"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "analysis/svm/gaussian_sum.hpp"
+#include "analysis/svm/svr_training.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+// A fold with its samples laid out for every evaluation.
+class PreparedFold {
+ public:
+  explicit PreparedFold(const TuningFold& fold) : fold_(&fold), samples_(fold.train_x) {}
+
+  [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
+
+  // Of all held-out rows, in the units of target_scale squared.
+  [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options,
+                                             KernelMemory& memory) const {
+    const GaussianSource source(samples_, parameters.sigma);
+    const auto solution = solve_svr_from(source, memory, fold_->train_y, parameters.C, parameters.epsilon, options);
+    if (!solution) return failure(solution.error());
+    std::vector<Eigen::Index> support;
+    for (Eigen::Index i = 0; i < solution->beta.size(); ++i) {
+      if (solution->beta[i] != 0) support.push_back(i);
+    }
+    const auto count = static_cast<Eigen::Index>(support.size());
+    const GaussianSum sum(fold_->train_x(support, Eigen::all), Eigen::VectorXd::Constant(count, parameters.sigma),
+                          solution->beta(support));
+    const Eigen::ArrayXd predicted = sum.at(fold_->test_x).array() + solution->b;
+    return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum();
+  }
+
+ private:
+  const TuningFold* fold_;
+  GaussianSamples samples_;
+};
+
+std::vector<PreparedFold> prepare(std::span<const TuningFold> folds) { return {folds.begin(), folds.end()}; }
+
+using Memories = tbb::enumerable_thread_specific<KernelMemory>;
+
+// How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
+class Workers {
+ public:
+  void enter() { ++busy_; }
+  void leave() { --busy_; }
+  [[nodiscard]] bool some_idle() const { return busy_ < tbb::this_task_arena::max_concurrency(); }
+
+ private:
+  std::atomic<int> busy_ = 0;
+};
+
+// Mean over all held-out rows, fold after fold until it passes the limit: it can only grow. Where threads are idle the
+// folds that are left run at once, some of them in vain; the outcome is the same.
+Result<double> mean_squared_error(std::span<const PreparedFold> folds, const SvrParameters& parameters,
+                                  const SvrOptions& options, Memories& memories, double limit, const Workers* workers) {
+  Eigen::Index rows = 0;
+  for (const PreparedFold& fold : folds) rows += fold.held_out();
+  const auto error_of = [&](std::size_t f) { return folds[f].squared_error(parameters, options, memories.local()); };
+  std::vector<Result<double>> errors(folds.size());
+  double mean = 0;
+  std::size_t known = 0;
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    if (f == known) {
+      known = f > 0 && workers != nullptr && workers->some_idle() ? folds.size() : f + 1;
+      if (known > f + 1)
+        tbb::parallel_for(f, known, [&](std::size_t k) { errors[k] = error_of(k); });
+      else
+        errors[f] = error_of(f);
+    }
+    if (!errors[f]) return failure(errors[f].error());
+    mean += *errors[f] / static_cast<double>(rows);
+    if (mean > limit) break;
+  }
+  return mean;
+}
+
+SwarmBox box_of(const TuningOptions& options) {
+  SwarmBox box{.lower = {options.log2_c_min, options.log2_sigma_min},
+               .upper = {options.log2_c_max, options.log2_sigma_max}};
+  if (options.fixed_epsilon > 0) return box;
+  box.lower.push_back(options.log2_epsilon_min);
+  box.upper.push_back(options.log2_epsilon_max);
+  return box;
+}
+
+SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options) {
+  return {.C = std::exp2(position[0]),
+          .sigma = std::exp2(position[1]),
+          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
+}
+
+std::vector<std::string> warnings_of(const SwarmSummary& swarm, int uncertified) {
+  constexpr const char* kNames[] = {"C", "sigma", "epsilon"};
+  std::vector<std::string> warnings;
+  for (const int k : swarm.coordinates_on_edge) {
+    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", kNames[k], swarm.best[k]));
+  }
+  if (uncertified > 0) {
+    warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were passed over",
+                                   uncertified, swarm.evaluations));
+  }
+  return warnings;
+}
+
+}  // namespace
+
+Result<void> check_fold(const TuningFold& fold, std::size_t number) {
+  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "tuning", std::move(what)); };
+  if (fold.train_x.rows() == 0 || fold.test_x.rows() == 0)
+    return wrong(fmt::format("fold {} has {} training and {} held-out rows, must have both", number,
+                             fold.train_x.rows(), fold.test_x.rows()));
+  if (fold.train_x.rows() != fold.train_y.size() || fold.test_x.rows() != fold.test_y.size() ||
+      fold.train_x.cols() != fold.test_x.cols())
+    return wrong(fmt::format("fold {}: inputs and targets have different shapes", number));
+  if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite())
+    return wrong(fmt::format("fold {} has a value that is not finite", number));
+  return {};
+}
+
+Result<void> check_folds(std::span<const TuningFold> folds) {
+  if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    if (auto sound = check_fold(folds[f], f); !sound) return sound;
+  return {};
+}
+
+Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
+                                      const SvrOptions& options, double limit) {
+  if (auto ok = check_folds(folds); !ok) return failure(ok.error());
+  Memories memories;
+  return mean_squared_error(prepare(folds), parameters, options, memories, limit, nullptr);
+}
+
+Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
+                               const ProgressSink& progress) {
+  if (auto ok = check_folds(folds); !ok) return failure(ok.error());
+  const std::vector<PreparedFold> prepared = prepare(folds);
+  Memories memories;
+  std::atomic<int> uncertified = 0;
+  Workers workers;
+  const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
+    workers.enter();
+    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories, limit, &workers);
+    workers.leave();
+    if (error || error.error().kind != FaultKind::numeric) return error;
+    ++uncertified;
+    return kNoLimit;
+  };
+  auto swarm = minimise(fitness, box_of(options), options.swarm, progress);
+  if (!swarm) return failure(swarm.error());
+  if (!std::isfinite(swarm->best_fitness)) {
+    return failure(FaultKind::numeric, "tuning",
+                   fmt::format("none of {} positions could be certified", swarm->evaluations));
+  }
+  TuningSummary summary;
+  summary.best = parameters_at(swarm->best, options);
+  summary.cross_validation_mse = swarm->best_fitness;
+  summary.uncertified = uncertified;
+  summary.warnings = warnings_of(*swarm, uncertified);
+  summary.swarm = std::move(*swarm);
+  return summary;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,60 @@
+/// C, σ and ε of an ε-SVR by particle swarm in log2 space; the fitness is the mean squared error on held-out folds.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/svm/svr.hpp"
+#include "analysis/svm/swarm.hpp"
+#include "core/progress.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// One held-out fold, ready to train: selection and scaling were fitted on its training part alone.
+/// Targets are in units of the fold's own training STD; `target_scale` turns an error of them into °/h.
+struct TuningFold {
+  SampleMatrix train_x;
+  Eigen::VectorXd train_y;
+  SampleMatrix test_x;
+  Eigen::VectorXd test_y;
+  double target_scale{};
+};
+
+/// Fails with usage: a fold without rows on both sides or with shapes that differ, a value that is not finite. `number`
+/// names the fold.
+[[nodiscard]] Result<void> check_fold(const TuningFold& fold, std::size_t number);
+/// Fails with usage as check_fold does for the first that it finds wrong, or if there is no fold.
+[[nodiscard]] Result<void> check_folds(std::span<const TuningFold> folds);
+
+/// The box of errata 4, in log2.
+struct TuningOptions {
+  double log2_c_min = -2, log2_c_max = 12;
+  double log2_sigma_min = -2, log2_sigma_max = 3.5;
+  double log2_epsilon_min = -8, log2_epsilon_max = -1;
+  double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
+  SwarmOptions swarm;
+  SvrOptions svr;
+};
+
+struct TuningSummary {
+  SvrParameters best;
+  double cross_validation_mse{};  ///< (°/h)², over all held-out rows
+  int uncertified{};              ///< positions with a training that missed its certificate: never a best one
+  SwarmSummary swarm;
+  std::vector<std::string> warnings;  ///< "log2 C = 12 lies on the edge of its box", …
+};
+
+/// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it
+/// passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and solve_svr do.
+[[nodiscard]] Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
+                                                    const SvrOptions& options, double limit);
+
+/// A position where a training misses its certificate counts as infinitely bad, and is counted and warned of. Fails
+/// with usage, with interrupted, or with numeric if no position at all could be certified.
+[[nodiscard]] Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
+                                             const ProgressSink& progress = {});
+
+}  // namespace gyrotherm

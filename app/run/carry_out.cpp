@@ -1,0 +1,243 @@
+#include "app/run/carry_out.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
+#include "acquisition/record/store.hpp"
+#include "app/one_core.hpp"
+#include "app/run/event_loop.hpp"
+#include "core/text_file.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/run/chamber_ownership.hpp"
+#include "sequencer/run/continuation.hpp"
+#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/run_controller.hpp"
+#include "sequencer/run/run_info.hpp"
+#include "sequencer/watchdog/made_safe_file.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kLongestLastWrite = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
+
+/// Ends a run as its outcome says.
+Result<void> conclude(const UnderWay& run, Outcome outcome) {
+  run.custody.release();  // complete, or the chamber has shown its safe set point
+  if (outcome == Outcome::made_safe) {
+    await_disk(run);
+    return failure(FaultKind::interlock, run.path, run.experiment.end_cause());
+  }
+  if (outcome == Outcome::stopped) run.console.say(fmt::format("{}: {}", run.path, run.experiment.end_cause()));
+  if (auto finished = run.store.finish(); !finished) return finished;
+  run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.experiment.next_slot()));
+  return {};
+}
+
+/// The operator has stopped it: the chamber stays where it is.
+tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
+  run.custody.release();
+  const auto chamber = run.experiment.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
+  return failure(FaultKind::interrupted, run.path,
+                 fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on",
+                             run.experiment.next_slot(), chamber, run.path));
+}
+
+Result<void> drive(const UnderWay& run) {
+  const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
+  const bool goes_to_its_end = outcome && *outcome != Outcome::made_safe;  // and is told there what is wrong with it
+  if (const auto damage = run.store.health().damage; !damage.empty() && !goes_to_its_end)
+    run.console.say("warning: " + damage);
+  if (outcome) return conclude(run, *outcome);
+  if (outcome.error().kind == FaultKind::interrupted) return interrupted_run(run);
+  if (outcome.error().kind != FaultKind::interlock) run.experiment.make_safe(text(outcome.error()));
+  if (run.experiment.is_safe()) run.custody.release();
+  return failure(outcome.error().kind, run.path, run.experiment.end_cause());
+}
+
+/// How long ago the record's last second was, by the clock on the wall, which may have been set while the run went on.
+Duration time_since_last(const Record& record) {
+  return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
+}
+
+/// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe, but where a program
+/// had died and left it so.
+tl::unexpected<Fault> not_begun(Custody& custody, const Rig& rig, Fault why) {
+  if (rig.is_as_found() && custody.took_over())
+    why.what += "; the chamber is as it was when its program had died, and is made safe";
+  else if (rig.is_as_found())
+    custody.release();
+  else
+    why.what += "; the chamber could not be put back to where it was found, and is made safe";
+  return failure(std::move(why));
+}
+
+/// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
+Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, const std::string& path, bool accepted) {
+  const auto goal = command(on.profile, on.state);
+  const auto verdict = on.last_slot < 0 ? ReentryVerdict{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  if (verdict.way == Reentry::ask && !accepted)
+    return failure(FaultKind::interrupted, path,
+                   verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
+  return entry_at(goal, now.air, is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
+}
+
+/// Says, here and in the record, which calibrations are past their day.
+void warn_of_calibrations(Console& console, Experiment& experiment, const Rig& rig) {
+  const auto channels = channels_of(rig.file());
+  for (const auto& line : overdue_calibrations(channels, rig.clock().now().utc)) {
+    console.say("warning: " + line);
+    experiment.note(EventKind::note, line);
+  }
+}
+
+/// What gyrotherm-make-safe did while nobody else was there belongs into the record.
+Result<void> recall_guard(Console& console, Store& store, const Instant& now, const std::string& path) {
+  const auto trace = read_trace(path);
+  const auto words = trace ? (*trace ? in_words(**trace) : "") : text(trace.error());
+  if (words.empty()) return {};
+  console.say(path + ": " + words);
+  if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
+  if (!store.settle(kLongestLastWrite)) return {};  // the trace stays for the next time
+  std::error_code error;
+  std::filesystem::remove(made_safe_path(path), error);
+  return {};
+}
+
+/// What it holds is its description alone.
+void remove_unbegun(std::unique_ptr<Store> store, const std::string& path) {
+  store.reset();
+  remove_record(path);
+}
+
+Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
+  return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
+}
+
+}  // namespace
+
+Result<Profile> read_profile(const std::string& path, const RigFile* rig) {
+  const auto written = read_text_file(path);
+  if (!written) return failure(written.error());
+  auto profile = parse_profile(*written, path);
+  if (!profile) return profile;
+  auto checked = check_profile(*profile, rig ? rig->chamber_limits : ChamberLimits{});
+  const auto sensors = rig ? check_sensors(*profile, rig->limits.channels) : Result<void>{};
+  if (checked && sensors) return profile;
+  if (checked) return failure(sensors.error());
+  if (!sensors) checked.error().what += "\n" + text(sensors.error());
+  return failure(std::move(checked.error()));
+}
+
+Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig) {
+  auto lowest = rig.safe_set_point, highest = rig.safe_set_point;
+  for (const auto& segment : profile.segments) {
+    lowest = std::min(lowest, segment.target);
+    highest = std::max(highest, segment.target);
+  }
+  const auto refuse = [](const char* side, Celsius limit, Celsius wanted) {
+    return failure(FaultKind::out_of_range, "chamber",
+                   fmt::format("its controller is set to take nothing {} {:g} °C, the run needs {:g} °C", side,
+                               limit.value, wanted.value));
+  };
+  if (limits.lowest && lowest < *limits.lowest) return refuse("below", *limits.lowest, lowest);
+  if (limits.highest && highest > *limits.highest) return refuse("above", *limits.highest, highest);
+  return {};
+}
+
+Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
+                       const std::string& path, bool upload) {
+  std::optional<OneCore> one_core;
+  file.simulated ? void(one_core.emplace()) : console.never_wait();
+  if (std::error_code error;
+      std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
+    return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
+  auto custody = Custody::take(file, path, upload);
+  if (!custody) return failure(custody.error());
+  auto rig =
+      Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
+  if (!rig) return failure(rig.error());
+  if (upload && !file.chamber_map.memory)
+    return failure(FaultKind::usage, "--upload",
+                   fmt::format("the register map of the {} describes no profile memory", file.chamber_map.name));
+  const auto first = begin(profile);
+  const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
+  if (!program) return failure(program.error());
+  EntryPoint entry;
+  Result<std::unique_ptr<Store>> store = nullptr;
+  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+    if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
+    store = Store::create(path, run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->will_start_utc()),
+                          {.background = !file.simulated});
+    if (!store) return failure(store.error());
+    const auto goal = command(profile, first), air = found.state.air;
+    entry = entry_at(goal, air, upload || is_in_place(air, goal, {}), file.chamber_limits);
+    return custody->arm().map([&] { return entry.set_point; });
+  };
+  const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
+  if (!names) {
+    auto why = not_begun(*custody, **rig, names.error());
+    if (store && *store) remove_unbegun(std::move(*store), path);
+    return why;
+  }
+  custody->beat({});
+  for (const auto& who : *names) console.detail(who);
+  Experiment experiment(profile, **rig, **store, first, 0);
+  experiment.note(EventKind::started, profile.name);
+  if (entry.away) experiment.begin_away(entry.set_point, "the air is not where the profile begins", {});
+  if (upload) {
+    experiment.leave_to_the_controller();
+    experiment.note(EventKind::note, "the controller carries the profile out: " + names->back());
+  }
+  warn_of_calibrations(console, experiment, **rig);
+  return drive({console, profile, experiment, **rig, **store, *custody, path});
+}
+
+Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
+  const auto record = read_record(path);
+  if (!record) return failure(record.error());
+  auto on = continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
+                            run_number(record->info.profile_text));
+  if (!on) return failure(on.error());
+  const auto lost = lost_end(path);  // before the record is written again
+  std::optional<OneCore> one_core;
+  on->rig.simulated ? void(one_core.emplace()) : console.never_wait();
+  auto custody = Custody::take(on->rig, path);
+  if (!custody) return failure(custody.error());
+  auto rig = Rig::assemble(on->rig, on->start);
+  if (!rig) return failure(rig.error());
+  EntryPoint entry;
+  Result<std::unique_ptr<Store>> store = nullptr;
+  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+    const auto at = reentry(*on, found.state, path, options.accept);
+    if (!at) return failure(at.error());
+    entry = *at;
+    if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
+    store = Store::reopen(path, {.background = !on->rig.simulated});
+    if (!store) return failure(store.error());
+    return custody->arm().map([&] { return entry.set_point; });
+  };
+  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*custody, **rig, names.error());
+  custody->beat({});
+  const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
+  if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
+  Experiment experiment(on->profile, **rig, **store, on->state, first);
+  const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
+  console.say(fmt::format("{}: {} at second {}", path, text, first));
+  experiment.note(EventKind::resumed, text);
+  if (entry.away) experiment.begin_away(entry.set_point, on->why_stopped, on->stood.air);
+  if (lost && *lost) {
+    console.say(fmt::format("warning: {}: {}", path, in_words(**lost)));
+    experiment.note(EventKind::fault, "the record " + in_words(**lost));
+  }
+  warn_of_calibrations(console, experiment, **rig);
+  if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
+  return drive({console, on->profile, experiment, **rig, **store, *custody, path});
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,39 @@
+/// Conducts a run to its end: in real time on an event loop, on a virtual rig as fast as the machine allows.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/command.hpp"
+#include "core/result.hpp"
+#include "drivers/instruments.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm {
+
+/// Reads a profile and checks it against what the rig's chamber can do, and for soaks on sensors that it does not have.
+/// Without a rig it is checked by itself. Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<Profile> read_profile(const std::string& path, const RigFile* rig);
+
+/// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
+/// the rig's safe one.
+[[nodiscard]] Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig);
+
+/// Records a new run of a profile that was read for this rig into `path`. `upload`: the chamber's controller is given
+/// the whole profile and carries it out; otherwise it is sent set points. Fails with interrupted (the record is kept;
+/// resume goes on), interlock, an instrument's fault at the start, or storage.
+[[nodiscard]] Result<void> start_run(Console& console, const Profile& profile, const RigFile& rig, std::uint64_t seed,
+                                     const std::string& path, bool upload = false);
+
+struct ResumeOptions {
+  bool accept = false;                      ///< the operator allows what the resume rule leaves to people
+  Duration gap = std::chrono::seconds(30);  ///< virtual rig: how long it was down
+};
+
+/// Goes on with an unfinished run: the same segment, no soak shortened, the gap in the record.
+/// Down for at most 120 s, the air within 2 K of where it was, and not ended by an interlock: goes on by itself;
+/// otherwise fails with interrupted unless accepted.
+[[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
+
+}  // namespace gyrotherm

@@ -1,0 +1,100 @@
+#include "app/run/display.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/clock.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string degrees(double value) { return std::isnan(value) ? "unknown" : fmt::format("{:.2f} °C", value); }
+
+std::string in_words(const std::optional<DegreesPerHour>& bias) {
+  return bias ? fmt::format("{:+.4f} °/h", bias->value) : "unknown";
+}
+
+std::string chamber_line(const Sample& sample) {
+  const auto asked = degrees(sample.progress.set_point.value);
+  if (!sample.chamber.value) return fmt::format("set point {}, chamber: {}", asked, sample.chamber.value.error().what);
+  const auto& state = *sample.chamber.value;
+  return fmt::format("set point {} (chamber {}), air {}", asked, degrees(state.set_point.value),
+                     degrees(state.air.value));
+}
+
+}  // namespace
+
+void BiasMeter::see(const Reading<PulseCount>& reading) {
+  if (seconds_.size() == kLength) seconds_.erase(seconds_.begin());
+  const bool counts = reading.value && reading.value->interval > Duration{};
+  seconds_.push_back(counts ? std::optional(*reading.value) : std::nullopt);
+}
+
+/// 1 arcsec/s is 1 °/h exactly.
+DegreesPerHour BiasMeter::bias_of(const PulseCount& count) const {
+  const auto number = static_cast<double>(count.pulses);
+  const double rate =
+      gyro_.kind == GyroKind::rate ? gyro_.scale * number : gyro_.scale * number / to_seconds(count.interval);
+  return {rate - gyro_.earth_rate.value_or(DegreesPerHour{}).value};
+}
+
+std::optional<DegreesPerHour> BiasMeter::last_second() const {
+  if (seconds_.empty() || !seconds_.back()) return {};
+  return bias_of(*seconds_.back());
+}
+
+std::optional<DegreesPerHour> BiasMeter::mean() const {
+  double sum = 0, weight = 0;
+  for (const auto& second : seconds_) {
+    if (!second) continue;
+    sum += bias_of(*second).value * to_seconds(second->interval);
+    weight += to_seconds(second->interval);
+  }
+  if (weight <= 0) return {};
+  return DegreesPerHour{sum / weight};
+}
+
+Display::Display(Console& console, const Profile& profile, const RigFile& rig)
+    : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)), bias_(rig.gyro.info) {}
+
+void Display::see(const Sample& sample) { bias_.see(sample.gyro); }
+
+std::string Display::headline(const Sample& sample, const Outlook& outlook) const {
+  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(outlook.time_left);
+  auto line = fmt::format("{}{}: {:.0f} %, {} left, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
+                          100 * done / std::max(done + left, 1.0), spoken(outlook.time_left), name(outlook.state));
+  if (!outlook.cause.empty()) line += ": " + outlook.cause;
+  if (outlook.behind_plan >= std::chrono::seconds(1))
+    line += fmt::format(" ({} behind plan)", spoken(outlook.behind_plan));
+  return line;
+}
+
+std::vector<std::string> Display::lines(const Sample& sample, const Outlook& outlook) const {
+  std::vector<std::string> all{headline(sample, outlook)};
+  const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
+  if (segment < profile_.segments.size())
+    all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),
+                              profile_.segments[segment].name, name(sample.progress.phase),
+                              spoken(sample.progress.in_segment)));
+  all.push_back("  " + chamber_line(sample));
+  std::string temperatures = " ";
+  for (std::size_t i = 0; i < sample.thermometers.size() && i < channels_.size(); ++i) {
+    const auto& reading = sample.thermometers[i].value;
+    temperatures += fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
+  }
+  all.push_back(temperatures + " °C");
+  all.push_back(fmt::format("  bias {}, mean of 100 s {}", in_words(bias_.last_second()), in_words(bias_.mean())));
+  for (const auto& fault : outlook.faults) all.push_back("  fault: " + fault);
+  return all;
+}
+
+void Display::show(const Sample& sample, const Outlook& outlook) {
+  const bool turned = sample.progress.segment != shown_segment_ || outlook.state != shown_state_;
+  shown_segment_ = sample.progress.segment;
+  shown_state_ = outlook.state;
+  console_.panel([&] { return lines(sample, outlook); }, turned && !rig_.simulated);
+}
+
+}  // namespace gyrotherm

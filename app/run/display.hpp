@@ -1,0 +1,59 @@
+/// What `run` and `resume` show of a run under way: a few lines, redrawn in place on a terminal, a plain one now and
+/// then elsewhere, none with --quiet.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console.hpp"
+#include "core/sample.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm {
+
+/// The gyro's bias of the last second and of the last 100: rate by the counts, less what of the Earth's rate is known.
+class BiasMeter {
+ public:
+  explicit BiasMeter(const GyroInfo& gyro) : gyro_(gyro) {}
+  void see(const Reading<PulseCount>& reading);
+  [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
+  /// Of the seconds among the last 100 that had a reading; nothing if there is none.
+  [[nodiscard]] std::optional<DegreesPerHour> mean() const;
+
+ private:
+  static constexpr std::size_t kLength = 100;
+  [[nodiscard]] DegreesPerHour bias_of(const PulseCount& count) const;
+
+  GyroInfo gyro_;
+  std::vector<std::optional<PulseCount>> seconds_;  ///< the newest last
+};
+
+class Display {
+ public:
+  /// All of them outlive it.
+  Display(Console& console, const Profile& profile, const RigFile& rig);
+
+  /// Each second.
+  void see(const Sample& sample);
+  /// Now and then: after each second or each batch of them.
+  void show(const Sample& sample, const Outlook& outlook);
+
+  /// The lines for a terminal, the newest second in them.
+  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const Outlook& outlook) const;
+
+ private:
+  [[nodiscard]] std::string headline(const Sample& sample, const Outlook& outlook) const;
+
+  Console& console_;
+  const Profile& profile_;
+  const RigFile& rig_;
+  std::vector<Channel> channels_;
+  BiasMeter bias_;
+  int shown_segment_ = -1;
+  RunState shown_state_{};
+};
+
+}  // namespace gyrotherm

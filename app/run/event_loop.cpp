@@ -1,0 +1,234 @@
+#include "app/run/event_loop.hpp"
+
+#include <fmt/format.h>
+
+#include <QCoreApplication>
+#include <QSocketNotifier>
+#include <QTimer>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "app/interrupt.hpp"
+#include "app/run/display.hpp"
+#include "core/clock.hpp"
+#include "sequencer/run/control_socket.hpp"
+#include "sequencer/run/obey.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kLongestBatch = std::chrono::milliseconds(500);
+constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
+constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
+
+/// Where the run stands, with what the disk has to say.
+Outlook outlook_of(const UnderWay& run) {
+  auto outlook = run.experiment.outlook();
+  if (auto health = run.store.health(); !health.trouble.empty())
+    outlook.faults.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
+  return outlook;
+}
+
+/// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
+std::optional<TellSocket> ears_of(const UnderWay& run) {
+  auto socket = TellSocket::open(run.path);
+  if (socket) return std::move(*socket);
+  run.console.say("warning: " + text(socket.error()));
+  return {};
+}
+
+void listen(const UnderWay& run, std::optional<TellSocket>& ears) {
+  if (!ears) return;
+  ears->listen([&](const Telling& telling, const std::string& who) {
+    auto answer = obey(run.experiment, telling, who);
+    run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
+    return answer;
+  });
+}
+
+Result<void> sync(const UnderWay& run) {
+  run.store.publish(run.experiment.outlook());
+  const auto last = run.store.sync();
+  if (!last) return failure(last.error());
+  if (!run.console.json || *last < 0) return {};
+  run.console.fact([&](std::size_t missed) {
+    return missed == 0 ? fmt::format("{{\"acknowledged\": {}}}\n", *last)
+                       : fmt::format("{{\"acknowledged\": {}, \"missed\": {}}}\n", *last, missed);
+  });
+  return {};
+}
+
+Result<Outcome> stopped(const UnderWay& run) {
+  if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
+      !noted)
+    return failure(noted.error());
+  await_disk(run);
+  if (auto synced = sync(run); !synced) return failure(synced.error());
+  return failure(FaultKind::interrupted, "", "stopped");
+}
+
+/// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
+/// obeyed, and it is said why.
+bool must_stay(const UnderWay& run) {
+  if (run.experiment.is_told_to_end()) {
+    run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
+    return true;
+  }
+  if (run.experiment.run_state() != RunState::aborting || stops() > 1) return false;
+  run.console.say(
+      "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
+  return true;
+}
+
+/// The operator does not wait for the chamber: somebody else goes on trying.
+Result<Outcome> left_to_the_guard(const UnderWay& run) {
+  await_disk(run);
+  return failure(FaultKind::interlock, "", run.experiment.end_cause());
+}
+
+/// Alarms and changes of state are told at once, each by itself: who is not there now reads them later.
+void tell_events(const UnderWay& run) {
+  for (const auto& event : run.experiment.last_events()) switch (event.kind) {
+      case EventKind::fault:
+      case EventKind::recovered:
+      case EventKind::interlock:
+      case EventKind::state:
+        run.console.say(fmt::format("{} {}: {}", civil_time(event.at.utc), name(event.kind), event.text));
+        break;
+      default: break;
+    }
+}
+
+/// One real-time tick and what follows from it. Nothing in it waits for a person, a terminal, a disk or a lock.
+class RealTime {
+ public:
+  explicit RealTime(const UnderWay& run)
+      : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
+    timer_.setTimerType(Qt::PreciseTimer);
+    timer_.setSingleShot(true);
+    timer_.callOnTimeout([this] { tick(); });
+  }
+
+  Result<Outcome> run() {
+    QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
+    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
+    QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
+    told.setEnabled(ears_.has_value());
+    QObject::connect(&told, &QSocketNotifier::activated, [this] {
+      if (!ended_) listen(run_, ears_);
+    });
+    arm();
+    QCoreApplication::exec();
+    return result_;
+  }
+
+ private:
+  /// The timer is armed each time for the next whole second of the rig's clock: slot k is ticked at its end, k + 1 s.
+  void arm() {
+    const auto now = run_.rig.clock().now().since_start;
+    const auto next_second = std::chrono::floor<std::chrono::seconds>(now) + std::chrono::seconds(1);
+    timer_.start(std::chrono::ceil<std::chrono::milliseconds>(next_second - now));
+  }
+
+  /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
+  void end(Result<Outcome> result) {
+    ended_ = true;
+    timer_.stop();
+    result_ = std::move(result);
+    QCoreApplication::quit();
+  }
+
+  /// What is acknowledged a moment later is told too.
+  Result<Outcome> with_its_last_second(Result<Outcome> outcome) {
+    await_disk(run_);
+    if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
+    return outcome;
+  }
+
+  /// As the rig file says: who closes a terminal may mean no more than that.
+  void hang_up() {
+    if (hangups() == seen_hangups_) return;
+    seen_hangups_ = hangups();
+    forgive_hangups();
+    if (run_.rig.file().procedure.on_hangup == OnHangup::go_on)
+      run_.experiment.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
+    else if (run_.experiment.objection(OperatorCommand::abort).empty())
+      run_.experiment.tell(OperatorCommand::abort, "the terminal, which was closed");
+  }
+
+  void interrupt_now() {
+    take_wake_ups();
+    if (ended_) return;
+    hang_up();
+    listen(run_, ears_);  // what was told before outranks Ctrl-C
+    if (stops() == 0 || must_stay(run_)) return;
+    end(run_.experiment.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
+  }
+
+  void tick() {
+    if (ended_) return;
+    listen(run_, ears_);
+    const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
+    if (slot >= run_.experiment.next_slot()) {
+      run_.experiment.see_guard(run_.custody.trouble());
+      auto outcome = run_.experiment.tick(slot);
+      run_.custody.beat(run_.rig.sampler().stuck_for());
+      if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
+      display_.see(run_.experiment.last());
+      tell_events(run_);
+      display_.show(run_.experiment.last(), outlook_of(run_));
+      if (!outcome || *outcome != Outcome::going_on) return end(with_its_last_second(std::move(outcome)));
+    }
+    arm();
+  }
+
+  const UnderWay& run_;
+  Display display_;
+  std::optional<TellSocket> ears_;
+  QTimer timer_;
+  bool ended_ = false;
+  int seen_hangups_ = 0;
+  Result<Outcome> result_ = Outcome::going_on;  ///< once ended
+};
+
+}  // namespace
+
+void await_disk(const UnderWay& run) {
+  if (run.store.settle(kLongestFarewell)) return;
+  const auto health = run.store.health();
+  run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
+}
+
+Result<Outcome> drive_virtual(const UnderWay& run) {
+  Display display(run.console, run.profile, run.rig.file());
+  auto ears = ears_of(run);
+  auto last_sync = steady_clock::now();
+  for (;;) {
+    run.rig.let_pass(1);
+    const auto outcome = run.experiment.tick(run.experiment.next_slot());
+    if (!outcome) return outcome;
+    display.see(run.experiment.last());
+    const bool ended = *outcome != Outcome::going_on;
+    if (!ended && run.experiment.next_slot() % kTicksPerLook != 0) continue;
+    if (interrupted() && !ended && !run.experiment.is_told_to_end() &&
+        (run.experiment.run_state() != RunState::aborting || interrupts() > 1))
+      return stopped(run);
+    listen(run, ears);
+    if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
+    if (auto synced = sync(run); !synced) return failure(synced.error());
+    last_sync = steady_clock::now();
+    display.show(run.experiment.last(), outlook_of(run));
+    if (ended) return outcome;
+  }
+}
+
+Result<Outcome> drive_real(const UnderWay& run) {
+  int argc = 0;
+  QCoreApplication application(argc, nullptr);
+  return RealTime(run).run();
+}
+
+}  // namespace gyrotherm

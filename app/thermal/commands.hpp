@@ -1,0 +1,12 @@
+/// The subcommands of gyrotherm-thermal.
+#pragma once
+
+#include "app/command.hpp"
+
+namespace gyrotherm {
+
+void add_thermal_fit(Program& program);
+void add_thermal_image(Program& program);
+void add_thermal_reduce(Program& program);
+
+}  // namespace gyrotherm

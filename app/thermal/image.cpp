@@ -1,0 +1,217 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/command.hpp"
+#include "app/interrupt.hpp"
+#include "app/places.hpp"
+#include "app/thermal/commands.hpp"
+#include "app/thermal/views.hpp"
+#include "app/timings.hpp"
+#include "core/text_file.hpp"
+#include "thermal/calculix_input.hpp"
+#include "thermal/conjugate_gradients.hpp"
+#include "thermal/difference_fit.hpp"
+#include "thermal/gyro_file.hpp"
+#include "thermal/vtu.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
+
+struct ThermalArguments {
+  std::string gyro, mesh = "medium", out;
+  double ambient_c = 20;
+  std::optional<double> film, fit;
+};
+
+/// A steady state and what it took.
+struct Solved {
+  GyroModel model;
+  GyroMesh mesh;
+  SteadyState state;
+  double film_w_per_m2_k{};
+  double wall_s{};
+  std::vector<FittedDifference> family;  ///< with --fit: the parameter that was used first
+};
+
+double used_film(const GyroModel& model, const ThermalArguments& options) {
+  if (options.film) return *options.film;
+  return model.mode == GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
+}
+
+Result<Solved> solve(Console& console, GyroModel model, const ThermalArguments& options) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto size = std::ranges::find(kMeshSizeNames, options.mesh) - kMeshSizeNames.begin();
+  Solved solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
+  if (options.fit) {
+    auto family = fit_family(solved.model, *options.fit, {.ambient_c = options.ambient_c}, console.sink());
+    if (!family) return failure(family.error());
+    solved.family = std::move(*family);
+    if (const auto& first = solved.family.front(); first.reached)
+      solved.model = with_parameter(solved.model, first.parameter, first.value);
+    else
+      console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
+                              kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
+  }
+  if (!keep_going(console.sink(), "steady state", 0)) return failure(FaultKind::interrupted, "thermal", "stopped");
+  solved.film_w_per_m2_k = used_film(solved.model, options);
+  solved.mesh = make_mesh(solved.model, static_cast<MeshSize>(size));
+  auto state = steady_state(solved.model, solved.mesh,
+                            {.ambient_c = options.ambient_c, .film_w_per_m2_k = solved.film_w_per_m2_k});
+  if (!state) return failure(state.error());
+  solved.state = std::move(*state);
+  solved.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return solved;
+}
+
+struct Means {
+  double gain_c{}, non_gain_c{};
+};
+
+Means means_of(const SteadyState& state) {
+  const auto& t = state.outputs_c;
+  return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
+}
+
+std::string point_words(const char* what, const ExtremePoint& point) {
+  return fmt::format("  {:<9} {:7.3f} °C  {} at ({:.1f}, {:.1f}, {:.1f}) mm\n", what, point.temperature_c,
+                     kGyroPartNames[index(point.part)], 1e3 * point.at_m[0], 1e3 * point.at_m[1], 1e3 * point.at_m[2]);
+}
+
+std::string family_words(const Solved& solved, double wanted_k) {
+  auto text = fmt::format(
+      "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
+  for (const auto& fit : solved.family) {
+    text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
+                        kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value, fit.difference_k,
+                        fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+  }
+  return text;
+}
+
+std::string words(const Solved& solved, const ThermalArguments& options) {
+  const auto& state = solved.state;
+  const auto [gain_c, non_gain_c] = means_of(state);
+  auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
+  for (std::size_t k = 0; k < 8; ++k) text += fmt::format("  {} {:.3f}", kThermalOutputNames[k], state.outputs_c[k]);
+  text += fmt::format("  °C\n  gain areas A B C {:.3f} °C, opposite F G H {:.3f} °C: {:.3f} K apart (the paper: 3.5)\n",
+                      gain_c, non_gain_c, gain_c - non_gain_c);
+  text += point_words("hottest", state.hottest) + point_words("coldest", state.coldest);
+  text += fmt::format("  energy    {:.6f} W in, {:.6f} W out\n", state.power_in_w, state.power_out_w);
+  text += fmt::format("  film      {:g} W/(m²·K); ballast read as \"{}\"\n", solved.film_w_per_m2_k,
+                      kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
+  text += fmt::format("  mesh      {}, {} elements, {} unknowns; {} iterations ({}), {:.1f} s, {:.0f} MB\n",
+                      options.mesh, solved.mesh.element_count, state.unknowns, state.iterations, preconditioner_name(),
+                      solved.wall_s, peak_memory_mb());
+  if (options.fit) text += family_words(solved, *options.fit);
+  return text;
+}
+
+nlohmann::ordered_json json_of(const ExtremePoint& point) {
+  return {{"temperature_c", point.temperature_c}, {"at_m", point.at_m}, {"part", kGyroPartNames[index(point.part)]}};
+}
+
+/// Without what varies from run to run.
+nlohmann::ordered_json json(const Solved& solved, const ThermalArguments& options) {
+  const auto& state = solved.state;
+  const auto [gain_c, non_gain_c] = means_of(state);
+  nlohmann::ordered_json json{
+      {"schema", kThermalSchema},
+      {"simulated", true},
+      {"gyro", solved.model.name},
+      {"mode", kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
+      {"ballast_reading", kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
+      {"ambient_c", options.ambient_c},
+      {"film_w_per_m2_k", solved.film_w_per_m2_k},
+      {"temperatures_c", nlohmann::ordered_json::object()}};
+  for (std::size_t k = 0; k < kThermalOutputs; ++k)
+    json["temperatures_c"][std::string(kThermalOutputNames[k])] = state.outputs_c[k];
+  json["gain_mean_c"] = gain_c;
+  json["non_gain_mean_c"] = non_gain_c;
+  json["difference_k"] = gain_c - non_gain_c;
+  json["hottest"] = json_of(state.hottest);
+  json["coldest"] = json_of(state.coldest);
+  json["power_in_w"] = state.power_in_w;
+  json["power_out_w"] = state.power_out_w;
+  json["mesh"] = options.mesh;
+  json["elements"] = solved.mesh.element_count;
+  json["unknowns"] = state.unknowns;
+  json["iterations"] = state.iterations;
+  for (const auto& fit : solved.family) {
+    json["calibration"].push_back({{"parameter", kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+                                   {"value", fit.value},
+                                   {"difference_k", fit.difference_k},
+                                   {"reached", fit.reached}});
+  }
+  return json;
+}
+
+Result<void> write_all(const Solved& solved, const ThermalArguments& options) {
+  const std::filesystem::path folder = options.out;
+  std::vector<std::pair<std::string, std::string>> files{{"thermal.json", json(solved, options).dump(2) + "\n"}};
+  for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
+    files.emplace_back(view.file + ".svg", svg_of(view.image));
+    files.emplace_back(view.file + ".png", png_of(view.image));
+  }
+  std::ostringstream vtu, calculix;
+  write_vtu(vtu, solved.mesh, solved.state.field_c);
+  files.emplace_back("gyro.vtu", std::move(vtu).str());
+  write_calculix_input(calculix, solved.model, solved.mesh,
+                       {.ambient_c = options.ambient_c, .coefficients = solved.state.coefficients});
+  files.emplace_back("gyro.inp", std::move(calculix).str());
+  for (const auto& [name, content] : files) {
+    if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
+  }
+  return {};
+}
+
+Result<Exit> image(Console& console, const ThermalArguments& options) {
+  const std::string path = options.gyro.empty() ? shipped("profiles/gyros/calibrated.toml") : options.gyro;
+  const auto text = read_text_file(path);
+  if (!text) return failure(text.error());
+  auto model = parse_gyro(*text, path);
+  if (!model) return failure(model.error());
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) return failure(FaultKind::storage, options.out, error.message());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto solved = solve(console, std::move(*model), options);
+  if (!solved) return failure(solved.error());
+  if (auto written = write_all(*solved, options); !written) return failure(written.error());
+  if (!console.json) {
+    console.data(words(*solved, options));
+    return Exit::done;
+  }
+  auto facts = json(*solved, options);
+  facts["wall_s"] = solved->wall_s;
+  facts["peak_memory_mb"] = peak_memory_mb();
+  console.data(facts.dump(2) + "\n");
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_thermal_image(Program& program) {
+  auto options = std::make_shared<ThermalArguments>();
+  auto command = add_command(program, "image",
+                             "The finite-element thermal image of the working gyro at rest: pictures, a file for "
+                             "ParaView, an input for CalculiX.",
+                             "gyrotherm-thermal image --mesh medium --out image");
+  command.option("--gyro", options->gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.option("--mesh", options->mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
+      .one_of({"coarse", "medium", "fine"});
+  command.option("--ambient", options->ambient_c, "temperature of the air around the cabinet, °C")
+      .within(-100.0, 150.0);
+  command.option("--film", options->film, "film on the outside, W/(m²·K); the file's still air if not given")
+      .within(0.01, 10000.0);
+  command.option("--fit", options->fit, "first calibrate to this gain–non-gain difference, K").within(0.01, 100.0);
+  command.option("--out", options->out, "folder for the results").required();
+  command.action([&program, options] { return image(program.console, *options); });
+}
+
+}  // namespace gyrotherm

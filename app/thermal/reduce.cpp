@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "app/command.hpp"
+#include "app/interrupt.hpp"
+#include "app/thermal/commands.hpp"
+#include "core/sha256.hpp"
+#include "core/text_file.hpp"
+#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_reduction.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct ReduceArguments {
+  std::string gyro;
+  std::string mesh = "medium";
+  ReductionOptions reduction;
+};
+
+std::string reduced_path(const std::string& gyro) {
+  constexpr std::string_view kSuffix = ".toml";
+  return (gyro.ends_with(kSuffix) ? gyro.substr(0, gyro.size() - kSuffix.size()) : gyro) + ".reduced.toml";
+}
+
+Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
+  const auto text = read_text_file(options.gyro);
+  if (!text) return failure(text.error());
+  const auto gyro = parse_gyro(*text, options.gyro);
+  if (!gyro) return failure(gyro.error());
+  const auto size = std::ranges::find(kMeshSizeNames, options.mesh) - kMeshSizeNames.begin();
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto model = reduce_gyro(*gyro, sha256(*text), static_cast<MeshSize>(size), options.reduction, console.sink());
+  if (!model) return failure(model.error());
+  const auto path = reduced_path(options.gyro);
+  if (auto written = replace_text_file(path, reduced_model_text(*model)); !written) return failure(written.error());
+  console.data(fmt::format(
+      "{}: {} states of {}; errors over A…H: {:.1e} K by points, {:.1e} K on ramps, {:.1e} K at switch-on\n", path,
+      model->conduction.rows(), model->mesh, model->error.transfer_k, model->error.ramp_k, model->error.switch_on_k));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_thermal_reduce(Program& program) {
+  auto options = std::make_shared<ReduceArguments>();
+  auto command = add_command(program, "reduce",
+                             "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
+                             "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
+                             "gyrotherm-thermal reduce profiles/gyros/calibrated.toml");
+  command.option("GYRO", options->gyro, "gyro file").required();
+  command.option("--mesh", options->mesh, "coarse, medium or fine").one_of({"coarse", "medium", "fine"});
+  command.option("--states", options->reduction.states, "at most").within(8, 200);
+  command.option("--goal", options->reduction.goal_k, "largest error, K").within(1e-6, 10);
+  command.action([&program, options] { return reduce_and_write(program.console, *options); });
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,25 @@
+/// The thermal image of a steady state, as views through the gyro.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "thermal/gyro_model.hpp"
+#include "thermal/mesh.hpp"
+#include "thermal/steady_state.hpp"
+#include "thermal/thermal_image.hpp"
+
+namespace gyrotherm {
+
+struct ThermalView {
+  std::string file;  ///< without its suffix: "top-face"
+  ThermalImage image;
+};
+
+/// The block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The block
+/// and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what stands on it
+/// shows as outlines.
+[[nodiscard]] std::vector<ThermalView> thermal_views(const GyroModel& model, const GyroMesh& mesh,
+                                                     const SteadyState& state);
+
+}  // namespace gyrotherm

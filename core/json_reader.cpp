@@ -1,0 +1,145 @@
+#include "core/json_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace gyrotherm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const Json* as_json(const void* node) { return static_cast<const Json*>(node); }
+
+std::string place_of_byte(std::string_view text, std::size_t byte, const std::string& file) {
+  const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
+  const auto line = 1 + std::ranges::count(before, '\n');
+  const auto newline = before.rfind('\n');
+  const auto column = newline == std::string_view::npos ? before.size() + 1 : before.size() - newline;
+  return fmt::format("{}:{}:{}", file, line, column);
+}
+
+}  // namespace
+
+struct JsonPlace::Document {
+  std::string file;
+  Json root;
+  std::optional<Fault> mistake;
+};
+
+JsonPlace::JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path)
+    : document_(std::move(document)), node_(node), path_(std::move(path)) {}
+
+Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file) {
+  auto document = std::make_shared<Document>();
+  try {
+    document->root = Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    return failure(FaultKind::bad_file, place_of_byte(text, error.byte, file), "not JSON, expected a JSON document");
+  } catch (const Json::exception& error) {
+    return failure(FaultKind::bad_file, file, error.what());
+  }
+  document->file = std::move(file);
+  const void* root = &document->root;
+  return JsonPlace(std::move(document), root, "");
+}
+
+void JsonPlace::mistake(const std::string& what) const {
+  if (document_->mistake) return;
+  const std::string where = path_.empty() ? document_->file : document_->file + ": " + path_;
+  document_->mistake = Fault{FaultKind::bad_file, where, what};
+}
+
+Result<void> JsonPlace::verdict() const {
+  if (document_->mistake) return failure(*document_->mistake);
+  return {};
+}
+
+JsonPlace JsonPlace::operator[](std::string_view key) const {
+  const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+  const Json* node = as_json(node_);
+  const bool is_there = node != nullptr && node->is_object() && node->contains(key);
+  const JsonPlace there(document_, is_there ? &*node->find(key) : nullptr, path);
+  if (node != nullptr && !is_there) there.mistake("missing, expected a value");
+  return there;
+}
+
+std::vector<JsonPlace> JsonPlace::elements() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return {};
+  if (!node->is_array()) return mistake("wrong type, expected an array"), std::vector<JsonPlace>{};
+  std::vector<JsonPlace> all;
+  for (const Json& element : *node)
+    all.push_back(JsonPlace(document_, &element, fmt::format("{}[{}]", path_, all.size())));
+  return all;
+}
+
+std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return {};
+  if (!node->is_object())
+    return mistake("wrong type, expected an object"), std::vector<std::pair<std::string, JsonPlace>>{};
+  std::vector<std::pair<std::string, JsonPlace>> all;
+  for (const auto& [key, value] : node->items()) all.emplace_back(key, JsonPlace(document_, &value, path_ + "." + key));
+  return all;
+}
+
+bool JsonPlace::is_null() const {
+  const Json* node = as_json(node_);
+  return node != nullptr && node->is_null();
+}
+
+double JsonPlace::number() const {
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  const Json* node = as_json(node_);
+  if (node == nullptr || node->is_null()) return kNothing;
+  if (!node->is_number()) return mistake("wrong type, expected a number or null"), kNothing;
+  return node->get<double>();
+}
+
+int JsonPlace::integer() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return 0;
+  const bool fits = node->is_number_integer() && node->get<double>() >= std::numeric_limits<int>::min() &&
+                    node->get<double>() <= std::numeric_limits<int>::max();
+  if (!fits) return mistake("wrong type, expected a whole number"), 0;
+  return node->get<int>();
+}
+
+bool JsonPlace::boolean() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return false;
+  if (!node->is_boolean()) return mistake("wrong type, expected true or false"), false;
+  return node->get<bool>();
+}
+
+std::string JsonPlace::text() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return {};
+  if (!node->is_string()) return mistake("wrong type, expected a text"), std::string{};
+  return node->get<std::string>();
+}
+
+std::string JsonPlace::digits() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return {};
+  if (!node->is_number_integer()) return mistake("wrong type, expected a whole number"), std::string{};
+  return node->dump();
+}
+
+std::vector<double> JsonPlace::numbers() const {
+  std::vector<double> all;
+  for (const JsonPlace& element : elements()) all.push_back(element.number());
+  return all;
+}
+
+std::vector<std::string> JsonPlace::texts() const {
+  std::vector<std::string> all;
+  for (const JsonPlace& element : elements()) all.push_back(element.text());
+  return all;
+}
+
+}  // namespace gyrotherm

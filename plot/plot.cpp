@@ -1,0 +1,303 @@
+#include "plot/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "plot/colour.hpp"
+#include "plot/decimate.hpp"
+#include "plot/format.hpp"
+#include "plot/svg.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kLeftMargin = 64;
+constexpr double kRightMargin = 16;
+constexpr double kRightAxisMargin = 64;
+constexpr double kHeadHeight = 34;  // of a panel: its title and legend
+constexpr double kFootHeight = 46;  // below the last panel: tick labels and the x title
+constexpr double kPanelGap = 22;
+constexpr double kStretchHeight = 6;  // above the head of the first panel
+constexpr double kTickLength = 4;
+constexpr int kXTicks = 8;
+constexpr double kAir = 0.02;  // of the data's height, kept free above and below them
+
+int y_ticks(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
+
+/// Where a panel lies and how its values become pixels.
+struct Place {
+  double left_px{}, top_px{}, width_px{}, height_px{};
+  Scale x, y, y_right;
+  [[nodiscard]] double right_px() const { return left_px + width_px; }
+  [[nodiscard]] double bottom_px() const { return top_px + height_px; }
+  [[nodiscard]] const Scale& scale(Side side) const { return side == Side::left ? y : y_right; }
+};
+
+/// From the least to the greatest value above 0 of the curves of one side, their error bars included.
+Range logarithmic_range(const Panel& panel, Side side) {
+  std::vector<double> ends;
+  for (const Curve& curve : panel.curves) {
+    if (curve.side != side) continue;
+    for (std::size_t k = 0; k < curve.y.size(); ++k) {
+      const double error = curve.error.empty() ? 0 : curve.error[k];
+      ends.insert(ends.end(), {curve.y[k], curve.y[k] - error, curve.y[k] + error});
+    }
+  }
+  return logarithmically_rounded_out(positive_range_of(ends));
+}
+
+Range y_range(const Panel& panel, Side side) {
+  const AxisStyle& style = side == Side::left ? panel.left : *panel.right;
+  if (style.range) return *style.range;
+  if (style.logarithmic) return logarithmic_range(panel, side);
+  std::optional<Range> range;
+  for (const Curve& curve : panel.curves) {
+    if (curve.side != side) continue;
+    range = range ? joined(*range, range_of(curve.y)) : range_of(curve.y);
+  }
+  if (side == Side::left) {
+    for (const Band& band : panel.bands) range = range ? joined(*range, band.range) : band.range;
+  }
+  const Range tight = range.value_or(Range{0, 1});
+  const double air = kAir * (tight.high - tight.low);
+  return rounded_out({tight.low - air, tight.high + air}, y_ticks(panel));
+}
+
+Range x_range(const Plot& plot) {
+  if (plot.x.range) return *plot.x.range;
+  if (!plot.x.categories.empty()) return {-0.4, static_cast<double>(plot.x.categories.size()) - 0.6};
+  std::optional<Range> range;
+  for (const Panel& panel : plot.panels) {
+    for (const Curve& curve : panel.curves) range = range ? joined(*range, range_of(curve.x)) : range_of(curve.x);
+  }
+  Range whole = range.value_or(Range{0, 1});
+  if (plot.x.logarithmic) return logarithmically_rounded_out(positive_range_of({whole.low, whole.high}));
+  if (whole.high <= whole.low) whole.high = whole.low + 1;
+  return whole;
+}
+
+std::vector<Tick> ticks_of(const AxisStyle& style, const Range& range, int count) {
+  return style.logarithmic ? logarithmic_ticks(range) : ticks(range, count);
+}
+
+std::vector<Tick> y_ticks_of(const Panel& panel, const Place& place, Side side) {
+  return ticks_of(side == Side::left ? panel.left : *panel.right, place.scale(side).values, y_ticks(panel));
+}
+
+std::vector<Tick> x_ticks(const Plot& plot) {
+  if (plot.x.categories.empty()) return ticks_of(plot.x, x_range(plot), kXTicks);
+  std::vector<Tick> all;
+  for (const std::string& name : plot.x.categories) all.push_back({static_cast<double>(all.size()), name});
+  return all;
+}
+
+void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const Place& place) {
+  for (const Band& band : panel.bands) {
+    const double top = std::max(place.y(band.range.high), place.top_px);
+    const double bottom = std::min(place.y(band.range.low), place.bottom_px());
+    if (bottom > top) svg.rectangle(place.left_px, top, place.width_px, bottom - top, colour::kFloor);
+  }
+  const auto shade_of = [](const Tick& tick) { return tick.label.empty() ? colour::kFineGrid : colour::kGrid; };
+  for (const Tick& tick : x_ticks(plot)) {
+    const double x = place.x(tick.value);
+    svg.line(x, place.top_px, x, place.bottom_px(), {shade_of(tick)});
+  }
+  for (const Tick& tick : y_ticks_of(panel, place, Side::left)) {
+    const double y = place.y(tick.value);
+    svg.line(place.left_px, y, place.right_px(), y, {tick.value == 0 ? "#b9c1ca" : shade_of(tick)});
+  }
+  if (plot.simulated) draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px);
+}
+
+void draw_y_axis(SvgWriter& svg, const AxisStyle& style, const Panel& panel, const Place& place, Side side) {
+  const bool left = side == Side::left;
+  const double edge = left ? place.left_px : place.right_px();
+  const double outwards = left ? -1 : 1;
+  for (const Tick& tick : y_ticks_of(panel, place, side)) {
+    const double y = place.scale(side)(tick.value);
+    svg.line(edge, y, edge + outwards * kTickLength * (tick.label.empty() ? 0.5 : 1), y, {colour::kFaintInk});
+    if (tick.label.empty()) continue;
+    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick.label,
+             {.colour = style.colour, .anchor = left ? Anchor::end : Anchor::start});
+  }
+  const double middle = place.top_px + place.height_px / 2;
+  svg.text(left ? 15 : edge + 56, middle, style.title,
+           {.size_px = 12, .colour = style.colour, .anchor = Anchor::middle, .turned_deg = 90});
+}
+
+void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labelled) {
+  for (const Tick& tick : x_ticks(plot)) {
+    const double x = place.x(tick.value);
+    svg.line(x, place.bottom_px(), x, place.bottom_px() + kTickLength * (tick.label.empty() ? 0.5 : 1),
+             {colour::kFaintInk});
+    if (labelled && !tick.label.empty()) svg.text(x, place.bottom_px() + 17, tick.label, {.anchor = Anchor::middle});
+  }
+  if (!labelled) return;
+  svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title,
+           {.size_px = 12, .anchor = Anchor::middle});
+}
+
+/// The path of a curve; coordinates are absolute, so that rounding never adds up.
+std::string path_data(const Curve& curve, const Place& place) {
+  const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(place.width_px));
+  const Scale& scale = place.scale(curve.side);
+  std::string data;
+  bool drawing = false;
+  for (std::size_t k = 0; k < points.x.size(); ++k) {
+    const bool here = std::isfinite(points.x[k]) && std::isfinite(points.y[k]) &&
+                      (!scale.logarithmic || points.y[k] > 0) && (!place.x.logarithmic || points.x[k] > 0);
+    if (here) {
+      const std::string x = pixels(place.x(points.x[k]));
+      if (drawing && curve.steps) data += "H" + x;
+      data += fmt::format("{}{} {}", drawing ? "L" : "M", x, pixels(scale(points.y[k])));
+    }
+    drawing = here;
+  }
+  return data;
+}
+
+std::string marker_data(Marker marker, double x, double y) {
+  constexpr double r = 3.4;
+  const auto at = [&](double dx, double dy) { return pixels(x + dx) + " " + pixels(y + dy); };
+  switch (marker) {
+    case Marker::none: return "";
+    case Marker::circle: return fmt::format("M{0}a{1} {1} 0 1 0 {2} 0a{1} {1} 0 1 0 -{2} 0z", at(-r, 0), r, 2 * r);
+    case Marker::square: return "M" + at(-r, -r) + "L" + at(r, -r) + "L" + at(r, r) + "L" + at(-r, r) + "z";
+    case Marker::diamond:
+      return "M" + at(0, -r - 1) + "L" + at(r + 1, 0) + "L" + at(0, r + 1) + "L" + at(-r - 1, 0) + "z";
+    case Marker::triangle: return "M" + at(0, -r - 1) + "L" + at(r + 0.6, r) + "L" + at(-r - 0.6, r) + "z";
+  }
+  return "";
+}
+
+void draw_marker(SvgWriter& svg, const Curve& curve, double x, double y) {
+  if (curve.marker == Marker::none) return;
+  svg.shape(marker_data(curve.marker, x, y), curve.hollow ? "#ffffff" : curve.colour, curve.colour);
+}
+
+/// A bar from y − error to y + error with a cap at either end, as far as it lies in the plotting area.
+void draw_error_bars(SvgWriter& svg, const Curve& curve, const Place& place) {
+  constexpr double kCap = 3;
+  const Scale& scale = place.scale(curve.side);
+  for (std::size_t k = 0; k < curve.error.size(); ++k) {
+    const double x = place.x(curve.x[k]);
+    const double low = std::min(scale(curve.y[k] - curve.error[k]), place.bottom_px());
+    const double high = std::max(scale(curve.y[k] + curve.error[k]), place.top_px);
+    if (!(low > high)) continue;
+    svg.line(x, low, x, high, {curve.colour});
+    for (const double end : {low, high}) {
+      if (end < place.bottom_px() && end > place.top_px) svg.line(x - kCap, end, x + kCap, end, {curve.colour});
+    }
+  }
+}
+
+void draw_curve(SvgWriter& svg, const Curve& curve, const Place& place, const std::string& clip) {
+  assert(curve.x.size() == curve.y.size());
+  assert(curve.error.empty() || curve.error.size() == curve.y.size());
+  draw_error_bars(svg, curve, place);
+  if (curve.line) svg.path(path_data(curve, place), {curve.colour, curve.width_px, curve.dashed ? "6 3" : ""}, clip);
+  const Scale& scale = place.scale(curve.side);
+  for (std::size_t k = 0; k < curve.x.size() && curve.marker != Marker::none; ++k) {
+    const bool inside = curve.y[k] >= scale.values.low && curve.y[k] <= scale.values.high;
+    if (inside) draw_marker(svg, curve, place.x(curve.x[k]), scale(curve.y[k]));
+  }
+}
+
+/// Entries run from the right edge leftwards, in the order of the curves, above the plotting area.
+void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
+  constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kSize = 11;
+  const auto width_of = [&](const std::string& name) {
+    return kKeyWidth + kKeyGap + text_width(name, kSize) + kEntryGap;
+  };
+  double width = 0;
+  for (const Curve& curve : panel.curves) width += curve.name.empty() ? 0 : width_of(curve.name);
+  for (const Band& band : panel.bands) width += width_of(band.name);
+  double x = place.right_px() - width + kEntryGap;
+  const double y = place.top_px - 13;
+  const auto name_it = [&](const std::string& name) {
+    svg.text(x + kKeyWidth + kKeyGap, y + 3.8, name, {.size_px = kSize});
+    x += width_of(name);
+  };
+  for (const Curve& curve : panel.curves) {
+    if (curve.name.empty()) continue;
+    if (curve.line) {
+      svg.line(x, y, x + kKeyWidth, y, {curve.colour, std::max(1.6, curve.width_px), curve.dashed ? "6 3" : ""});
+    }
+    draw_marker(svg, curve, x + kKeyWidth / 2, y);
+    name_it(curve.name);
+  }
+  for (const Band& band : panel.bands) {
+    svg.rectangle(x, y - 5, kKeyWidth, 10, colour::kFloor);
+    name_it(band.name);
+  }
+}
+
+void draw_rules(SvgWriter& svg, const Panel& panel, const Place& place) {
+  for (const Rule& rule : panel.rules) {
+    const double y = place.y(rule.value);
+    if (y < place.top_px || y > place.bottom_px()) continue;
+    svg.line(place.left_px, y, place.right_px(), y, {colour::kFaintInk, 1, "3 3"});
+    svg.text(place.right_px() - 4, y - 4, rule.name,
+             {.size_px = 10, .colour = colour::kFaintInk, .anchor = Anchor::end});
+  }
+}
+
+void draw_stretches(SvgWriter& svg, const Plot& plot, const Place& place, bool named) {
+  for (const Stretch& stretch : plot.stretches) {
+    const double from = place.x(stretch.range.low), to = place.x(stretch.range.high);
+    if (stretch.range.low > place.x.values.low)
+      svg.line(from, place.top_px, from, place.bottom_px(), {"#8b95a1", 1, "1 2"});
+    if (!named || to - from < text_width(stretch.name, 10)) continue;
+    svg.text((from + to) / 2, place.top_px - kHeadHeight + 6, stretch.name,
+             {.size_px = 10.5, .colour = colour::kFaintInk, .anchor = Anchor::middle});
+  }
+}
+
+void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const Place& place) {
+  const Panel& panel = plot.panels[index];
+  const std::string clip = fmt::format("{}-clip-{}", plot.id, index);
+  svg.clip_region(clip, place.left_px, place.top_px, place.width_px, place.height_px);
+  draw_background(svg, plot, panel, place);
+  draw_stretches(svg, plot, place, index == 0);
+  for (const Curve& curve : panel.curves) draw_curve(svg, curve, place, clip);
+  draw_rules(svg, panel, place);
+  svg.frame(place.left_px, place.top_px, place.width_px, place.height_px, {"#8b95a1"});
+  draw_y_axis(svg, panel.left, panel, place, Side::left);
+  if (panel.right) draw_y_axis(svg, *panel.right, panel, place, Side::right);
+  draw_x_axis(svg, plot, place, index + 1 == plot.panels.size());
+  svg.text(place.left_px, place.top_px - 9, panel.title, {.size_px = 12, .bold = true});
+  draw_legend(svg, panel, place);
+}
+
+Place place_of(const Plot& plot, const Panel& panel, double top_px, double right_margin) {
+  Place place{kLeftMargin, top_px, plot.width_px - kLeftMargin - right_margin, panel.height_px, {}, {}, {}};
+  place.x = {x_range(plot), place.left_px, place.right_px(), plot.x.logarithmic};
+  place.y = {y_range(panel, Side::left), place.bottom_px(), place.top_px, panel.left.logarithmic};
+  if (panel.right) {
+    place.y_right = {y_range(panel, Side::right), place.bottom_px(), place.top_px, panel.right->logarithmic};
+  }
+  return place;
+}
+
+}  // namespace
+
+std::string svg_of(const Plot& plot) {
+  const bool two_axes = std::ranges::any_of(plot.panels, [](const Panel& panel) { return panel.right.has_value(); });
+  const double right_margin = two_axes ? kRightAxisMargin : kRightMargin;
+  const double first_top = plot.stretches.empty() ? 0 : kStretchHeight;
+  double height = first_top + kFootHeight - kPanelGap;
+  for (const Panel& panel : plot.panels) height += kHeadHeight + panel.height_px + kPanelGap;
+  SvgWriter svg(plot.width_px, height, plot.simulated ? "SIMULATED – " + plot.title : plot.title);
+  double top = first_top;
+  for (std::size_t k = 0; k < plot.panels.size(); ++k) {
+    draw_panel(svg, plot, k, place_of(plot, plot.panels[k], top + kHeadHeight, right_margin));
+    top += kHeadHeight + plot.panels[k].height_px + kPanelGap;
+  }
+  if (plot.simulated) draw_simulated_tag(svg, plot.width_px - right_margin, height - 8);
+  return std::move(svg).finish();
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,192 @@
+#include "rig/thermometer_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "acquisition/record/calibration.hpp"
+#include "core/vocabulary.hpp"
+#include "drivers/thermometer/dcon_thermometer.hpp"
+#include "drivers/thermometer/lakeshore_218.hpp"
+#include "drivers/thermometer/lakeshore_218_codec.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/pt12.hpp"
+#include "drivers/thermometer/pt12_codec.hpp"
+#include "rig/thermometer_sensor.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Kind = VirtualThermometerKind;
+
+constexpr Vocabulary<Kind, 4> kDrivers{{{"lakeshore_218", Kind::lakeshore_218},
+                                        {"dcon", Kind::dcon},
+                                        {"pt12", Kind::pt12},
+                                        {"mcc_usb_temp", Kind::mcc_usb_temp}}};
+constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
+constexpr std::size_t kMostCoefficients = 10;
+
+/// Where the line does not say it: the Lake Shore's is fixed (user's manual, chapter 6), the others' as delivered.
+SerialFormat serial_format(Kind kind) {
+  if (kind == Kind::lakeshore_218) return {.baud = 9600, .data_bits = 7, .parity = SerialParity::odd, .stop_bits = 1};
+  return {};
+}
+
+std::size_t inputs_of(const ThermometerEntry& entry) {
+  switch (entry.kind) {
+    case Kind::lakeshore_218: return kLakeshore218Inputs;
+    case Kind::mcc_usb_temp: return kMccInputs;
+    case Kind::dcon: return kDconInputs * entry.addresses.size();
+    case Kind::pt12: return kPt12Inputs;
+  }
+  return 0;
+}
+
+/// Notes a mistake if the instrument cannot be on it.
+void check_line_of(const TomlTable& table, const ThermometerEntry& entry) {
+  const auto line = parse_line(entry.line);
+  if (entry.kind != Kind::mcc_usb_temp) return check_line(table, entry.line);
+  if (!line) return table.mistake("line", line.error().what);
+  if (!std::holds_alternative<HidLine>(*line) && entry.line != kVirtualLine)
+    table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
+}
+
+void read_dcon(const TomlTable& table, ThermometerEntry& entry) {
+  if (table.has("addresses")) entry.addresses.clear();
+  for (const double address : table.numbers("addresses")) {
+    if (!(address >= 0 && address <= 255 && address == static_cast<std::uint8_t>(address)))
+      table.mistake("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
+    else
+      entry.addresses.push_back(static_cast<std::uint8_t>(address));
+  }
+  if (entry.addresses.empty()) table.mistake("addresses", "expected at least one address");
+  entry.checksum = table.boolean("checksum", false) ? DconChecksum::on : DconChecksum::off;
+  if (table.has("type")) entry.type = one_of(kDconTypes, table, "type");
+}
+
+std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const auto text = table.text(key);
+  const auto day = parse_day(text);
+  if (!day) table.mistake(key, fmt::format("\"{}\" is \"{}\", expected a day like \"2027-03-01\"", key, text));
+  return day;
+}
+
+/// The certificate that a table names, for all of `channels` that have none.
+void read_certificate(const TomlTable& table, std::span<Channel> channels) {
+  const auto certificate = table.text("certificate", "");
+  const auto due = read_day(table, "due");
+  for (auto& channel : channels) {
+    if (channel.certificate.empty()) channel.certificate = certificate;
+    if (!channel.due) channel.due = due;
+  }
+}
+
+void read_calibration(const TomlTable& table, std::vector<Channel>& channels) {
+  const auto name = table.text("channel");
+  const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
+  if (found == channels.end()) {
+    if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is no channel of this thermometer", name));
+    for (const auto* key : {"offset", "polynomial", "certificate", "due"}) table.ignore(key);
+    return;
+  }
+  if (table.has("offset") && table.has("polynomial"))
+    table.mistake("offset", "a polynomial holds its offset: expected one of the two");
+  if (found->offset != Kelvins{} || !found->polynomial.empty())
+    table.mistake("channel", fmt::format("channel \"{}\" has a calibration already", name));
+  if (table.has("offset")) found->offset = {table.number("offset")};
+  found->polynomial = table.numbers("polynomial");
+  if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMostCoefficients))
+    table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMostCoefficients));
+  read_certificate(table, {&*found, 1});
+}
+
+void read_offsets(const TomlTable& table, std::vector<Channel>& channels) {
+  const auto offsets = table.numbers("offsets");
+  if (!offsets.empty() && offsets.size() != channels.size())
+    table.mistake("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
+  for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) channels[i].offset = {offsets[i]};
+}
+
+/// "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3": inputs count from 1.
+std::string input_in_words(const ThermometerEntry& entry, std::size_t number, std::size_t input) {
+  const auto who = fmt::format("{} {} at {}", entry.driver, number, entry.line);
+  if (entry.kind != Kind::dcon || entry.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
+  const auto module = std::min(input / kDconInputs, entry.addresses.size() - 1);
+  return fmt::format("{}, module {:02X}, input {}", who, entry.addresses[module], input % kDconInputs + 1);
+}
+
+void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen, ThermometerEntry& entry) {
+  entry.channels = table.texts("channels");
+  if (entry.channels.empty() || entry.channels.size() > inputs_of(entry))
+    table.mistake("channels", fmt::format("{} channels, expected 1 to {}", entry.channels.size(), inputs_of(entry)));
+  for (std::size_t i = 0; i < entry.channels.size(); ++i) {
+    const auto& name = entry.channels[i];
+    if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", name));
+    entry.calibrated.push_back({.name = name, .instrument = input_in_words(entry, number, i), .offset = {}});
+  }
+}
+
+}  // namespace
+
+void check_line(const TomlTable& table, const std::string& line) {
+  const auto parsed = parse_line(line);
+  if (!parsed) table.mistake("line", parsed.error().what);
+  if (parsed && line != kVirtualLine && !carries_bytes(*parsed))
+    table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
+}
+
+ThermometerEntry read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
+  ThermometerEntry entry;
+  entry.place = table.place();
+  entry.kind = one_of(kDrivers, table, "driver");
+  entry.driver = kDrivers[static_cast<std::size_t>(entry.kind)].first;
+  entry.line = table.text("line");
+  check_line_of(table, entry);
+  if (entry.kind == Kind::dcon) read_dcon(table, entry);
+  if (entry.kind == Kind::mcc_usb_temp && table.has("sensor")) entry.sensor = read_sensor(table.table("sensor"));
+  read_channels(table, number, seen, entry);
+  read_offsets(table, entry.calibrated);
+  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, entry.calibrated);
+  read_certificate(table, entry.calibrated);
+  return entry;
+}
+
+std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place, const Line& line,
+                                              bool simulated) {
+  if (const auto* hid = std::get_if<HidLine>(&line))
+    return make_usb_temp(entry, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
+  return make_thermometer(entry, place, make_stream(line, {.serial = serial_format(entry.kind)}, kConnectWithin),
+                          simulated);
+}
+
+std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+                                              std::unique_ptr<ByteStream> stream, bool simulated, const Clock* clock) {
+  switch (entry.kind) {
+    case Kind::lakeshore_218: {
+      Lakeshore218Timing timing{.clock = clock};
+      if (simulated) timing.pause = {};
+      return make_lakeshore_218(std::move(stream), place, timing);
+    }
+    case Kind::pt12: {
+      Pt12Timing timing{.clock = clock};
+      if (simulated) timing.pause = {};
+      return make_pt12(std::move(stream), place, timing);
+    }
+    case Kind::dcon:
+    case Kind::mcc_usb_temp: break;
+  }
+  DconOptions options{.checksum = entry.checksum, .type = entry.type, .clock = clock};
+  if (simulated) options.pause = {};
+  return make_dcon_modules(std::move(stream), place, entry.addresses, options);
+}
+
+std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
+                                           std::unique_ptr<HidReports> reports, const Clock* clock) {
+  MccOptions options{.clock = clock};
+  for (std::size_t i = 0; i < std::min(entry.channels.size(), kMccInputs); ++i) options.sensors[i] = entry.sensor;
+  return make_mcc_usb_temp(std::move(reports), place, options);
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,60 @@
+/// A [[thermometer]] of a rig file: which instrument, on which line, with which calibrations.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "core/toml_reader.hpp"
+#include "drivers/instruments.hpp"
+#include "drivers/line/line_address.hpp"
+#include "drivers/thermometer/dcon_codec.hpp"
+#include "drivers/thermometer/mcc_usb_temp_setup.hpp"
+#include "simulator/virtual_instruments.hpp"
+
+namespace gyrotherm {
+
+inline constexpr std::string_view kVirtualLine = "virtual";
+inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
+
+struct ThermometerEntry {
+  std::string driver;             ///< "lakeshore_218", "dcon", "pt12", "mcc_usb_temp"
+  VirtualThermometerKind kind{};  ///< the same
+  std::string line;
+  std::vector<std::string> channels;       ///< in the order of the instrument's inputs
+  std::vector<Channel> calibrated;         ///< the same, as the record keeps them
+  std::vector<std::uint8_t> addresses{1};  ///< dcon: of the modules on the line
+  DconChecksum checksum{};                 ///< dcon
+  std::optional<std::uint8_t> type;        ///< dcon: that the modules must be set to
+  std::optional<MccSensor> sensor;         ///< mcc_usb_temp: at each input; nothing: as it was set up before
+  std::string place;
+};
+
+/// Notes a mistake if `line` is none, or not one of bytes where the instrument wants that.
+void check_line(const TomlTable& table, const std::string& line);
+
+/// The one numbered `number`, from 1. Keys: driver, line, channels; the calibrations by `offsets` (K, one a channel) or
+/// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all
+/// channels without their own; and those of the driver: addresses, checksum and type (dcon), [thermometer.sensor]
+/// (mcc_usb_temp). `seen`: the channels of the rig so far.
+[[nodiscard]] ThermometerEntry read_thermometer(const TomlTable& table, std::size_t number,
+                                                std::set<std::string>& seen);
+
+/// The driver, on `line`. `place` names the instrument in its faults; a simulated one needs no pauses.
+[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+                                                            const Line& line, bool simulated);
+/// The driver of one that is spoken to in bytes, whose wire is there already; `clock`: of a wire with a time of its
+/// own.
+[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+                                                            std::unique_ptr<ByteStream> stream, bool simulated,
+                                                            const Clock* clock = nullptr);
+/// The driver of a USB-TEMP whose wire is there already; likewise.
+[[nodiscard]] std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
+                                                         std::unique_ptr<HidReports> reports,
+                                                         const Clock* clock = nullptr);
+
+}  // namespace gyrotherm

@@ -1,0 +1,141 @@
+#include "sequencer/interlocks/limits_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/vocabulary.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A silence of no time at all would be there in every sample.
+Duration read_time(const TomlTable& table, std::string_view key, Duration fallback) {
+  const auto time = table.duration(key, fallback);
+  if (time <= Duration{}) table.mistake(key, "expected a time longer than zero");
+  return time;
+}
+
+Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback) {
+  const auto band = table.kelvins(key, fallback);
+  if (!(band > Kelvins{0})) table.mistake(key, "expected more than 0 K");
+  return band;
+}
+
+CelsiusPerMinute read_rate(const TomlTable& table, std::string_view key, CelsiusPerMinute fallback) {
+  const auto rate = table.rate(key, fallback);
+  if (!(rate > CelsiusPerMinute{0})) table.mistake(key, "expected more than 0 °C/min");
+  return rate;
+}
+
+void read_range(const TomlTable& table, const std::string& prefix, Celsius& lowest, Celsius& highest) {
+  lowest = table.celsius(prefix + "lowest", lowest);
+  highest = table.celsius(prefix + "highest", highest);
+  if (!(lowest < highest)) table.mistake(prefix + "lowest", "the lowest temperature is not below the highest");
+}
+
+void read_times(const TomlTable& table, InterlockLimits& limits) {
+  limits.suspend_after = read_time(table, "suspend_after", limits.suspend_after);
+  limits.chamber_lost = read_time(table, "chamber_lost", limits.chamber_lost);
+  limits.thermometers_lost = read_time(table, "thermometers_lost", limits.thermometers_lost);
+  limits.gyro_lost = read_time(table, "gyro_lost", limits.gyro_lost);
+  limits.chamber_lag = read_time(table, "chamber_lag", limits.chamber_lag);
+  limits.follow_time = read_time(table, "follow_time", limits.follow_time);
+  limits.backlog = read_time(table, "backlog", limits.backlog);
+  limits.clear_after = read_time(table, "clear_after", limits.clear_after);
+}
+
+std::size_t column_of(const std::vector<std::string>& channels, const std::string& name) {
+  return static_cast<std::size_t>(std::find(channels.begin(), channels.end(), name) - channels.begin());
+}
+
+/// [limits.channel.NAME]
+void read_own_limits(const TomlTable& table, InterlockLimits& limits) {
+  const auto own = table.table("channel");
+  const auto named = own.keys();
+  if (named.empty()) return;
+  limits.thermometers.assign(limits.channels.size(), {limits.thermometers_lowest, limits.thermometers_highest});
+  for (const auto& name : named) {
+    const auto column = column_of(limits.channels, name);
+    const auto its = own.table(name);
+    if (column == limits.channels.size()) {
+      own.mistake(name, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+      (void)its.keys();
+      continue;
+    }
+    read_range(its, "", limits.thermometers[column].lowest, limits.thermometers[column].highest);
+  }
+}
+
+void read_air_thermometers(const TomlTable& table, InterlockLimits& limits) {
+  for (const auto& name : table.texts("air_thermometers")) {
+    const auto column = column_of(limits.channels, name);
+    if (column == limits.channels.size())
+      table.mistake("air_thermometers", fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+    else
+      limits.air_thermometers.push_back(column);
+  }
+}
+
+Reaction reaction_of(const std::string& word) {
+  for (const auto reaction : {Reaction::warn, Reaction::suspend, Reaction::hold, Reaction::abort})
+    if (word == name(reaction)) return reaction;
+  return Reaction::abort;
+}
+
+void read_policy(const TomlTable& table, Policy& policy) {
+  for (std::size_t i = 0; i < kCauses; ++i) {
+    const auto cause = static_cast<Cause>(i);
+    if (!table.has(name(cause))) continue;
+    const auto word = table.choice(name(cause), {"warn", "suspend", "hold", "abort"});
+    if (!may_be_chosen(cause) && word != "abort")
+      table.mistake(name(cause), "this always ends the run, expected \"abort\"");
+    policy[i] = reaction_of(word);
+  }
+}
+
+}  // namespace
+
+InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
+                            const ChamberLimits& chamber) {
+  constexpr double kMuchFaster = 2.5;  // than the chamber is ever asked to be
+  InterlockLimits limits;
+  limits.channels = channels;
+  const auto fastest = std::max(chamber.fastest_heating.value, chamber.fastest_cooling.value);
+  limits.air_fastest.value = std::max(limits.air_fastest.value, kMuchFaster * fastest);
+  const auto table = root.table("limits");
+  read_range(table, "air_", limits.air_lowest, limits.air_highest);
+  read_range(table, "thermometers_", limits.thermometers_lowest, limits.thermometers_highest);
+  const auto confirming = table.integer("confirming_samples", limits.confirming_samples);
+  limits.confirming_samples = bounded<int>(table, "confirming_samples", confirming, 1, 3600);
+  const auto needed = table.integer("thermometers_needed", limits.thermometers_needed);
+  limits.thermometers_needed =
+      bounded<int>(table, "thermometers_needed", needed, 1, std::max<int>(1, static_cast<int>(channels.size())));
+  limits.air_fastest = read_rate(table, "air_fastest", limits.air_fastest);
+  limits.thermometers_fastest = read_rate(table, "thermometers_fastest", limits.thermometers_fastest);
+  limits.disagreement = read_band(table, "disagreement", limits.disagreement);
+  limits.chamber_disagreement = read_band(table, "chamber_disagreement", limits.chamber_disagreement);
+  limits.follow_band = read_band(table, "follow_band", limits.follow_band);
+  read_times(table, limits);
+  read_own_limits(table, limits);
+  read_air_thermometers(table, limits);
+  read_policy(root.table("policy"), limits.policy);
+  return limits;
+}
+
+ProcedureLimits read_procedure_limits(const TomlTable& root) {
+  ProcedureLimits limits;
+  const auto table = root.table("limits");
+  limits.longest_suspended = read_time(table, "longest_suspended", limits.longest_suspended);
+  limits.longest_held = read_time(table, "longest_held", limits.longest_held);
+  limits.longest_return = read_time(table, "longest_return", limits.longest_return);
+  limits.resume_delay = read_time(table, "resume_delay", limits.resume_delay);
+  const auto safe = root.table("safe");
+  const auto on_stop = safe.choice("on_stop", {"safe", "hold"}, "safe");
+  limits.on_stop = on_stop == "hold" ? OnStop::hold : OnStop::safe;
+  const auto on_hangup = safe.choice("on_hangup", {"go_on", "safe"}, "go_on");
+  limits.on_hangup = on_hangup == "safe" ? OnHangup::safe : OnHangup::go_on;
+  return limits;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,182 @@
+#include "sequencer/profile/machine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace gyrotherm {
+namespace {
+
+const Segment& segment_at(const Profile& profile, int index) {
+  assert(index >= 0 && static_cast<std::size_t>(index) < profile.segments.size());
+  return profile.segments[static_cast<std::size_t>(index)];
+}
+
+/// The state `elapsed` into a segment, or into a later one if it is over by then. A soak not yet observed has not
+/// begun.
+State enter(const Profile& profile, int index, Duration elapsed) {
+  const int count = static_cast<int>(profile.segments.size());
+  for (; index < count; ++index) {
+    const auto& segment = segment_at(profile, index);
+    if (segment.guaranteed_soak || elapsed < segment.duration) {
+      if (segment.kind == SegmentKind::ramp) return Ramping{index, elapsed};
+      return Holding{index, elapsed, {}, {}};
+    }
+    elapsed -= segment.duration;
+  }
+  return Complete{};
+}
+
+bool inside_band(const Segment& segment, const std::optional<Celsius>& air) {
+  return air && abs(*air - segment.target) <= segment.soak_band;
+}
+
+/// The sensor is where it is to be, and has come to rest.
+bool counts(const Segment& segment, Duration inside_before, const Observation& seen) {
+  if (!inside_band(segment, seen.air) || inside_before < segment.soak_dwell) return false;
+  if (segment.soak_slope == CelsiusPerMinute{0}) return true;
+  return seen.slope && std::abs(seen.slope->value) <= segment.soak_slope.value;
+}
+
+/// How long the hold is over by: negative while it has time to go.
+Duration over_by(const Segment& hold, Duration elapsed, Duration soaked) {
+  const auto time = elapsed - hold.duration;
+  return hold.guaranteed_soak ? std::min(time, soaked - hold.soak_time) : time;
+}
+
+/// One law for a hold, whether its soak counts at the moment or waits.
+template <class Hold>
+State hold_on(const Profile& profile, Hold hold, const Observation& seen) {
+  const auto& segment = segment_at(profile, hold.segment);
+  const bool soaks = counts(segment, hold.inside, seen);
+  hold.elapsed += seen.elapsed;
+  hold.inside = inside_band(segment, seen.air) ? hold.inside + seen.elapsed : Duration::zero();
+  if (soaks) hold.soaked += seen.elapsed;
+  if (const auto over = over_by(segment, hold.elapsed, hold.soaked); over >= Duration::zero())
+    return enter(profile, hold.segment + 1, over);
+  if (hold.elapsed > segment.deadline) return Overdue{hold.segment, hold.elapsed, hold.soaked};
+  if (segment.guaranteed_soak && !soaks) return WaitingForSoak{hold.segment, hold.elapsed, hold.soaked, hold.inside};
+  return Holding{hold.segment, hold.elapsed, hold.soaked, hold.inside};
+}
+
+State step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
+  return enter(profile, ramp.segment, ramp.elapsed + seen.elapsed);
+}
+State step(const Profile& profile, const Holding& hold, const Observation& seen) {
+  return hold_on(profile, hold, seen);
+}
+State step(const Profile& profile, const WaitingForSoak& hold, const Observation& seen) {
+  return hold_on(profile, hold, seen);
+}
+State step(const Profile&, const Overdue& overdue, const Observation&) { return overdue; }
+State step(const Profile&, const Complete& complete, const Observation&) { return complete; }
+
+Celsius set_point(const Profile& profile, const Ramping& ramp) {
+  const auto& segment = segment_at(profile, ramp.segment);
+  const auto from = set_point_before(profile, static_cast<std::size_t>(ramp.segment));
+  return from + (segment.target - from) * (to_seconds(ramp.elapsed) / to_seconds(segment.duration));
+}
+Celsius set_point(const Profile& profile, const Complete&) { return profile.segments.back().target; }
+Celsius set_point(const Profile& profile, const auto& hold) { return segment_at(profile, hold.segment).target; }
+
+struct Standing {
+  Phase phase{};
+  int segment{};
+  Duration elapsed{};
+  Duration soaked{};
+};
+
+Standing standing(const Profile&, const Ramping& s) { return {Phase::ramping, s.segment, s.elapsed, {}}; }
+Standing standing(const Profile&, const Holding& s) { return {Phase::holding, s.segment, s.elapsed, s.soaked}; }
+Standing standing(const Profile&, const WaitingForSoak& s) {
+  return {Phase::waiting_for_soak, s.segment, s.elapsed, s.soaked};
+}
+Standing standing(const Profile&, const Overdue& s) { return {Phase::overdue, s.segment, s.elapsed, s.soaked}; }
+
+/// A complete profile stands at the end of its last segment.
+Standing standing(const Profile& profile, const Complete&) {
+  const auto& last = profile.segments.back();
+  const auto soaked = last.guaranteed_soak ? last.soak_time : Duration::zero();
+  return {Phase::complete, static_cast<int>(profile.segments.size()) - 1, shortest(last), soaked};
+}
+
+Standing standing(const Profile& profile, const State& state) {
+  return std::visit([&](const auto& s) { return standing(profile, s); }, state);
+}
+
+bool fits(const Segment& segment, Phase phase) {
+  switch (phase) {
+    case Phase::ramping: return segment.kind == SegmentKind::ramp;
+    case Phase::holding:
+    case Phase::overdue: return segment.kind == SegmentKind::hold;
+    case Phase::waiting_for_soak: return segment.guaranteed_soak;
+    case Phase::complete: return true;
+  }
+  return false;
+}
+
+tl::unexpected<Fault> foreign(std::string what) {
+  return failure(FaultKind::mismatch, "progress of the profile", std::move(what));
+}
+
+}  // namespace
+
+State begin(const Profile& profile) { return enter(profile, 0, {}); }
+
+State next(const Profile& profile, const State& state, const Observation& observation) {
+  assert(observation.elapsed >= Duration::zero());
+  return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
+}
+
+Celsius command(const Profile& profile, const State& state) {
+  return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
+}
+
+Progress progress_of(const Profile& profile, const State& state) {
+  const auto now = standing(profile, state);
+  return {.segment = now.segment,
+          .cycle = segment_at(profile, now.segment).cycle,
+          .phase = now.phase,
+          .in_segment = now.elapsed,
+          .soaked = now.soaked,
+          .set_point = command(profile, state)};
+}
+
+const std::string& soak_sensor(const Profile& profile, const State& state) {
+  return segment_at(profile, standing(profile, state).segment).soak_sensor;
+}
+
+Result<State> state_of(const Profile& profile, const Progress& progress) {
+  const auto count = profile.segments.size();
+  if (progress.segment < 0 || static_cast<std::size_t>(progress.segment) >= count)
+    return foreign(fmt::format("segment {} of {}", progress.segment + 1, count));
+  const auto& segment = segment_at(profile, progress.segment);
+  if (!fits(segment, progress.phase))
+    return foreign(fmt::format("segment {} cannot be {}", progress.segment + 1, name(progress.phase)));
+  if (progress.in_segment < Duration::zero() || progress.soaked < Duration::zero())
+    return foreign(fmt::format("segment {} has a negative time", progress.segment + 1));
+  if (progress.phase == Phase::ramping && progress.in_segment >= segment.duration)
+    return foreign(fmt::format("segment {} is past its end", progress.segment + 1));
+  switch (progress.phase) {
+    case Phase::ramping: return Ramping{progress.segment, progress.in_segment};
+    case Phase::holding: return Holding{progress.segment, progress.in_segment, progress.soaked, {}};
+    case Phase::waiting_for_soak: return WaitingForSoak{progress.segment, progress.in_segment, progress.soaked, {}};
+    case Phase::overdue: return Overdue{progress.segment, progress.in_segment, progress.soaked};
+    case Phase::complete: return Complete{};
+  }
+  return foreign("no such phase");
+}
+
+Duration time_left(const Profile& profile, const State& state) {
+  if (std::holds_alternative<Complete>(state)) return Duration::zero();
+  const auto now = standing(profile, state);
+  const auto& segment = segment_at(profile, now.segment);
+  auto left = std::max(Duration::zero(), -over_by(segment, now.elapsed, now.soaked));
+  for (int i = now.segment + 1; i < static_cast<int>(profile.segments.size()); ++i)
+    left += shortest(segment_at(profile, i));
+  return left;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,76 @@
+/// The sequencer's state machine: pure, one step per second, no clock and no I/O.
+///
+///            set point reaches the target             time is up (inside the band, if the soak is guaranteed)
+///   Ramping ───────────────────────────▶ next ◀────────────────────────────────── Holding
+///      ▲                                  │ next segment, or                          ▲  │ air leaves the band, or is
+///      not known └──────────────────────────────────┤ Complete after the last                   │  ▼ (guaranteed soak
+///      only)
+///                                         └──────────────────────────────────────▶ WaitingForSoak
+///
+/// A soak counts while its sensor is inside the band, has been there for the dwell without leaving it, and moves no
+/// faster than the slope. Leaving the band stops its clock and begins the dwell anew.
+///
+/// A segment that passes its deadline is Overdue: the rig's interlocks end the run.
+#pragma once
+
+#include <optional>
+#include <variant>
+
+#include "core/sample.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm {
+
+struct Ramping {
+  int segment{};
+  Duration elapsed{};
+};
+struct Holding {
+  int segment{};
+  Duration elapsed{};
+  Duration soaked{};
+  Duration inside{};  ///< how long the sensor has been in the band without leaving it
+};
+struct WaitingForSoak {
+  int segment{};
+  Duration elapsed{};
+  Duration soaked{};
+  Duration inside{};
+};
+struct Overdue {
+  int segment{};
+  Duration elapsed{};
+  Duration soaked{};
+};
+struct Complete {};
+using State = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
+
+/// What a second brought: how long it was, and the sensor on which the segment soaks, if it is known: the air, or
+/// what soak_sensor() names; and by how much it has moved over the last minute.
+struct Observation {
+  Duration elapsed{};
+  std::optional<Celsius> air;
+  std::optional<CelsiusPerMinute> slope{};
+};
+
+/// The state at the first second of the profile.
+[[nodiscard]] State begin(const Profile& profile);
+
+/// The state one observation later.
+[[nodiscard]] State next(const Profile& profile, const State& state, const Observation& observation);
+
+/// The set point that the state asks for: a function of the state alone.
+[[nodiscard]] Celsius command(const Profile& profile, const State& state);
+
+/// "air", or the channel of the thermometer that the present segment soaks on.
+[[nodiscard]] const std::string& soak_sensor(const Profile& profile, const State& state);
+
+/// The state as a record keeps it, and back: `state_of(profile, progress_of(profile, s))` is `s`, but that a dwell
+/// under way begins anew.
+[[nodiscard]] Progress progress_of(const Profile& profile, const State& state);
+[[nodiscard]] Result<State> state_of(const Profile& profile, const Progress& progress);
+
+/// Time left if every soak counts from now on.
+[[nodiscard]] Duration time_left(const Profile& profile, const State& state);
+
+}  // namespace gyrotherm

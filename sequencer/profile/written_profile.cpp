@@ -1,0 +1,162 @@
+#include "sequencer/profile/written_profile.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "sequencer/profile/written_values.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr int kDeepestNesting = 8;
+
+/// What a segment has around it.
+struct Surroundings {
+  int depth{1};
+  bool in_cycle{};
+  bool pass_has_rate{};
+};
+
+/// On which sensor a soak counts, and what more it needs; what is not written stays as it is.
+void read_soak_conditions(const TomlTable& table, SoakRule& rule) {
+  rule.sensor = table.text("soak_sensor", rule.sensor);
+  if (const auto dwell = read_time_if_any(table, "soak_dwell")) rule.dwell = *dwell;
+  if (const auto slope = read_rate_if_any(table, "soak_slope")) rule.slope = *slope;
+}
+
+/// Reads segments in the order they will run in, and so knows whether the set point is known.
+class SegmentReader {
+ public:
+  explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
+
+  std::vector<WrittenSegment> read_all(const TomlTable& parent, const Surroundings& around);
+
+ private:
+  void read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into);
+  WrittenHold read_hold(const TomlTable& table);
+  WrittenRamp read_ramp(const TomlTable& table, const Surroundings& around);
+  WrittenRepeat read_repeat(const TomlTable& table, const Surroundings& around);
+  WrittenRandom read_random(const TomlTable& table);
+  void expect_set_point(const TomlTable& table, std::string_view kind);
+
+  const SoakRule& defaults_;
+  bool set_point_known_ = false;
+};
+
+std::vector<WrittenSegment> SegmentReader::read_all(const TomlTable& parent, const Surroundings& around) {
+  const auto tables = parent.tables("segment");
+  if (tables.empty()) parent.mistake("", "there is no segment in it, expected at least one");
+  std::vector<WrittenSegment> segments;
+  for (const auto& table : tables) read(table, around, segments);
+  return segments;
+}
+
+void SegmentReader::read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into) {
+  const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
+  if (kind.empty() || table.text("kind") != kind) {
+    (void)table.keys();  // what they mean depends on the kind: none of them is called unknown
+    set_point_known_ = true;
+    return;
+  }
+  WrittenSegment segment{table, table.text("name", ""), {}};
+  if (kind == "hold") segment.what = read_hold(table);
+  if (kind == "ramp") segment.what = read_ramp(table, around);
+  if (kind == "repeat") segment.what = read_repeat(table, around);
+  if (kind == "random") segment.what = read_random(table);
+  into.push_back(std::move(segment));
+}
+
+/// Notes a segment that starts from nowhere, once.
+void SegmentReader::expect_set_point(const TomlTable& table, std::string_view kind) {
+  if (!set_point_known_)
+    table.mistake("", fmt::format("nothing says where this {} starts, expected a hold with \"at\" before it", kind));
+  set_point_known_ = true;
+}
+
+WrittenHold SegmentReader::read_hold(const TomlTable& table) {
+  WrittenHold hold{.at = read_temperature_if_any(table, "at"),
+                   .time = read_time(table, "time"),
+                   .soak = defaults_,
+                   .deadline = read_time_if_any(table, "deadline")};
+  if (hold.at) set_point_known_ = true;
+  if (!set_point_known_) table.mistake("", "missing key \"at\", expected a temperature in the first hold");
+  set_point_known_ = true;
+  hold.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
+  hold.soak.band = read_band(table, "soak_band", defaults_.band);
+  read_soak_conditions(table, hold.soak);
+  if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
+  return hold;
+}
+
+WrittenRamp SegmentReader::read_ramp(const TomlTable& table, const Surroundings& around) {
+  expect_set_point(table, "ramp");
+  const WrittenRamp ramp{.to = read_temperature(table, "to"),
+                         .rate = read_rate_if_any(table, "rate"),
+                         .time = read_time_if_any(table, "time"),
+                         .deadline = read_time_if_any(table, "deadline")};
+  if (ramp.rate && ramp.time) table.mistake("time", "\"rate\" and \"time\" are both given, expected one of them");
+  if (!ramp.rate && !ramp.time && !around.pass_has_rate)
+    table.mistake("", "neither \"rate\" nor \"time\" is given, expected one of them");
+  return ramp;
+}
+
+WrittenRepeat SegmentReader::read_repeat(const TomlTable& table, const Surroundings& around) {
+  WrittenRepeat repeat;
+  repeat.rates = read_rates(table, "rates");
+  repeat.cycle = table.boolean("cycle", false);
+  const bool counted = table.has("count");
+  if (counted == table.has("rates"))
+    table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
+  repeat.count = counted ? table.integer("count", 1) : static_cast<std::int64_t>(repeat.rates.size());
+  if (counted && repeat.count <= 0)
+    table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
+  if (!counted && table.has("rates") && repeat.rates.empty())
+    table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
+  if (repeat.cycle && around.in_cycle) table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
+  if (around.depth >= kDeepestNesting) {
+    table.mistake("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
+    table.ignore("segment");
+    return repeat;
+  }
+  repeat.body = read_all(table, {.depth = around.depth + 1,
+                                 .in_cycle = around.in_cycle || repeat.cycle,
+                                 .pass_has_rate = around.pass_has_rate || !repeat.rates.empty()});
+  return repeat;
+}
+
+WrittenRandom SegmentReader::read_random(const TomlTable& table) {
+  expect_set_point(table, "random program");
+  WrittenRandom random{.duration = read_time(table, "duration"),
+                       .targets = read_temperature_ranges(table, "targets"),
+                       .rates = read_rate_range(table, "rates"),
+                       .hold = read_time_range(table, "hold"),
+                       .least_step = read_band(table, "least_step", Kelvins{1}),
+                       .soak = defaults_};
+  const auto seed = table.integer("seed");
+  if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
+  random.seed = static_cast<std::uint64_t>(seed);
+  random.soak.time.reset();
+  random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
+  random.soak.band = read_band(table, "soak_band", defaults_.band);
+  read_soak_conditions(table, random.soak);
+  return random;
+}
+
+}  // namespace
+
+SoakRule read_defaults(const TomlTable& defaults) {
+  SoakRule rule;
+  rule.guaranteed = defaults.boolean("guaranteed_soak", rule.guaranteed);
+  rule.band = read_band(defaults, "soak_band", rule.band);
+  read_soak_conditions(defaults, rule);
+  rule.time = read_time_if_any(defaults, "soak_time");
+  rule.margin = defaults.duration("deadline_margin", rule.margin);
+  return rule;
+}
+
+std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults) {
+  return SegmentReader(defaults).read_all(root, {});
+}
+
+}  // namespace gyrotherm

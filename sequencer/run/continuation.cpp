@@ -1,0 +1,121 @@
+#include "sequencer/run/continuation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drivers/chamber/set_point_tolerance.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual world: four months
+
+/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
+/// asked). A gap was spent at the set point of the second that ended it.
+std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
+  std::vector<Celsius> points;
+  for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
+    const auto read_back = record.chamber_set_point_c[i];
+    points.resize(static_cast<std::size_t>(record.slot[i] + 1),
+                  {std::isnan(read_back) ? record.set_point_c[i] : read_back});
+  }
+  return points;
+}
+
+/// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
+/// the gap.
+std::vector<Celsius> replay_of(const Record& record, const RunContinuation& on) {
+  if (on.last_slot < 0) return {};
+  auto points = set_points_of(record, on.last_slot);
+  points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
+  // The last second sent the next set point only if the chamber had the one before.
+  const bool followed =
+      abs(points.back() - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
+  const auto held = followed ? command(on.profile, on.state) : points.back();
+  points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
+  return points;
+}
+
+/// The state one second after the record's last; the profile's clock runs in Execute alone.
+Result<State> state_after(const Record& record, const Profile& profile, RunState stood) {
+  if (record.slot.empty()) return begin(profile);
+  const auto last = state_of(profile, record.progress.back());
+  if (!last || stood != RunState::execute) return last;
+  return next(profile, *last, {.elapsed = kSecond, .air = known(record.chamber_air_c.back())});
+}
+
+std::optional<Celsius> last_known(const std::vector<double>& celsius) {
+  const auto last = std::find_if(celsius.rbegin(), celsius.rend(), [](double c) { return !std::isnan(c); });
+  return last == celsius.rend() ? std::nullopt : known(*last);
+}
+
+/// How the run stood, and why it had ended.
+struct Ending {
+  RunState state{};
+  std::string why = "the program was not running any more, and had no time to say why";
+};
+
+Ending ending_of(const Record& record) {
+  Ending ending;
+  if (!record.state.empty()) ending.state = record.state.back();
+  if (record.events.empty()) return ending;
+  const auto& last = record.events.back().event;
+  // A record of before the states were kept ends with its interlock.
+  if (ending.state == RunState::execute && last.kind == EventKind::interlock) ending.state = RunState::aborted;
+  if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
+    ending.why = last.text;
+  } else if (ending.state != RunState::execute) {
+    const auto told = std::find_if(record.events.rbegin(), record.events.rend(),
+                                   [](const auto& event) { return event.event.kind == EventKind::state; });
+    if (told != record.events.rend()) ending.why += "; it was " + told->event.text;
+  }
+  return ending;
+}
+
+}  // namespace
+
+Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
+                                        std::uint64_t run) {
+  if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
+  if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
+  const auto& info = record.info;
+  auto rig = parse_rig(
+      info.rig_text, path + " (rig)",
+      {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
+  if (!rig) return failure(rig.error());
+  auto profile = parse_profile(info.profile_text, path + " (profile)");
+  if (!profile) return failure(profile.error());
+  auto ending = ending_of(record);
+  auto state = state_after(record, *profile, ending.state);
+  if (!state) return failure(state.error());
+
+  RunContinuation on;
+  on.rig = std::move(*rig);
+  on.profile = std::move(*profile);
+  on.state = *state;
+  on.last_slot = record.slot.empty() ? -1 : record.slot.back();
+  on.recorded = record.gaps.empty() ? on.last_slot : std::max(on.last_slot, record.gaps.back().last);
+  const auto [lowest, highest] = extremes_of(on.profile, on.state);
+  on.stood = {.lowest = lowest, .highest = highest, .air = last_known(record.chamber_air_c)};
+  // A virtual world starts with its first second; a real run's clock has gone on since it was made.
+  const bool not_begun = on.rig.simulated && on.last_slot < 0;
+  const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second
+  on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
+  on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
+  on.stood.held = ending.state == RunState::held;
+  on.why_stopped = std::move(ending.why);
+  on.start.seed = {.gyro = info.seed, .run = run};
+  if (on.rig.simulated && on.last_slot > kMostReplayed)
+    return failure(FaultKind::bad_file, path,
+                   fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", on.last_slot,
+                               kMostReplayed));
+  const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
+  on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
+  if (on.rig.simulated) on.start.replay = replay_of(record, on);
+  return on;
+}
+
+}  // namespace gyrotherm

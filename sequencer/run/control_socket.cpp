@@ -1,0 +1,155 @@
+#include "sequencer/run/control_socket.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include "core/user_name.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::size_t kMostSpeakers = 8;
+constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
+constexpr mode_t kOwnerAndGroup = 0660;
+
+/// The address of a socket in a folder, however long the folder's path is: through the open folder.
+struct Address {
+  Descriptor folder;
+  sockaddr_un text{};
+};
+
+Result<Address> address_of(const std::string& path) {
+  const auto split = std::filesystem::path(path);
+  const auto parent = split.parent_path().empty() ? std::string(".") : split.parent_path().string();
+  Address address{.folder = Descriptor(::open(parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC))};
+  if (!address.folder.is_open()) return failure(FaultKind::usage, parent, std::strerror(errno));
+  const auto name = fmt::format("/proc/self/fd/{}/{}", address.folder.number(), split.filename().string());
+  if (name.size() >= sizeof address.text.sun_path)
+    return failure(FaultKind::usage, path, "the name is too long for a socket");
+  address.text.sun_family = AF_UNIX;
+  std::copy(name.begin(), name.end(), address.text.sun_path);
+  return address;
+}
+
+const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.text); }
+
+Descriptor new_socket(int more_flags) {
+  return Descriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | more_flags, 0));
+}
+
+std::string who_is(int speaker) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(speaker, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return "unknown";
+  return user_in_words(credentials.uid);
+}
+
+/// Gives the socket at that path its mode: what stands there now, if it is a socket of this user's, and no link.
+bool open_to_owner_and_group(const Address& address, const std::string& name) {
+  const Descriptor made(::openat(address.folder.number(), name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+  struct stat found {};
+  if (!made.is_open() || ::fstat(made.number(), &found) != 0) return false;
+  if (!S_ISSOCK(found.st_mode) || found.st_uid != ::geteuid()) return false;
+  return ::chmod(fmt::format("/proc/self/fd/{}", made.number()).c_str(), kOwnerAndGroup) == 0;
+}
+
+TellAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
+  const auto telling = parse_telling(message);
+  return telling ? listener(*telling, who_is(speaker)) : TellAnswer{.done = false, .text = telling.error().what};
+}
+
+/// Hears one speaker; false once there is no more to hear.
+bool hear(int speaker, const Listener& listener) {
+  std::array<char, kLongestTelling + 1> message{};
+  const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
+  if (size < 0 && would_block()) return true;
+  if (size <= 0) return false;
+  const auto answer = to_message(answer_to({message.data(), static_cast<std::size_t>(size)}, speaker, listener));
+  ::send(speaker, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  return false;
+}
+
+}  // namespace
+
+std::string tell_path(const std::string& record) { return record + ".socket"; }
+
+Result<TellSocket> TellSocket::open(const std::string& record) {
+  const auto path = tell_path(record);
+  const auto refuse = [&](const std::string& why) {
+    return failure(FaultKind::storage, path, "nobody will be able to speak to this run: " + why);
+  };
+  const auto address = address_of(path);
+  if (!address) return refuse(address.error().what);
+  auto socket = new_socket(SOCK_NONBLOCK);
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
+  ::fchmod(socket.number(), kOwnerAndGroup);  // what bind() makes has no wider mode even for a moment
+  if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(*address), sizeof address->text) != 0 ||
+      !open_to_owner_and_group(*address, std::filesystem::path(path).filename().string()) ||
+      ::listen(socket.number(), kMostSpeakers) != 0)
+    return refuse(std::strerror(errno));
+  return TellSocket(std::move(socket), path);
+}
+
+TellSocket::~TellSocket() {
+  if (socket_.is_open()) ::unlink(path_.c_str());
+}
+
+void TellSocket::listen(const Listener& listener) {
+  std::erase_if(speakers_, [&](const Descriptor& speaker) { return !hear(speaker.number(), listener); });
+  for (int i = 0; i < kMostNewSpeakers; ++i) {
+    Descriptor speaker(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!speaker.is_open()) break;
+    if (!hear(speaker.number(), listener)) continue;  // who has spoken makes room for nobody who has not
+    if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());
+    speakers_.push_back(std::move(speaker));
+  }
+}
+
+namespace {
+
+/// A connection, as soon as it is this speaker's turn: where too many wait already the kernel says so at once.
+Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
+  const auto path = tell_path(record);
+  const auto address = address_of(path);
+  if (!address) return failure(address.error());
+  auto socket = new_socket(SOCK_NONBLOCK);
+  while (::connect(socket.number(), as_sockaddr(*address), sizeof address->text) != 0) {
+    constexpr int kLookAgainMs = 50;
+    if (errno == ENOENT || errno == ECONNREFUSED)
+      return failure(FaultKind::usage, record, "no program carries this run out now; there is nobody to tell");
+    if (errno != EAGAIN && errno != EINTR) return failure(FaultKind::refused, path, std::strerror(errno));
+    if (deadline.over()) return failure(FaultKind::timeout, path, "too many speak to the run, or it does not listen");
+    ::poll(nullptr, 0, kLookAgainMs);
+  }
+  return socket;
+}
+
+}  // namespace
+
+Result<TellAnswer> tell(const std::string& record, const Telling& telling, Duration within) {
+  const auto path = tell_path(record);
+  const Deadline deadline(within);
+  const auto socket = connected(record, deadline);
+  if (!socket) return failure(socket.error());
+  const auto message = to_message(telling);
+  if (::send(socket->number(), message.data(), message.size(), MSG_NOSIGNAL) < 0)
+    return failure(FaultKind::disconnected, path, std::strerror(errno));
+  if (!ready(socket->number(), POLLIN, deadline))
+    return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
+  std::array<char, kLongestTelling> answer{};
+  const auto size = ::recv(socket->number(), answer.data(), answer.size(), 0);
+  if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
+  return parse_answer({answer.data(), static_cast<std::size_t>(size)});
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,47 @@
+/// The socket beside a record by which other programs of this machine speak to the one that carries the run out.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "drivers/line/descriptor.hpp"
+#include "sequencer/run/control_message.hpp"
+
+namespace gyrotherm {
+
+/// "RUN.db" → "RUN.db.socket".
+[[nodiscard]] std::string tell_path(const std::string& record);
+
+/// Carries one out, told by `who` ("anna (uid 1000)").
+using Listener = std::function<TellAnswer(const Telling&, const std::string& who)>;
+
+/// The end of the program that listens. Whoever may write to the socket (mode 0660) may speak; the kernel says who it
+/// is.
+class TellSocket {
+ public:
+  /// A socket that a dead program left is replaced. Fails with storage.
+  [[nodiscard]] static Result<TellSocket> open(const std::string& record);
+  ~TellSocket();
+  TellSocket(TellSocket&&) noexcept = default;
+  TellSocket& operator=(TellSocket&&) = delete;
+
+  /// Hears who is there now, one message and one answer each, and never waits. Whoever connects and says nothing is
+  /// shut out as soon as eight wait. Call it when descriptor() is readable, and now and then.
+  void listen(const Listener& listener);
+  [[nodiscard]] int descriptor() const { return socket_.number(); }
+
+ private:
+  TellSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+
+  Descriptor socket_;
+  std::string path_;
+  std::vector<Descriptor> speakers_;
+};
+
+/// Speaks to the program that carries the run of `record` out, and waits at most `within` for its answer. Fails with
+/// usage if no program listens there, refused if this user may not speak to it, timeout or corrupted.
+[[nodiscard]] Result<TellAnswer> tell(const std::string& record, const Telling& telling, Duration within);
+
+}  // namespace gyrotherm

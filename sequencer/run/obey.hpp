@@ -1,0 +1,14 @@
+/// What an operator's word does to a run under way.
+#pragma once
+
+#include <string>
+
+#include "sequencer/run/control_message.hpp"
+#include "sequencer/run/run_controller.hpp"
+
+namespace gyrotherm {
+
+/// Carries it out with the next tick and says so, or says why not. Either way it is in the record, with who it was.
+[[nodiscard]] TellAnswer obey(Experiment& experiment, const Telling& telling, const std::string& who);
+
+}  // namespace gyrotherm

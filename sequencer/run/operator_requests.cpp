@@ -1,0 +1,65 @@
+#include "sequencer/run/operator_requests.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+bool is_milder(const OperatorRequest& a, const OperatorRequest& b) { return a.command < b.command; }
+
+/// What the state alone has against the command.
+std::string objection_of(RunState state, OperatorCommand command) {
+  if (state == RunState::aborting && command != OperatorCommand::abort) return "the chamber is being made safe";
+  if (state > RunState::aborting) return fmt::format("the run is over: {}", name(state));
+  if (command == OperatorCommand::resume && state != RunState::held)
+    return fmt::format("the run is not held: {}", name(state));
+  if (command == OperatorCommand::pause && state == RunState::held) return "the run is held already";
+  return {};
+}
+
+}  // namespace
+
+const char* name(OperatorCommand command) {
+  switch (command) {
+    case OperatorCommand::resume: return "resume";
+    case OperatorCommand::pause: return "pause";
+    case OperatorCommand::stop: return "stop";
+    case OperatorCommand::abort: return "abort";
+  }
+  return "";
+}
+
+std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {
+  const auto* first = foremost();
+  if (first && first->command > command)
+    return fmt::format("{} by {} comes first, within a second", name(first->command), first->who);
+  const bool keeps_held = command == OperatorCommand::pause && first && first->command == OperatorCommand::resume;
+  return keeps_held ? std::string() : objection_of(state, command);
+}
+
+const OperatorRequest* OperatorRequests::foremost() const {
+  const auto most = std::max_element(waiting_.begin(), waiting_.end(), is_milder);
+  return most == waiting_.end() ? nullptr : &*most;
+}
+
+bool OperatorRequests::end_the_run() const {
+  const auto* first = foremost();
+  return first && first->command >= OperatorCommand::stop;
+}
+
+OperatorRequests::Taken OperatorRequests::take() {
+  Taken taken;
+  const auto* first = foremost();
+  for (auto& request : waiting_)
+    if (&request == first)
+      taken.carried_out = std::move(request);
+    else
+      taken.dropped.push_back(std::move(request));
+  waiting_.clear();
+  return taken;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,123 @@
+/// One run of a profile on a rig: the tick, once a second: read, judge, step the procedure and the profile, command,
+/// store.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/store.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
+#include "sequencer/profile/machine.hpp"
+#include "sequencer/profile/profile.hpp"
+#include "sequencer/run/run_state_machine.hpp"
+#include "sequencer/run/safe_sequence.hpp"
+#include "sequencer/run/set_point_path.hpp"
+#include "sequencer/run/uploaded_program.hpp"
+
+namespace gyrotherm {
+
+enum class Outcome { going_on, complete, stopped, made_safe };
+
+class Experiment {
+ public:
+  /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot
+  /// `first_slot`.
+  Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot);
+
+  /// Before the first tick: the rig was prepared with another set point, `here`. The run begins on its way from there
+  /// to the profile, by a ramp, and the profile's clock stands still until the air has followed, or is within 2 K of
+  /// `air_before`, where it was when the run stopped. `cause`: why it begins elsewhere.
+  void begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before);
+
+  /// One second, the one numbered `slot`; slots since the last one that had no tick become a recorded gap, in which the
+  /// profile's clock stands still.
+  /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them. Ends with made_safe or
+  /// stopped only after the chamber has shown that it is as it is to be left.
+  [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
+
+  /// Why an operator's command would not be carried out with the next tick; empty: it will.
+  [[nodiscard]] std::string objection(OperatorCommand command) const;
+  /// An operator's command, recorded with the next tick, which carries out the most severe of those that came before
+  /// it.
+  void tell(OperatorCommand command, const std::string& who);
+  /// An operator has asked for the run's end, and the next tick will begin it.
+  [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
+
+  /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
+  void make_safe(const std::string& cause);
+
+  /// The controller was given the profile and carries it out: from now on no set points are sent, time goes on while
+  /// an instrument is silent, and a controller that no longer does it ends the run. It cannot be paused from here.
+  void leave_to_the_controller() { watch_.emplace(); }
+  [[nodiscard]] bool is_left_to_the_controller() const { return watch_.has_value(); }
+
+  /// Why nobody would make the chamber safe if this program died now; empty: somebody would. From the next tick on.
+  void see_guard(std::string trouble) { guard_trouble_ = std::move(trouble); }
+
+  /// Puts an event into the record with the next tick.
+  void note(EventKind kind, std::string text);
+
+  /// Why the run ended, or is being ended, and whether the chamber is safe.
+  [[nodiscard]] std::string end_cause() const;
+  /// The chamber has shown the safe set point since it was sent.
+  [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
+  [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
+  [[nodiscard]] const State& state() const { return state_; }
+  /// Of the last tick; an empty one before the first.
+  [[nodiscard]] const Sample& last() const { return last_; }
+  /// What the last tick put into the record, in order.
+  [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
+  [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(procedure_); }
+  [[nodiscard]] Outlook outlook() const;
+
+ private:
+  [[nodiscard]] SetPointPath path_from(Celsius here) const;  ///< that the chamber has taken just now
+  Result<void> record_gap(std::int64_t slot);
+  void note_changes(const Sample& sample);
+  void note_alarms(const Judgement& judgement);
+  [[nodiscard]] Circumstances circumstances(const Sample& sample, Duration missed) const;
+  [[nodiscard]] Verdict judge_second(const Sample& sample, Duration missed);
+  [[nodiscard]] bool in_place(const Sample& sample) const;
+  [[nodiscard]] std::optional<OperatorRequest> take_request();
+  void step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed);
+  void change_to(Procedure procedure);
+  void step_profile(const Sample& sample);
+  [[nodiscard]] Observation observation(const Sample& sample) const;
+  void note_soak(const Progress& before);
+  void command_chamber(const Sample& sample);
+  void send_set_point(Celsius goal);
+  void take_over(const Sample& sample);
+  [[nodiscard]] bool is_seen(Cause cause) const;  ///< in this second
+  [[nodiscard]] bool stands(Cause cause) const;   ///< likewise, and acts
+
+  const Profile& profile_;
+  Rig& rig_;
+  Store& store_;
+  State state_;
+  std::int64_t next_slot_;
+  Procedure procedure_ = Execute{};
+  InterlockMemory memory_;
+  SetPointPath path_;
+  SafeSequence safe_;
+  Duration planned_;                   ///< the whole profile, if every soak counts at once
+  std::optional<Celsius> air_;         ///< last known
+  bool approaching_ = false;           ///< the air has to come back first
+  std::optional<Celsius> air_before_;  ///< where it was when the run stopped
+  std::optional<ProgramWatch> watch_;  ///< of a controller that carries the profile out
+  OperatorRequests requests_;
+  bool taking_over_ = false;
+  std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
+  int last_segment_ = -1;
+  std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
+  std::vector<std::string> alarms_;  ///< of the chamber, last seen
+  std::vector<Event> events_;        ///< of the tick under way
+  std::vector<Event> last_events_;   ///< of the last tick
+  std::string guard_trouble_;
+  Sample last_;  ///< of the last tick
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,84 @@
+/// How a run is carried out, above the profile's own machine: pure, one step per second, no clock and no I/O. The words
+/// are those of ISA-88 and PackML.
+///
+///                       the cause is gone for a while, or an operator says resume
+///              ┌────────────────────────┬───────────────────────────────────────────────┐
+///              │                        │ set point away: by a ramp                     │
+///              ▼  a cause outside       │         ▼                                     │
+///   Execute ◀──────────▶ Suspended ─────┴──▶ Returning ──▶ Execute        Held ─────────┘
+///      │    ───────────────────────────────────────────────────────────▶ (an operator's pause, a cause inside)
+///      │ end of the profile
+///      ▼             from each of them: an interlock or an operator aborts, or a state lasts too long
+///   Completed        ──▶ Aborting ──▶ Aborted   (the chamber has shown the safe set point; latched)
+///                    from each of them: an operator stops
+///                    ──▶ Stopped, at once or by way of Aborting, as the rig says
+///
+/// The profile's clock runs in Execute alone. Aborting has no limit: it is tried until the chamber confirms.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/run/operator_requests.hpp"
+
+namespace gyrotherm {
+
+struct Execute {};
+struct Suspended {
+  std::string cause;
+  Duration since{};
+  Duration clear{};  ///< how long the cause has been gone
+};
+struct Returning {
+  std::string cause;  ///< why it had left the profile
+  Duration since{};
+};
+struct Held {
+  std::string cause;
+  Duration since{};
+};
+struct Aborting {
+  std::string cause;
+  Duration since{};
+  bool stops{};  ///< an operator's stop: ends in Stopped
+};
+struct Aborted {
+  std::string cause;
+};
+struct Stopped {
+  std::string cause;
+};
+struct Completed {};
+using Procedure = std::variant<Execute, Suspended, Returning, Held, Aborting, Aborted, Stopped, Completed>;
+
+/// What a second brought.
+struct Happening {
+  Duration elapsed{};
+  Verdict verdict;                         ///< of the interlocks
+  std::optional<OperatorRequest> request;  ///< the one that is carried out
+  bool in_place = true;                    ///< the set point is the profile's, and the air is near it
+  bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
+  bool complete{};                         ///< the profile has come to its end
+};
+
+/// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then
+/// suspend.
+[[nodiscard]] Procedure next(const ProcedureLimits& limits, const Procedure& procedure, const Happening& happening);
+
+[[nodiscard]] RunState run_state(const Procedure& procedure);
+/// Why it is not in Execute; empty where there is nothing to say.
+[[nodiscard]] std::string cause_of(const Procedure& procedure);
+/// Whether a run goes on after this state.
+[[nodiscard]] bool is_over(const Procedure& procedure);
+
+/// The table of the drawing: whether `to` may follow `from` within one second.
+[[nodiscard]] bool may_follow(RunState from, RunState to);
+/// Whether a set point may be sent in this state.
+[[nodiscard]] bool may_command(RunState state);
+
+}  // namespace gyrotherm

@@ -1,0 +1,80 @@
+#include "sequencer/run/set_point_path.hpp"
+
+#include <algorithm>
+
+#include "core/ensure.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A step covers no more than this: after a longer pause the set point does not jump.
+constexpr Duration kLongestStep = std::chrono::seconds(5);
+constexpr Kelvins kRounding{1e-9};
+
+const CelsiusPerMinute& fastest(Celsius from, Celsius to, const ChamberLimits& limits) {
+  return to > from ? limits.fastest_heating : limits.fastest_cooling;
+}
+
+}  // namespace
+
+Celsius step_towards(Celsius from, Celsius goal, const ChamberLimits& limits, Duration time) {
+  const auto reach = fastest(from, goal, limits) * time + kRounding;
+  const auto way = goal - from;
+  if (abs(way) <= reach) return goal;
+  return from + (way < Kelvins{0} ? -reach : reach);
+}
+
+Celsius within(Celsius target, const ChamberLimits& limits) {
+  return std::clamp(target, limits.lowest, limits.highest);
+}
+
+SetPointPath::SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at)
+    : limits_(limits),
+      tolerance_(tolerance),
+      every_(every),
+      held_(sent),
+      base_(within(sent, limits)),
+      at_(at),
+      tried_(at - every) {}
+
+Result<void> SetPointPath::go(Sampler& sampler, Celsius goal, Duration at) {
+  if (is_at(goal) || at - tried_ < every_) return {};
+  const auto time = std::min(at - at_, std::max(every_, kLongestStep));
+  const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
+  ensure(target >= limits_.lowest && target <= limits_.highest, "a set point lies within the limits");
+  ensure(begins_ || abs(target - base_) <= fastest(base_, target, limits_) * time + kRounding * 2,
+         "a set point moves no faster than the ramp limit");
+  tried_ = at;
+  const auto taken = sampler.command(target);
+  known_ = taken.has_value();
+  if (!taken) {
+    attempted_ = target;
+    ++refusals_;
+    ++missed_;
+    refusal_ = text(taken.error());
+    return taken;
+  }
+  held_ = base_ = target;
+  attempted_.reset();
+  at_ = at;
+  begins_ = false;
+  refusals_ = 0;
+  return taken;
+}
+
+void SetPointPath::begin_at(Celsius here) {
+  base_ = within(here, limits_);
+  begins_ = true;
+}
+
+void SetPointPath::adopt(Celsius set_point) {
+  held_ = set_point;
+  known_ = true;
+  attempted_.reset();
+}
+
+Celsius SetPointPath::expected(Celsius shown) const {
+  return attempted_ && abs(shown - *attempted_) < abs(shown - held_) ? *attempted_ : held_;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,57 @@
+#include "sequencer/run/uploaded_program.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <chrono>
+#include <optional>
+
+namespace gyrotherm {
+namespace {
+
+/// Longer than a status may be old, and than the controller's clock may be ahead.
+constexpr Duration kGoneForGood = std::chrono::seconds(60);
+
+/// A program that is held at the panel does not get on; of one that cannot be seen nothing is known.
+bool may_get_on(ChamberActivity activity) {
+  if (activity == ChamberActivity::holding) return false;
+  return activity == ChamberActivity::unknown || carries_out_program(activity);
+}
+
+std::string capitals(const std::string& name) {
+  std::string all;
+  for (const unsigned char c : name)
+    if (std::isalnum(c) != 0) all += static_cast<char>(std::toupper(c));
+  return all.empty() ? "PROFILE" : all;
+}
+
+}  // namespace
+
+Result<ChamberProgram> program_of(const Profile& profile) {
+  ChamberProgram program{.name = capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
+  std::optional<Kelvins> band;
+  for (std::size_t i = 0; i < profile.segments.size(); ++i) {
+    const auto& segment = profile.segments[i];
+    ProgramStep step{.kind = segment.kind == SegmentKind::ramp ? StepKind::ramp : StepKind::soak,
+                     .start = segment.kind == SegmentKind::ramp ? set_point_before(profile, i) : segment.target,
+                     .target = segment.target,
+                     .duration = shortest(segment),
+                     .guaranteed_soak = segment.guaranteed_soak};
+    if (segment.guaranteed_soak && band && *band != segment.soak_band)
+      return failure(FaultKind::usage, segment.place, "a controller has one soak band for the whole profile");
+    if (segment.guaranteed_soak) band = segment.soak_band;
+    if (step.duration > Duration{}) program.steps.push_back(step);
+  }
+  program.soak_band = band.value_or(Kelvins{});
+  return program;
+}
+
+std::string ProgramWatch::judge(const Reading<ChamberState>& chamber, bool last, Duration elapsed) {
+  if (!chamber.value) return {};
+  gone_ = last || may_get_on(chamber.value->activity) ? Duration{} : gone_ + elapsed;
+  if (gone_ < kGoneForGood) return {};
+  return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
+                     name(chamber.value->activity));
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,203 @@
+/// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. No
+/// event loop, no database, no Qt: the armed file, a connection to the chamber, a trace beside the record.
+///
+/// It acts first and talks afterwards. Whatever may hang (a line, a disk, a terminal that nobody reads) hangs in a
+/// process of its own, and holds up nothing else.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "sequencer/watchdog/child_work.hpp"
+#include "sequencer/watchdog/guard.hpp"
+#include "sequencer/watchdog/rescue.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+#include "sequencer/watchdog/trail.hpp"
+
+namespace gyrotherm {
+namespace {
+
+enum class MakeSafeExit : int {
+  safe = 0,           ///< confirmed, or there was nothing to do
+  usage = 2,          ///< the command line is wrong
+  not_confirmed = 3,  ///< the chamber did not take it, or could not be reached
+  file = 4,           ///< the armed file is wrong, or there is no such record
+  in_use = 5,         ///< a program that lives drives the chamber
+};
+
+using std::chrono::seconds;
+
+constexpr auto kOrdersWithin = seconds(10);
+constexpr auto kProgramsEndWithin = seconds(2);
+constexpr auto kFilesWithin = seconds(5);       ///< beside the record, where somebody waits for them
+constexpr auto kUntilTheSetPoint = seconds(1);  ///< between two attempts, before the chamber has taken it
+constexpr auto kUntilTheRest = seconds(10);     ///< … and afterwards
+constexpr int kGivesUpTo = 60;                  ///< s for which another program has driven the chamber
+constexpr int kWaitsFor = 15;                   ///< s, likewise, where somebody waits: it may be the guard, at work
+
+constexpr const char* kHelp =
+    "Example: gyrotherm-make-safe run.db\n\n"
+    "Makes the chamber of a run safe whose program has died. Does nothing if the run had ended in order.\n\n"
+    "  gyrotherm-make-safe RUN.db          once: its set point in at most 10 s, the rest in at most 25 s\n"
+    "  gyrotherm-make-safe --kill RUN.db   ends the program that drives the chamber first, if it still lives\n"
+    "  gyrotherm-make-safe --insist RUN.db as --kill, and goes on until the chamber has confirmed it: for a service\n"
+    "                                      manager\n"
+    "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
+    "                                      after 8 s without a byte, until the chamber has confirmed it\n\n"
+    "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 armed file is wrong,\n"
+    "or no such record; 5 a program that lives drives the chamber.\n";
+
+MakeSafeExit complain(Voice& voice, const Fault& fault, MakeSafeExit exit) {
+  voice.say(text(fault));
+  return exit;
+}
+
+MakeSafeExit exit_for(const Rescued& rescued) {
+  if (rescued.reached == SafeStage::all) return MakeSafeExit::safe;
+  return rescued.in_use ? MakeSafeExit::in_use : MakeSafeExit::not_confirmed;
+}
+
+/// What was asked for on the command line.
+enum class Manner { gently, kill, insist };
+
+MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because);
+
+MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
+  const auto armed = read_armed(armed_path(record));
+  if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
+  if (!*armed) {
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(record, error);
+    voice.say(record + (is_there ? ": no run is under way; nothing to do"
+                                 : ": there is no such record, and no armed file beside it"));
+    return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
+  }
+  const auto& by = (*armed)->armed_by;
+  if (manner == Manner::gently && lives(by)) {
+    voice.say(fmt::format("process {} drives the chamber and lives; with --kill it is ended first", by.pid));
+    return MakeSafeExit::in_use;
+  }
+  const auto chamber = chamber_of(**armed);
+  if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
+  constexpr const char* kEnded = "the program that drove it had ended";
+  if (manner == Manner::insist) return rescue(voice, **armed, *chamber, kEnded);
+  if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
+  Trail trail(**armed, kEnded);
+  auto rescued = attempt_once(**armed, *chamber, voice);
+  for (int waited = 0; rescued.in_use && waited < kWaitsFor; ++waited) {
+    std::this_thread::sleep_for(seconds(1));
+    if (const auto now = read_armed(armed_path(record)); now && !*now) {
+      voice.say(record + ": another program has made its chamber safe");
+      return MakeSafeExit::safe;
+    }
+    rescued = attempt_once(**armed, *chamber, voice);
+  }
+  if (rescued.in_use) return exit_for(rescued);
+  trail.leave(rescued);
+  if (rescued.reached == SafeStage::all) trail.disarm();
+  voice.say(trail.words());
+  if (!trail.settle(kFilesWithin)) voice.say("the disk does not answer: nothing could be written beside the record");
+  return exit_for(rescued);
+}
+
+const char* in_words(WatchEnd end) {
+  return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
+}
+
+/// Until the chamber has confirmed it, or another program has taken the run, or driven the chamber for a minute, or
+/// made it safe.
+MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because) {
+  if (!kill_surely(armed.armed_by, kProgramsEndWithin))
+    voice.say(fmt::format("process {} could not be ended", armed.armed_by.pid));
+  Trail trail(armed, because);
+  auto rescued = attempt_once(armed, chamber, voice);
+  voice.say(because);
+  for (int driven = 0;; rescued = attempt_once(armed, chamber, voice)) {
+    driven = rescued.is_driven ? driven + 1 : 0;
+    if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.words());
+    if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
+    if (const auto why = trail.reason_to_end()) {
+      voice.say(*why + ": this ends here");
+      break;
+    }
+    std::this_thread::sleep_for(rescued.reached == SafeStage::set_point ? kUntilTheRest : kUntilTheSetPoint);
+  }
+  if (rescued.reached == SafeStage::all) trail.disarm();
+  while (!trail.settle(kFilesWithin)) {  // nobody waits for this process: it stays until the disk answers
+  }
+  return exit_for(rescued);
+}
+
+/// What the program that started this one has armed. If it has died before it could say so, its file says it.
+Result<Armed> orders_for(const std::string& record) {
+  const auto file = armed_path(record);
+  const auto orders = receive_armed(STDIN_FILENO, kOrdersWithin);
+  if (orders) return parse_armed(*orders, file);
+  const auto left = read_armed(file);
+  if (left && *left && ends((*left)->armed_by, kProgramsEndWithin)) return **left;
+  return failure(orders.error());
+}
+
+MakeSafeExit guard(Voice& voice, const std::string& record) {
+  const auto armed = orders_for(record);
+  if (!armed)
+    return complain(voice, armed.error(),
+                    armed.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
+  const auto chamber = chamber_of(*armed);
+  if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
+  [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);  // if nobody hears it, the line has its end
+  const auto end = watch(STDIN_FILENO);
+  if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
+  for (;; std::this_thread::sleep_for(kUntilTheSetPoint)) try {
+      return rescue(voice, *armed, *chamber, in_words(end));
+    } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
+      voice.say(fmt::format("{}; it is tried again", failed.what()));
+    }
+}
+
+/// A terminal that closes, its Ctrl-C, an orderly end of the session and a watchdog that means another process are no
+/// reasons to leave a chamber alone.
+void survive() {
+  for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGQUIT, SIGABRT, SIGTSTP, SIGTTOU, SIGTTIN})
+    std::signal(number, SIG_IGN);
+  std::signal(SIGCHLD, SIG_IGN);  // a child that came back late from where it hung is not waited for
+}
+
+/// The record's own name where a link was given: the armed file stands beside the record itself.
+std::string own_name(const std::string& record) {
+  std::error_code error;
+  if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;
+  const auto meant = std::filesystem::canonical(record, error);
+  return error ? record : meant.string();
+}
+
+MakeSafeExit run(int argc, char** argv) {
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (first == "--help" || first == "-h")
+    return std::fputs(kHelp, stdout) < 0 ? MakeSafeExit::usage : MakeSafeExit::safe;
+  std::signal(SIGPIPE, SIG_IGN);
+  if (first == "--guard") {
+    ::close_range(STDERR_FILENO + 1, ~0U, 0);  // no lock and no line of the program that is watched
+    survive();
+  }
+  Voice voice;
+  const bool with_option = first == "--guard" || first == "--kill" || first == "--insist";
+  if (argc != (with_option ? 3 : 2) || (!with_option && first.starts_with('-'))) {
+    voice.say("expected [--kill|--insist|--guard] RUN.db; --help says more");
+    return MakeSafeExit::usage;
+  }
+  std::error_code error;
+  const auto record = std::filesystem::absolute(argv[argc - 1], error).string();
+  if (first == "--guard") return guard(voice, record);
+  const auto manner = first == "--insist" ? Manner::insist : first == "--kill" ? Manner::kill : Manner::gently;
+  return once(voice, own_name(record), manner);
+}
+
+}  // namespace
+}  // namespace gyrotherm
+
+int main(int argc, char** argv) { return static_cast<int>(gyrotherm::run(argc, argv)); }

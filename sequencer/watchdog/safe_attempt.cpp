@@ -1,0 +1,114 @@
+#include "sequencer/watchdog/safe_attempt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/chamber/chamber_lock.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/line/line_address.hpp"
+#include "drivers/line/modbus.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kBetweenTries = std::chrono::milliseconds(300);
+constexpr Duration kLastTryBefore = std::chrono::seconds(8);
+constexpr int kTriesOfTheRest = 3;
+
+class Attempt {
+ public:
+  Attempt(const SafeGoal& goal, const AttemptMeans& means)
+      : goal_(goal), means_(means), began_(means.clock.now().since_start), chamber_(means.connect()) {}
+
+  SafeAttempt carry_out() {
+    if (!send_set_point()) return done_;
+    for (int i = 0; i < kTriesOfTheRest && done_.reached != SafeStage::all; ++i) leave_as_wanted();
+    return done_;
+  }
+
+ private:
+  void told(SafeStage reached, std::string details) {
+    done_.reached = std::max(done_.reached, reached);
+    done_.details = std::move(details);
+    means_.told(done_);
+  }
+
+  /// A connection that broke is made anew, for it may still bring an answer to what was asked on it.
+  void try_later(const Fault& fault) {
+    told(done_.reached, text(fault));
+    means_.wait(kBetweenTries);
+    if (fault.kind == FaultKind::disconnected) chamber_ = means_.connect();
+  }
+
+  [[nodiscard]] Result<void> send_once() {
+    if (!goal_.by_program) return chamber_->insist(goal_.set_point);
+    chamber_->end_rest();
+    const auto ended = chamber_->end_program();
+    return chamber_->insist(goal_.set_point).and_then([&] { return ended; });
+  }
+
+  [[nodiscard]] bool send_set_point() {
+    while (means_.clock.now().since_start - began_ < kLastTryBefore) {
+      ++done_.tries;
+      const auto sent = send_once();
+      if (sent) {
+        told(SafeStage::set_point, "set point read back");
+        return true;
+      }
+      try_later(sent.error());
+    }
+    return false;
+  }
+
+  /// The chamber's own word, once nothing overrules the set point any more.
+  [[nodiscard]] Result<std::string> settle() {
+    chamber_->end_rest();
+    if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
+    if (auto sent = chamber_->insist(goal_.set_point); !sent) return failure(sent.error());
+    if (goal_.switch_off)
+      if (auto off = chamber_->stop(); !off) return failure(off.error());
+    const auto state = chamber_->inspect();
+    if (!state) return failure(state.error());
+    if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)
+      return failure(FaultKind::mismatch, "chamber set point",
+                     fmt::format("reads {:g} after {:g} was written", state->set_point.value, goal_.set_point.value));
+    return fmt::format("set point read back, air {:.2f} °C{}", state->air.value,
+                       goal_.switch_off ? ", conditioning switched off" : "");
+  }
+
+  void leave_as_wanted() {
+    const auto settled = settle();
+    if (settled) return told(SafeStage::all, *settled);
+    try_later({settled.error().kind, "", "set point read back, but " + text(settled.error())});
+  }
+
+  const SafeGoal& goal_;
+  const AttemptMeans& means_;
+  Duration began_;
+  std::unique_ptr<Chamber> chamber_;
+  SafeAttempt done_;
+};
+
+}  // namespace
+
+SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means) { return Attempt(goal, means).carry_out(); }
+
+Result<ArmedChamber> chamber_of(const Armed& armed) {
+  const auto where = armed_path(armed.record);
+  const auto line = parse_line(armed.line);
+  if (!line || !carries_bytes(*line)) return failure(FaultKind::bad_file, where, "its line leads to no chamber");
+  auto map = parse_register_map(armed.map_text, where + " (register map)", armed.word_order);
+  if (!map) return failure(map.error());
+  const auto linked = on_link(std::move(*map), armed.link);
+  if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
+  return ArmedChamber{.place = chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
+                      .goal = {armed.safe_set_point, set_point_tolerance(*linked), armed.switch_off, armed.by_program},
+                      .connect = [map = *linked, line = *line] {
+                        return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
+                      }};
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,60 @@
+/// Making one chamber safe: its safe set point first, written and read back with nothing else asked on the way, for on
+/// a bad line each question more is one that may be lost; then a program of the controller's own ended, and
+/// conditioning too where the rig wants it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/clock.hpp"
+#include "core/result.hpp"
+#include "drivers/instruments.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm {
+
+/// How far an attempt has come.
+enum class SafeStage {
+  nothing,
+  set_point,  ///< the chamber has shown the safe set point: what matters most
+  all,        ///< … and that it is left as the rig wants it
+};
+
+struct SafeAttempt {
+  SafeStage reached{};
+  int tries{};          ///< of the set point
+  std::string details;  ///< what the chamber says now, or the last fault
+};
+
+/// What an attempt needs of the world.
+struct AttemptMeans {
+  std::function<std::unique_ptr<Chamber>()> connect;  ///< a new connection: no rest, no stale reply
+  std::function<void(Duration)> wait;
+  std::function<void(const SafeAttempt&)> told;  ///< of each stage that is reached, and of each fault
+  const Clock& clock;
+};
+
+inline constexpr Duration kSafeWithin = std::chrono::seconds(10);  ///< the set point, if the chamber answers
+
+/// How the chamber is to be left.
+struct SafeGoal {
+  Celsius set_point;
+  Kelvins tolerance;  ///< of the set point that it shows then (drivers/chamber/set_point_tolerance.hpp)
+  bool switch_off{};
+  bool by_program{};  ///< the controller may carry a program out, which would overrule a set point
+};
+
+/// Tries the set point again and again on one connection (on a new one after a line that broke), the last time before
+/// eight seconds are over; once the chamber has shown it, the rest, three times at most.
+[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means);
+
+struct ArmedChamber {
+  std::string place;  ///< of its lock (drivers/chamber/chamber_lock.hpp)
+  SafeGoal goal;
+  std::function<std::unique_ptr<Chamber>()> connect;
+};
+/// The chamber that the armed file describes, by its map. Fails with bad_file.
+[[nodiscard]] Result<ArmedChamber> chamber_of(const Armed& armed);
+
+}  // namespace gyrotherm

@@ -1,0 +1,90 @@
+#include "sequencer/watchdog/trail.hpp"
+
+#include <utility>
+
+#include "core/clock.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kLook = std::chrono::seconds(2);
+constexpr Duration kSameFor = std::chrono::minutes(1);
+constexpr Duration kGoneFor = std::chrono::hours(24);
+constexpr const char *kStand = "stand", *kGone = "gone", *kFulfilled = "fulfilled", *kAnothers = "another's";
+
+}  // namespace
+
+Trail::Trail(const Armed& armed, std::string because) : armed_(armed), began_(SteadyClock().now().utc) {
+  trace_ = {.at = began_,
+            .because = std::move(because),
+            .set_point = armed.safe_set_point,
+            .confirmed = false,
+            .details = {}};
+}
+
+bool Trail::leave(const Rescued& rescued) {
+  const bool confirmed = rescued.reached != SafeStage::nothing;
+  const bool same = confirmed == trace_.confirmed && same_until_ && rescued.reached != SafeStage::all;
+  if (same && (rescued.details == trace_.details || !same_until_->over())) return false;
+  if (trace_.confirmed && !confirmed) return false;  // it was; that a later attempt was lost does not undo it
+  same_until_.emplace(kSameFor);
+  trace_.at = SteadyClock().now().utc;
+  trace_.confirmed = confirmed;
+  trace_.details = rescued.details;
+  trace_to_write_ = true;
+  go_on();
+  return true;
+}
+
+void Trail::disarm() {
+  to_disarm_ = true;
+  go_on();
+}
+
+/// Begins what is left to do, once what was begun before is done.
+void Trail::go_on() {
+  if (writing_) {
+    (void)writing_->next({});
+    if (!writing_->has_ended()) return;
+    writing_.reset();
+  }
+  if (!trace_to_write_ && !to_disarm_) return;
+  const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(to_disarm_, false);
+  writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& tell) {
+    if (write)
+      if (const auto left = leave_trace(armed_.record, trace_); !left) tell(text(left.error()));
+    if (remove) gyrotherm::disarm(armed_.record);
+  });
+}
+
+bool Trail::settle(Duration within) {
+  const Deadline deadline(within);
+  for (go_on(); writing_; go_on()) {
+    (void)writing_->next(deadline.left());
+    if (deadline.over()) break;
+  }
+  return !writing_ && !trace_to_write_ && !to_disarm_;
+}
+
+std::string Trail::look_at_orders() const {
+  const auto now = read_armed(armed_path(armed_.record));
+  if (!now) return kStand;
+  if (*now) return (*now)->armed_by == armed_.armed_by ? kStand : kAnothers;
+  const auto left = read_trace(armed_.record);
+  const bool by_another = left && *left && (*left)->confirmed && (*left)->at >= began_ && **left != trace_;
+  return by_another ? kFulfilled : kGone;
+}
+
+std::optional<std::string> Trail::reason_to_end() {
+  if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(look_at_orders()); });
+  const auto orders = looking_->next(kLook);
+  if (orders || looking_->has_ended()) looking_.reset();
+  if (orders == kAnothers) return "the armed file is another run's";
+  if (orders == kFulfilled) return "another program has made the chamber safe";
+  if (orders == kStand) gone_until_.reset();
+  if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
+  if (gone_until_ && gone_until_->over()) return "the armed file has been gone for a day";
+  return {};
+}
+
+}  // namespace gyrotherm

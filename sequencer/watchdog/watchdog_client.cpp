@@ -1,0 +1,297 @@
+#include "sequencer/watchdog/watchdog_client.hpp"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <utility>
+
+#include "core/block_signals.hpp"
+#include "core/folder.hpp"
+#include "drivers/line/descriptor.hpp"
+#include "sequencer/watchdog/guard.hpp"
+
+extern char** environ;
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr const char* kGuard = "gyrotherm-make-safe";
+constexpr auto kTendEvery = std::chrono::milliseconds(500);
+constexpr auto kWatchesWithin = std::chrono::seconds(5);
+constexpr auto kAnswersWithin = std::chrono::seconds(5);
+
+/// In a session of its own, so that a terminal's signals do not reach it, and with no signal blocked; `input` is its
+/// standard input. Returns an error number, 0 for none.
+int spawn(const std::string& program, const std::string& record, int input, pid_t& pid) {
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+  posix_spawn_file_actions_init(&files);
+  posix_spawnattr_init(&attributes);
+  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK);
+  std::string name = program, option = "--guard", path = record;
+  const std::array<char*, 4> arguments{name.data(), option.data(), path.data(), nullptr};
+  const int failed = ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  return failed;
+}
+
+/// Nothing if systemd does not watch this very program.
+std::optional<std::string> watchdog_limit() {
+  const char* limit = std::getenv("WATCHDOG_USEC");
+  const char* whose = std::getenv("WATCHDOG_PID");
+  if (!limit || (whose && std::to_string(::getpid()) != whose)) return {};
+  return limit;
+}
+
+bool send_all(int line, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const auto sent = ::send(line, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno != EINTR) return false;
+    if (sent > 0) bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
+/// Whether the guard says in time that it watches.
+bool says_that_it_watches(int line) {
+  char answer = 0;
+  return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
+         answer == kWatching;
+}
+
+}  // namespace
+
+/// What the life line and its threads share.
+struct LifeLine::Ties {
+  /// What is wrong, and for a while after it no longer is: nobody should miss it.
+  class Trouble {
+   public:
+    void begins(std::string words) {
+      words_ = std::move(words);
+      stands_ = true;
+      seen_ = steady_clock::now();
+    }
+    void is_over() {
+      if (std::exchange(stands_, false)) seen_ = steady_clock::now();
+    }
+    [[nodiscard]] std::string words() const {
+      return stands_ || steady_clock::now() - seen_ < kToldFor ? words_ : std::string();
+    }
+
+   private:
+    static constexpr auto kToldFor = std::chrono::seconds(10);
+    std::string words_;
+    bool stands_ = false;
+    steady_clock::time_point seen_{};
+  };
+
+  explicit Ties(Armed what) : armed(std::move(what)) {}
+
+  const Armed armed;
+  std::mutex mutex;  ///< of everything below
+  std::condition_variable change;
+  Descriptor line;                                     ///< to the guard; closed: there is none
+  pid_t guard = -1;                                    ///< its process
+  bool watching = false;                               ///< it has said so, and has not ended since
+  std::optional<steady_clock::time_point> unanswered;  ///< when the first byte was sent since which nothing was heard
+  Trouble of_guard, of_file;
+  bool stop = false;
+  int threads = 0;
+
+  Result<void> start_guard();
+  void send(char byte);
+  void listen();
+  void tend_guard();
+  void tend_file();
+  void tend(void (Ties::*chore)());
+};
+
+/// One that stands still would take the end of its line for a death, if it went on later.
+void end_guard(pid_t pid, Descriptor line) {
+  if (pid > 0) {
+    ::kill(pid, SIGKILL);
+    ::waitpid(pid, nullptr, 0);
+  }
+  line.close();
+}
+
+/// A new guard in the place of the one before, which ends once the new one watches. Called without the lock: starting
+/// a program may take its time.
+Result<void> LifeLine::Ties::start_guard() {
+  const auto program = program_beside_this_one(kGuard);
+  const auto refuse = [&](const std::string& why) {
+    return failure(FaultKind::bad_file, program, "the guard cannot be started: " + why);
+  };
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return refuse(std::strerror(errno));
+  Descriptor own(ends[0]);
+  Descriptor theirs(ends[1]);
+  pid_t pid = -1;
+  if (const int failed = spawn(program, armed.record, theirs.number(), pid); failed != 0)
+    return refuse(std::strerror(failed));
+  theirs.close();
+  const char preparing = kPreparing;
+  if (!send_all(own.number(), armed_message(to_text(armed))) || !send_all(own.number(), {&preparing, 1}) ||
+      !says_that_it_watches(own.number())) {
+    ::kill(pid, SIGKILL);
+    ::waitpid(pid, nullptr, 0);
+    return refuse("it does not say that it watches");
+  }
+  std::unique_lock lock(mutex);
+  auto line_before = std::exchange(line, std::move(own));
+  const auto guard_before = std::exchange(guard, pid);
+  watching = true;
+  unanswered.reset();
+  if (stop) send(kGoodBye);  // which came meanwhile
+  lock.unlock();
+  end_guard(guard_before, std::move(line_before));
+  return {};
+}
+
+/// Called with the lock.
+void LifeLine::Ties::send(char byte) {
+  if (!line.is_open()) return;
+  const auto sent = ::send(line.number(), &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (sent < 0 && errno == EPIPE) watching = false;
+  if (!unanswered) unanswered = steady_clock::now();
+}
+
+/// Called with the lock.
+void LifeLine::Ties::listen() {
+  std::array<char, 64> heard;
+  while (line.is_open()) {
+    const auto size = ::recv(line.number(), heard.data(), heard.size(), MSG_DONTWAIT);
+    if (size < 0 && would_block()) return;
+    if (size <= 0) return void(watching = false);
+    unanswered.reset();
+  }
+}
+
+void LifeLine::Ties::tend_guard() {
+  std::unique_lock lock(mutex);
+  listen();
+  const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswersWithin;
+  if (watching && !silent) return of_guard.is_over();
+  const auto why = watching ? "did not answer" : "had ended";
+  lock.unlock();
+  const auto started = start_guard();
+  lock.lock();
+  if (started)
+    of_guard.begins(fmt::format("the guard {}, and was replaced", why));
+  else
+    of_guard.begins("nobody would make the chamber safe: " + text(started.error()));
+}
+
+/// A good-bye that came meanwhile removes the file again.
+void LifeLine::Ties::tend_file() {
+  const auto path = armed_path(armed.record);
+  const auto found = read_armed(path);
+  const bool in_place = found && *found && **found == armed;
+  const auto written = in_place ? Result<void>() : arm(armed);
+  const std::lock_guard lock(mutex);
+  if (in_place) return of_file.is_over();
+  if (stop) return disarm(armed.record);
+  of_file.begins(written ? path + " was gone or changed; it was put back" : text(written.error()));
+}
+
+/// The work of a thread.
+void LifeLine::Ties::tend(void (Ties::*chore)()) {
+  block_signals();
+  std::unique_lock lock(mutex);
+  while (!change.wait_for(lock, kTendEvery, [this] { return stop; })) {
+    lock.unlock();
+    (this->*chore)();
+    lock.lock();
+  }
+  --threads;
+  change.notify_all();
+}
+
+Result<std::unique_ptr<LifeLine>> LifeLine::tie(const Armed& armed) {
+  auto ties = std::make_shared<Ties>(armed);
+  const auto before = read_armed(armed_path(armed.record));
+  if (auto written = arm(armed); !written) return failure(written.error());
+  for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no run stands still by accident
+  const bool after_a_death = before && *before;
+  if (auto started = ties->start_guard(); !started) {
+    if (!after_a_death || !arm(**before)) disarm(armed.record);
+    return failure(started.error());
+  }
+  std::unique_ptr<LifeLine> line(new LifeLine(ties));
+  line->took_over_ = after_a_death;
+  line->systemd_ = NotifySocket::from_environment();
+  line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
+  if (line->systemd_) line->systemd_->tell("READY=1");
+  if (line->watchdog_limit_)  // an upload may take long
+    line->systemd_->tell(fmt::format("WATCHDOG_USEC={}", WatchLimits().preparing / std::chrono::microseconds(1)));
+  ties->threads = 2;
+  line->guard_tender_ = std::thread([ties] { ties->tend(&Ties::tend_guard); });
+  line->file_tender_ = std::thread([ties] { ties->tend(&Ties::tend_file); });
+  return line;
+}
+
+void LifeLine::beat() {
+  if (watchdog_limit_ && !beating_) systemd_->tell("WATCHDOG_USEC=" + *watchdog_limit_);
+  beating_ = true;
+  if (watchdog_limit_) systemd_->tell("WATCHDOG=1");
+  const std::lock_guard lock(ties_->mutex);
+  ties_->send(kAlive);
+}
+
+std::string LifeLine::trouble() const {
+  const std::lock_guard lock(ties_->mutex);
+  auto words = ties_->of_guard.words();
+  return words.empty() ? ties_->of_file.words() : words;
+}
+
+/// A thread that hangs in the disk is left behind there.
+void LifeLine::end_threads() {
+  if (!guard_tender_.joinable()) return;
+  std::unique_lock lock(ties_->mutex);
+  ties_->stop = true;
+  ties_->change.notify_all();
+  const bool ended = ties_->change.wait_for(lock, std::chrono::seconds(1), [this] { return ties_->threads == 0; });
+  lock.unlock();
+  for (auto* thread : {&guard_tender_, &file_tender_}) ended ? thread->join() : thread->detach();
+}
+
+/// The good-bye comes before all that may last: while a disk hangs the file cannot be removed.
+void LifeLine::good_bye() {
+  {
+    const std::lock_guard lock(ties_->mutex);
+    ties_->send(kGoodBye);
+    ties_->stop = true;
+  }
+  if (systemd_) systemd_->tell("STOPPING=1");
+  end_threads();
+  disarm(ties_->armed.record);
+}
+
+/// The line stays open until the process ends: the guard, which kills whoever lives then, leaves it time to say how the
+/// run ended.
+LifeLine::~LifeLine() {
+  end_threads();
+  const std::lock_guard lock(ties_->mutex);
+  (void)std::move(ties_->line).release();
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,49 @@
+/// How a program that drives a real chamber is watched: the armed file beside the record, a guard in a process of its
+/// own, and systemd's watchdog where there is one. Whatever of it goes missing is told, and put back.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "core/result.hpp"
+#include "sequencer/watchdog/notify_socket.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm {
+
+/// Calls come from the thread that ticks. Only tie() waits, some seconds, and good_bye(), one at most: two threads of
+/// its own start programs and look after files.
+class LifeLine {
+ public:
+  /// Writes the armed file, starts the guard and waits until it watches. Fails with storage, or with bad_file if no
+  /// guard can be started; then there is the armed file that was there before, or none.
+  [[nodiscard]] static Result<std::unique_ptr<LifeLine>> tie(const Armed& armed);
+  /// Without a good-bye the guard takes the end of the process for a death.
+  ~LifeLine();
+  LifeLine(const LifeLine&) = delete;
+  LifeLine& operator=(const LifeLine&) = delete;
+
+  /// A tick is done. Silence is a hang.
+  void beat();
+  /// The run has ended in order: nobody need make anything safe.
+  void good_bye();
+  /// There was an armed file: a program had died, and its chamber has not been made safe.
+  [[nodiscard]] bool took_over() const { return took_over_; }
+  /// Why the chamber would not be made safe if this program died now, or hardly; empty: it would.
+  [[nodiscard]] std::string trouble() const;
+
+ private:
+  struct Ties;
+  explicit LifeLine(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
+  void end_threads();
+
+  std::shared_ptr<Ties> ties_;  ///< shared with the threads, of which one may outlast this while a disk hangs
+  std::optional<NotifySocket> systemd_;
+  std::optional<std::string> watchdog_limit_;  ///< how long systemd lets this program be silent
+  bool beating_ = false, took_over_ = false;
+  std::thread guard_tender_, file_tender_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,155 @@
+/// The [virtual] table of a rig file → the parameters of the virtual laboratory.
+#include "simulator/laboratory_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/toml_reader.hpp"
+#include "core/vocabulary.hpp"
+#include "simulator/virtual_gyro.hpp"
+#include "simulator/virtual_laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kLongestCorrelationS = 1e9;
+
+PlantParameters read_plant(const TomlTable& table) {
+  PlantParameters p;
+  p.lowest_c = table.celsius("lowest").value;
+  p.highest_c = table.celsius("highest").value;
+  p.start_c = table.celsius("start").value;
+  p.room_c = table.celsius("room").value;
+  p.heating_k_per_min = positive(table, "heating_k_per_min");
+  p.heating_slope_per_min = table.number("heating_slope_per_min");
+  p.cooling_k_per_min = positive(table, "cooling_k_per_min");
+  p.cooling_slope_per_min = table.number("cooling_slope_per_min");
+  p.air_by_wall_s = time_constant_s(table, "air_by_wall_s");
+  p.wall_by_air_s = time_constant_s(table, "wall_by_air_s");
+  p.wall_by_room_s = time_constant_s(table, "wall_by_room_s");
+  p.actuator_s = time_constant_s(table, "actuator_s");
+  p.proportional_per_k = positive(table, "proportional_per_k");
+  p.integral_time_s = time_constant_s(table, "integral_time_s");
+  p.sensor_s = time_constant_s(table, "sensor_s");
+  p.sensor_noise_k = not_negative(table, "sensor_noise_k");
+  p.sensor_resolution_k = not_negative(table, "sensor_resolution_k");
+  if (!(p.lowest_c <= p.start_c && p.start_c <= p.highest_c)) {
+    table.mistake("start", "not between lowest and highest");
+  }
+  return p;
+}
+
+ReadoutParameters read_readout(const TomlTable& table) {
+  ReadoutParameters r;
+  r.arcsec_per_pulse = positive(table, "arcsec_per_pulse");
+  r.earth_rate_deg_per_h = table.number("earth_rate_deg_per_h");
+  r.angle_random_walk_deg_per_sqrt_h = not_negative(table, "angle_random_walk_deg_per_sqrt_h");
+  r.drift_deg_per_h = not_negative(table, "drift_deg_per_h", r.drift_deg_per_h);
+  r.drift_time_s = time_constant_s(table, "drift_time_s", r.drift_time_s);
+  r.instability_deg_per_h = not_negative(table, "instability_deg_per_h", r.instability_deg_per_h);
+  r.instability_from_s = time_constant_s(table, "instability_from_s", r.instability_from_s);
+  r.instability_to_s = time_constant_s(table, "instability_to_s", r.instability_to_s);
+  r.rate_random_walk_deg_per_h_per_sqrt_h = not_negative(table, "rate_random_walk_deg_per_h_per_sqrt_h", 0);
+  r.turn_on_deg_per_h = table.number("turn_on_deg_per_h");
+  r.turn_on_repeatability_deg_per_h = not_negative(table, "turn_on_repeatability_deg_per_h", 0);
+  r.clock_skew_ppm = table.number("clock_skew_ppm");
+  if (r.instability_to_s < r.instability_from_s || r.instability_to_s > kLongestCorrelationS)
+    table.mistake("instability_to_s", fmt::format("{} s, expected {} to {} s", r.instability_to_s, r.instability_from_s,
+                                                  kLongestCorrelationS));
+  return r;
+}
+
+/// One number for all, or one for each of A…H and shell.
+EachThermometer each(const TomlTable& table, const char* key, double least) {
+  EachThermometer all{};
+  if (table.is_list(key)) {
+    std::ranges::copy(numbers(table, key, all.size(), least), all.begin());
+    return all;
+  }
+  all.fill(table.number(key));
+  if (!(all.front() >= least)) table.mistake(key, fmt::format("{}, expected at least {}", all.front(), least));
+  return all;
+}
+
+EachThermometer each_or_none(const TomlTable& table, const char* key, double least) {
+  return table.has(key) ? each(table, key, least) : EachThermometer{};
+}
+
+ThermometerParameters read_thermometers(const TomlTable& table) {
+  constexpr double kAny = -100;
+  return {.noise_k = each(table, "noise_k", 0),
+          .resolution_k = each(table, "resolution_k", 0),
+          .time_constant_s = each(table, "time_constant_s", 0),
+          .offset_k = each(table, "offset_k", kAny),
+          .gain = each_or_none(table, "gain", -1),
+          .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
+          .days_since_calibration = not_negative(table, "days_since_calibration", 0)};
+}
+
+SpreadParameters read_spread(const TomlTable& table, bool is_twin) {
+  SpreadParameters s{.bias = not_negative(table, "bias"),
+                     .offset_k = not_negative(table, "offset_k"),
+                     .gain = not_negative(table, "gain", 0),
+                     .time_constant = not_negative(table, "time_constant", 0),
+                     .turn_on_deg_per_h = not_negative(table, "turn_on_deg_per_h")};
+  if (is_twin) return s;
+  s.capacity = not_negative(table, "capacity");
+  s.film = not_negative(table, "film");
+  return s;
+}
+
+bool has_twin(const TomlTable& table) { return table.choice("body", {"reference", "twin"}, "reference") == "twin"; }
+
+}  // namespace
+
+Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
+                                    const std::optional<std::string>& known) {
+  const auto root = TomlTable::parse(rig_text, file);
+  if (!root) return failure(root.error());
+  const auto table = root->table("virtual");
+  if (!has_twin(table)) return GyroModelUsed{};
+  const auto thermal = table.table("thermal");
+  const auto named = thermal.text("gyro");
+  GyroModelUsed used{.name = std::filesystem::path(named).stem().stem().string(),
+                     .film = thermal.text("film"),
+                     .text = known.value_or("")};
+  if (known || named.empty()) return used;
+  auto model = read_named(thermal, "gyro", file, known);
+  if (!model) return failure(std::move(model.error()));
+  used.text = std::move(model->text);
+  return used;
+}
+
+Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file,
+                                    const std::optional<std::string>& gyro_model_text) {
+  const auto root = TomlTable::parse(rig_text, file);
+  if (!root) return failure(root.error());
+  for (const auto& key : root->keys()) {
+    if (key != "virtual") root->ignore(key);
+  }
+  if (!root->has("virtual"))
+    return failure(FaultKind::bad_file, root->place(), "no [virtual] table: a rig of real instruments");
+  const auto table = root->table("virtual");
+  const bool is_twin = has_twin(table);
+  WorldParameters world{.plant = read_plant(table.table("plant")),
+                        .body = {},
+                        .gyro = read_readout(table.table("gyro")),
+                        .thermometers = read_thermometers(table.table("thermometers")),
+                        .spread = read_spread(table.table("spread"), is_twin)};
+  if (is_twin)
+    world.body = read_twin_gyro(table);
+  else
+    world.body = read_reference_gyro(table);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (!is_twin) return world;
+  const auto used = gyro_model_of(rig_text, file, gyro_model_text);
+  if (!used) return failure(used.error());
+  auto model = parse_reduced_model(used->text, used->name);
+  if (!model) return failure(model.error());
+  std::get<TwinGyroParameters>(world.body).model = std::move(*model);
+  return world;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,140 @@
+/// Every number of the virtual laboratory, as the [virtual] table of a rig file gives it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "simulator/bias_parameters.hpp"
+#include "thermal/reduced/reduced_model.hpp"
+#include "thermal/reduced/thermal_spread.hpp"
+
+namespace gyrotherm {
+
+/// [virtual.plant]: the chamber's air, wall, machinery and controller.
+struct PlantParameters {
+  double lowest_c{};  ///< set points it accepts
+  double highest_c{};
+  double start_c{};                ///< air and wall at the start
+  double room_c{};                 ///< around the chamber
+  double heating_k_per_min{};      ///< of the air at 20 °C under full heating, before the wall takes its share
+  double heating_slope_per_min{};  ///< change of that per kelvin of air temperature above 20 °C
+  double cooling_k_per_min{};      ///< likewise under full cooling, a magnitude
+  double cooling_slope_per_min{};
+  double air_by_wall_s{};       ///< time constant with which the wall pulls the air
+  double wall_by_air_s{};       ///< and the air the wall
+  double wall_by_room_s{};      ///< and the room the wall
+  double actuator_s{};          ///< lag of heater and cooler behind the controller's output
+  double proportional_per_k{};  ///< controller: output (−1…1) per kelvin of error
+  double integral_time_s{};     ///< controller: reset time
+  double sensor_s{};            ///< time constant of the chamber's own air sensor
+  double sensor_noise_k{};      ///< standard deviation, white
+  double sensor_resolution_k{};
+};
+
+/// A conductance between two nodes of the network, by index.
+struct ThermalLink {
+  std::size_t from{};
+  std::size_t to{};
+  double w_per_k{};
+};
+
+/// [virtual.network]: lumped thermal model of the gyro; the vectors are in the order of `nodes`.
+struct NetworkParameters {
+  double start_c{};  ///< chamber temperature at which the gyro rests at the start
+  std::vector<std::string> nodes;
+  std::vector<double> capacity_j_per_k;
+  std::vector<double> power_w;
+  std::vector<double> film_w_per_k;     ///< to the node "air", the air inside the cabinet
+  std::vector<double> chamber_w_per_k;  ///< to the chamber's air
+  std::vector<ThermalLink> links;       ///< by conduction
+};
+
+/// [virtual.bias] of the reference simulation (reference_gyro.hpp has the formula).
+struct ReferenceBias {
+  double scale = 1;                     ///< s, of everything below
+  double linear_deg_per_h_per_k{};      ///< k1
+  double quadratic_deg_per_h_per_k2{};  ///< k2
+  double wave_deg_per_h{};              ///< u
+  double wave_period_k = 55;
+  std::array<double, 7> gradient_deg_per_h_per_k{};  ///< g of T_A − T_B … T_A − T_H
+  double arm_deg_per_h_per_k{};  ///< 8e-3·m, of the temperature difference of the two discharge arms
+  double arm_growth_per_k{};     ///< relative growth of the arm term per kelvin of mean block temperature
+};
+
+/// body = "reference": the reference simulation's gyro.
+struct ReferenceGyroParameters {
+  NetworkParameters network;
+  ReferenceBias bias;
+};
+
+/// How the left and the right half of a gyro's thermal body differ; the finite elements make them alike.
+struct UnequalArms {
+  double gain_left_over_right = 1;  ///< power; the sum is kept
+  double ballast_left_over_right = 1;
+  double left_lead_w_per_k{};  ///< conduction from the gain arm along its anode's lead to the cabinet
+  double right_lead_w_per_k{};
+};
+
+/// body = "twin": the finite-element gyro, reduced, and the physics of its bias.
+struct TwinGyroParameters {
+  ReducedModel model;
+  double start_c{};  ///< chamber temperature at which the gyro rests at the start
+  GyroFilm film{};
+  UnequalArms arms;
+  BiasPhysics bias;
+  ThermalSpread spread;
+  double lead_spread{};  ///< sigma of ln of each lead's factor
+};
+
+/// [virtual.gyro]: rotation, noise and read-out (gyro_readout.hpp).
+struct ReadoutParameters {
+  double arcsec_per_pulse = 1;
+  double earth_rate_deg_per_h{};  ///< on the input axis
+  double angle_random_walk_deg_per_sqrt_h{};
+  double drift_deg_per_h{};        ///< standard deviation of the first-order Markov drift
+  double drift_time_s = 3600;      ///< its correlation time
+  double instability_deg_per_h{};  ///< B of the bias instability, from instability_from_s on
+  double instability_from_s = 10;  ///< shortest correlation time of its processes
+  double instability_to_s = 1e6;   ///< and the longest
+  double rate_random_walk_deg_per_h_per_sqrt_h{};
+  double turn_on_deg_per_h{};                ///< constant offset of this gyro
+  double turn_on_repeatability_deg_per_h{};  ///< standard deviation from turn-on to turn-on: drawn for each run
+  double clock_skew_ppm{};                   ///< of the gyro's clock; positive runs fast
+};
+
+using EachThermometer = std::array<double, 9>;  ///< A…H, shell
+
+/// [virtual.thermometers]
+struct ThermometerParameters {
+  EachThermometer noise_k{};               ///< standard deviation, white
+  EachThermometer resolution_k{};          ///< 0: none
+  EachThermometer time_constant_s{};       ///< 0: none
+  EachThermometer offset_k{};              ///< calibration error at 20 °C
+  EachThermometer gain{};                  ///< calibration error, relative, about 20 °C
+  EachThermometer drift_k_per_sqrt_day{};  ///< random walk since the calibration
+  double days_since_calibration{};         ///< at the start of each run
+};
+
+/// [virtual.spread]: how much the gyros of seeds other than 0 differ from the one of the file. Factors are log-normal.
+struct SpreadParameters {
+  double capacity{};           ///< reference: sigma of ln of each heat capacity's factor
+  double film{};               ///< reference: … of each film's
+  double bias{};               ///< … of each bias coefficient's
+  double offset_k{};           ///< standard deviation of each thermometer's calibration error
+  double gain{};               ///< … of each thermometer's relative error of gain
+  double time_constant{};      ///< sigma of ln of each thermometer's time constant's factor
+  double turn_on_deg_per_h{};  ///< standard deviation of the gyro's constant offset
+};
+
+struct WorldParameters {
+  PlantParameters plant;
+  std::variant<ReferenceGyroParameters, TwinGyroParameters> body;
+  ReadoutParameters gyro;
+  ThermometerParameters thermometers;
+  SpreadParameters spread;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,80 @@
+/// The virtual laboratory, one second at a time: a chamber's air, the gyro as a thermal body, its bias and its
+/// read-out. Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its
+/// seed and the set points of its steps alone.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+struct WorldParameters;  // simulator/laboratory_parameters.hpp
+struct WorldFaults;      // simulator/injected_faults.hpp
+
+/// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
+/// rig file holds whole.
+struct GyroModelUsed {
+  std::string name;  ///< of the reduced gyro's file, without its endings: "calibrated"
+  std::string film;  ///< "chamber" or "still": how the air moves around the cabinet
+  std::string text;  ///< the file, as read
+};
+
+/// What the [virtual] table of a rig file names. `known`: the reduced gyro's text where it is already known (resume:
+/// the record's copy); otherwise the file is read, relative to `file`. Fails with bad_file if it cannot be read; other
+/// mistakes are for parse_world to tell.
+[[nodiscard]] Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
+                                                  const std::optional<std::string>& known = {});
+
+/// Reads the [virtual] table of a rig file (the rest of the file is someone else's), and the reduced gyro that it names
+/// like gyro_model_of. Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file,
+                                                  const std::optional<std::string>& gyro_model_text = {});
+
+/// Which gyro, and which of its runs: two runs of one gyro share its physics and none of its noise.
+struct WorldSeed {
+  std::uint64_t gyro{};  ///< 0 is the gyro of the file exactly; any other draws another gyro of the same type
+  std::uint64_t run{};   ///< draws the noise
+};
+
+class World {
+ public:
+  World(const WorldParameters& parameters, WorldSeed seed);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  /// Whether the controller can be told this.
+  [[nodiscard]] bool accepts(Celsius set_point) const;
+  /// What the controller is told, which it must accept; in force from the next step on.
+  void command(Celsius set_point);
+  void switch_on(bool on);
+  /// Breaks what `faults` says, and mends what it does not: the chamber from the next step on, thermometers at once.
+  void suffer(const WorldFaults& faults);
+  /// Lets one second pass.
+  void step();
+
+  [[nodiscard]] Celsius set_point() const;
+  [[nodiscard]] bool is_on() const;
+  [[nodiscard]] Celsius air_as_measured() const;  ///< by the chamber's own sensor: noise, resolution
+  [[nodiscard]] double output_percent() const;    ///< −100 (full cooling) … 100 (full heating)
+  [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;  ///< in the order of thermometer_names()
+  [[nodiscard]] const std::vector<std::string>& thermometer_names() const;
+  [[nodiscard]] std::int64_t pulses() const;          ///< accumulated
+  [[nodiscard]] std::int64_t device_time_us() const;  ///< the gyro's own clock, with its skew
+  [[nodiscard]] double arcsec_per_pulse() const;
+  [[nodiscard]] DegreesPerHour true_bias() const;  ///< for tests; no instrument can see it
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,270 @@
+#include "acquisition/io/instrument_io.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+
+namespace gyrotherm {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A line that can be held up: calls wait at it while it is closed.
+class Gate {
+ public:
+  void close() { set(false); }
+  void open() { set(true); }
+  void pass() {
+    std::unique_lock lock(mutex_);
+    ++arrived_;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return open_; });
+  }
+  void wait_for_arrivals(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return arrived_ >= count; });
+  }
+
+ private:
+  void set(bool open) {
+    const std::lock_guard lock(mutex_);
+    open_ = open;
+    changed_.notify_all();
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool open_ = true;
+  int arrived_ = 0;
+};
+
+/// Answers count up, so that a late one can be told from a fresh one.
+class GatedChamber final : public Chamber {
+ public:
+  Result<std::string> identify() override { return "gated"; }
+  Result<ChamberState> read() override {
+    gate.pass();
+    return ChamberState{Celsius{static_cast<double>(++reads)}, Celsius{set_point.load()}};
+  }
+  Result<void> head_for(Celsius target) override {
+    command_gate.pass();
+    set_point = target.value;
+    return {};
+  }
+  Result<void> start() override { return {}; }
+  Result<void> stop() override { return {}; }
+  Gate gate;
+  Gate command_gate;
+  std::atomic<int> reads{};
+  std::atomic<double> set_point{20};
+};
+
+class GatedThermometer final : public Thermometer {
+ public:
+  Result<std::string> identify() override { return "gated"; }
+  std::vector<Result<Celsius>> read() override {
+    gate.pass();
+    const double base = 100.0 * ++reads;
+    return {Celsius{base}, failure(FaultKind::out_of_range, "input 2", "open"), Celsius{base + 2}};
+  }
+  Gate gate;
+  std::atomic<int> reads{};
+};
+
+class GatedGyro final : public Gyro {
+ public:
+  Result<PulseCount> read(Duration expected) override {
+    gate.pass();
+    return PulseCount{++reads, expected};
+  }
+  Gate gate;
+  std::atomic<int> reads{};
+};
+
+/// A rig with two thermometers; of the second only the first input is used.
+struct Bench {
+  GatedChamber chamber;
+  GatedThermometer first;
+  GatedThermometer second;
+  GatedGyro gyro;
+  VirtualClock clock;
+  Instruments instruments{chamber, {{first, {"A", "B", "C"}}, {second, {"shell"}}}, gyro};
+};
+
+void expect_complete(const Sample& sample) {
+  ASSERT_TRUE(sample.chamber.value && sample.gyro.value);
+  ASSERT_EQ(sample.thermometers.size(), 4u);
+  EXPECT_EQ(sample.thermometers[0].value, Celsius{100});
+  EXPECT_EQ(sample.thermometers[1].value.error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(sample.thermometers[2].value, Celsius{102});
+  EXPECT_EQ(sample.thermometers[3].value, Celsius{100});
+  EXPECT_EQ(sample.gyro.value->interval, 1s);
+}
+
+TEST(Sampler, ReadsEveryInstrumentOnceInline) {
+  Bench bench;
+  bench.clock.advance(7s);
+  const auto sampler = Sampler::inline_calls(bench.instruments);
+  const Sample sample = sampler->read(7, bench.clock);
+  expect_complete(sample);
+  EXPECT_EQ(sample.slot, 7);
+  EXPECT_EQ(sample.at.since_start, 7s);
+  EXPECT_EQ(sample.gyro.at.since_start, 7s);
+}
+
+TEST(Sampler, ReadsEveryInstrumentOnceWithWorkers) {
+  Bench bench;
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 10s});
+  expect_complete(sampler->read(0, bench.clock));
+  EXPECT_EQ(sampler->read(1, bench.clock).chamber.value->air, Celsius{2});
+}
+
+TEST(Sampler, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
+  Bench bench;
+  bench.first.gate.close();
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  const Sample sample = sampler->read(0, bench.clock);
+  for (const std::size_t i : {0, 1, 2}) {
+    const Fault& fault = sample.thermometers[i].value.error();
+    EXPECT_EQ(fault.kind, FaultKind::timeout);
+    EXPECT_EQ(fault.where, std::string(1, static_cast<char>('A' + i)));
+    EXPECT_EQ(fault.what, "still busy after 50 ms");
+  }
+  EXPECT_TRUE(sample.thermometers[3].value && sample.chamber.value && sample.gyro.value);
+  bench.first.gate.open();
+}
+
+TEST(Sampler, TellsHowLongACallOfTheChamberHasNotGotOn) {
+  Bench bench;
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  EXPECT_EQ(sampler->stuck_for(), Duration{});
+  bench.chamber.gate.close();
+  static_cast<void>(sampler->read(0, bench.clock));
+  EXPECT_GE(sampler->stuck_for(), 40ms) << "the call that hangs is under way";
+  bench.chamber.gate.open();
+  static_cast<void>(sampler->read(1, bench.clock));
+  EXPECT_LT(sampler->stuck_for(), 40ms);
+}
+
+TEST(Sampler, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
+  Bench bench;
+  LineActivity line;
+  bench.instruments.chamber_line = &line;
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  bench.chamber.gate.close();
+  static_cast<void>(sampler->read(0, bench.clock));
+  EXPECT_GE(sampler->stuck_for(), 40ms);
+  line.note();
+  EXPECT_LT(sampler->stuck_for(), 40ms) << "on a line that loses most of what is asked";
+  bench.chamber.gate.open();
+}
+
+TEST(Sampler, AThermometerThatHangsIsNoReasonToEndTheRun) {
+  Bench bench;
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  bench.first.gate.close();
+  static_cast<void>(sampler->read(0, bench.clock));
+  EXPECT_LT(sampler->stuck_for(), 40ms);
+  bench.first.gate.open();
+}
+
+TEST(Sampler, LateAnswerIsNeverALaterSecondsValue) {
+  Bench bench;
+  bench.chamber.gate.close();
+  bench.gyro.gate.close();
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 300ms});
+  const Sample missed = sampler->read(0, bench.clock);
+  EXPECT_EQ(missed.chamber.value.error().kind, FaultKind::timeout);
+  EXPECT_EQ(missed.gyro.value.error().kind, FaultKind::timeout);
+  bench.chamber.gate.open();
+  bench.gyro.gate.open();
+  const Sample next = sampler->read(1, bench.clock);
+  ASSERT_TRUE(next.chamber.value && next.gyro.value);
+  EXPECT_EQ(next.chamber.value->air, Celsius{2}) << "1 was the late answer";
+  EXPECT_EQ(next.gyro.value->pulses, 2);
+}
+
+/// While its thermometer is read the whole machine stands still.
+class StandingStill final : public Clock, public Thermometer {
+ public:
+  Result<std::string> identify() override { return "slept"; }
+  Instant now() const override { return {elapsed_ms.load() * 1ms, elapsed_ms.load() * 1ms}; }
+  std::vector<Result<Celsius>> read() override {
+    elapsed_ms += stands_still_ms;
+    return {Celsius{24}};
+  }
+  std::atomic<std::int64_t> elapsed_ms{};
+  int stands_still_ms = 0;
+};
+
+TEST(Sampler, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
+  Bench bench;
+  StandingStill machine;
+  const auto sampler = Sampler::workers({bench.chamber, {{machine, {"A"}}}, bench.gyro});
+  machine.stands_still_ms = 700;
+  EXPECT_EQ(sampler->read(0, machine).thermometers[0].value, Celsius{24});
+  machine.stands_still_ms = 24'000;
+  const auto late = sampler->read(1, machine).thermometers[0].value;
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().kind, FaultKind::timeout);
+}
+
+TEST(Sampler, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
+  Bench bench;
+  bench.gyro.gate.close();
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 30ms});
+  for (int slot = 0; slot < 4; ++slot)
+    EXPECT_EQ(sampler->read(slot, bench.clock).gyro.value.error().kind, FaultKind::timeout);
+  EXPECT_EQ(bench.gyro.reads, 0);
+  bench.gyro.gate.open();
+  bench.gyro.gate.wait_for_arrivals(1);
+  const auto patient = sampler->read(4, bench.clock);
+  EXPECT_TRUE(!patient.gyro.value || patient.gyro.value->pulses == 2) << "three withdrawn reads were never made";
+}
+
+TEST(Sampler, CommandReachesTheChamberEitherWay) {
+  Bench bench;
+  const auto inline_sampler = Sampler::inline_calls(bench.instruments);
+  ASSERT_TRUE(inline_sampler->command(Celsius{-40}));
+  EXPECT_EQ(bench.chamber.set_point, -40);
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 10s});
+  ASSERT_TRUE(sampler->command(Celsius{70}));
+  EXPECT_EQ(sampler->read(0, bench.clock).chamber.value->set_point, Celsius{70});
+}
+
+TEST(Sampler, CommandThatCouldNotBeginIsNotSentLater) {
+  Bench bench;
+  bench.chamber.gate.close();
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 300ms});
+  EXPECT_FALSE(sampler->read(0, bench.clock).chamber.value);
+  const auto sent = sampler->command(Celsius{70});
+  ASSERT_FALSE(sent);
+  EXPECT_EQ(text(sent.error()), "chamber: set point 70 °C not sent: the chamber was still busy after 300 ms");
+  bench.chamber.gate.open();
+  EXPECT_EQ(sampler->read(1, bench.clock).chamber.value->set_point, Celsius{20});
+}
+
+TEST(Sampler, CommandThatWasNotConfirmedIsUnknown) {
+  Bench bench;
+  bench.chamber.command_gate.close();
+  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  const auto sent = sampler->command(Celsius{70});
+  ASSERT_FALSE(sent);
+  EXPECT_EQ(sent.error().kind, FaultKind::timeout);
+  EXPECT_EQ(sent.error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  bench.chamber.command_gate.open();
+}
+
+TEST(Sampler, ACommandWaitsNoLongerThanItsTick) {
+  Bench bench;
+  bench.chamber.command_gate.close();
+  const auto sampler = Sampler::workers(bench.instruments);
+  EXPECT_TRUE(sampler->read(0, bench.clock).chamber.value);
+  bench.clock.advance(930ms);  // an instrument was slow
+  EXPECT_EQ(sampler->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  bench.chamber.command_gate.open();
+}
+
+}  // namespace
+}  // namespace gyrotherm

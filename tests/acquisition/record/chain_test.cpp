@@ -1,0 +1,231 @@
+/// Whoever edits a record leaves a trace.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/manifest.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+TEST(Sha256, GivesTheDigestsOfItsStandard) {
+  const auto of = [](std::string_view bytes) {
+    Sha256 hash;
+    hash.add(bytes);
+    return hex(hash.digest());
+  };
+  EXPECT_EQ(of(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(of("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(
+      of("abcdefghbcdefghicdefghijdefghijkefghijklfghijklmghijklmnhijklmnoijklmnopjklmnopqklmnopqrlmnopqrsmnopqrst"
+         "nopqrstu"),
+      "cf5b16a778af8380036ce59e7b0492370b249b11e8f07a51afac45037afee9d1");
+  EXPECT_EQ(of(std::string(1'000'000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Sha256, IsTheSameHoweverTheBytesCome) {
+  std::mt19937 random(4);
+  const std::string bytes(1000, 'q');
+  Sha256 whole;
+  whole.add(bytes);
+  const auto expected = whole.digest();
+  for (int i = 0; i < 100; ++i) {
+    Sha256 pieces;
+    for (std::size_t at = 0; at < bytes.size();) {
+      const auto size = std::min<std::size_t>(random() % 130, bytes.size() - at);
+      pieces.add(std::string_view(bytes).substr(at, size));
+      at += size;
+    }
+    EXPECT_EQ(pieces.digest(), expected);
+  }
+}
+
+/// A finished run with every kind of row: 30 samples, a gap, readings that were missing, events.
+void make_run(const std::string& path, bool finished = true) {
+  auto store = Store::create(path, two_thermometers()).value();
+  const Event event{sample_at(0).at, EventKind::note, "a note"};
+  ASSERT_TRUE(store->append_event(event));
+  for (int slot = 0; slot < 35; ++slot) {
+    if (slot == 10) {
+      ASSERT_TRUE(store->append_gap(10, 14, "late"));
+    }
+    if (slot >= 10 && slot < 15) continue;
+    Sample sample = sample_at(slot);
+    if (slot % 10 == 3) sample.thermometers[1].value = failure(FaultKind::timeout, "shell", "silent");
+    if (slot == 20) sample.gyro.value = failure(FaultKind::timeout, "gyro", "silent");
+    ASSERT_TRUE(store->append(sample, std::span(&event, slot % 7 == 0 ? 1 : 0)));
+    if (slot % 4 == 0) {
+      ASSERT_TRUE(store->append_event(event));
+    }
+    ASSERT_TRUE(store->sync());
+  }
+  if (finished) {
+    ASSERT_TRUE(store->finish());
+  }
+}
+
+TEST(Chain, OfAnUntouchedRecordFits) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  const auto verified = verify_record(folder / "run.db");
+  ASSERT_TRUE(verified) << text(verified.error());
+  EXPECT_EQ(verified->rows, 30 + 1 + 4 + 5 + 8);
+  EXPECT_TRUE(verified->finished && verified->manifest);
+}
+
+TEST(Chain, GoesOnWithARunThatIsTakenUpAgain) {
+  const Folder folder;
+  make_run(folder / "run.db", false);
+  ASSERT_TRUE(verify_record(folder / "run.db"));
+  auto store = Store::reopen(folder / "run.db").value();
+  ASSERT_TRUE(store->append_gap(35, 39, "power cut"));
+  ASSERT_TRUE(store->append(sample_at(40), {}));
+  ASSERT_TRUE(store->finish());
+  const auto verified = verify_record(folder / "run.db");
+  ASSERT_TRUE(verified) << text(verified.error());
+}
+
+TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  std::filesystem::remove(manifest_path(folder / "run.db"));
+  const std::vector<std::pair<const char*, const char*>> edits{
+      {"UPDATE sample SET A = A + 1e-9 WHERE slot = 7", "sample 7 of second 7"},
+      {"UPDATE sample SET pulses = NULL WHERE slot = 7", "sample 7 of second 7"},
+      {"UPDATE sample SET phase = 'overdue' WHERE slot = 34", "sample 34 of second 34"},
+      {"UPDATE sample SET state = 'held' WHERE slot = 0", "sample 0 of second 0"},
+      {"DELETE FROM sample WHERE slot = 8", "event 6 of second 8"},
+      {"UPDATE sample SET slot = 1000 WHERE slot = 9", "gap 10 of second 14"},
+      {"INSERT INTO sample SELECT 35, monotonic_ns, utc_ns, set_point_c, chamber_air_c, chamber_set_point_c, A, "
+       "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, chain FROM sample "
+       "WHERE slot = 34",
+       "sample 35 of second 35"},
+      {"DELETE FROM sample WHERE slot = 34", "the end of the record"},
+      {"UPDATE gap SET cause = 'lunch'", "gap 10 of second 14"},
+      {"UPDATE fault SET what = 'loud' WHERE slot = 20", "fault 2 of second 20"},
+      {"UPDATE event SET text = 'another' WHERE id = 1", "event 1 of second -1"},
+      {"UPDATE event SET utc_ns = utc_ns + 1 WHERE id = 13", "event 13"},
+      {"UPDATE sample SET chain = chain + 1 WHERE slot = 3", "sample 3 of second 3"},
+      {"UPDATE meta SET value = 'b' WHERE key = 'rig_text'", "the description of the run"},
+      {"UPDATE channel SET offset_k = 0 WHERE position = 0", "the description of the run"},
+      {"UPDATE segment SET rate_c_per_min = 6 WHERE position = 0", "the description of the run"},
+      {"DELETE FROM list WHERE name = 'cycles'", "the description of the run"},
+      {"DELETE FROM meta WHERE key = 'outcome'", "the outcome of the run"},
+      {"UPDATE frames SET lost = 1", "the outcome of the run"}};
+  for (const auto& [edit, place] : edits) {
+    const auto path = folder / "edited.db";
+    std::filesystem::copy_file(folder / "run.db", path, std::filesystem::copy_options::overwrite_existing);
+    {
+      auto database = Database::open(path, Access::read_write, 0).value();
+      ASSERT_TRUE(database.execute(edit)) << edit;
+    }
+    const auto verified = verify_record(path);
+    ASSERT_FALSE(verified) << edit;
+    EXPECT_EQ(verified.error().kind, FaultKind::bad_file);
+    EXPECT_NE(verified.error().what.find(place), std::string::npos) << edit << ": " << verified.error().what;
+  }
+}
+
+TEST(Chain, ThatDoesNotFitIsNotGoneOnWith) {
+  const Folder folder;
+  make_run(folder / "run.db", false);
+  {
+    auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
+    ASSERT_TRUE(database.execute("UPDATE sample SET A = 0 WHERE slot = 2"));
+  }
+  const auto store = Store::reopen(folder / "run.db");
+  ASSERT_FALSE(store);
+  EXPECT_NE(store.error().what.find("sample 2 of second 2"), std::string::npos) << store.error().what;
+}
+
+TEST(Chain, OfARecordIsLookedAtBeforeItsManifest) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  {
+    auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
+    ASSERT_TRUE(database.execute("UPDATE sample SET A = 0 WHERE slot = 2"));
+  }
+  EXPECT_NE(verify_record(folder / "run.db").error().what.find("sample 2 of second 2"), std::string::npos);
+}
+
+/// Rows that were chained anew, and lie where the manifest does not look.
+TEST(Manifest, NamesAllThatTheRecordConsistsOf) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  make_run(path);
+  ASSERT_TRUE(verify_record(path));
+  std::ofstream(folder / "run.db-wal") << "frames";
+  EXPECT_EQ(text(check_manifest(path).error()), (folder / "run.db-wal") + ": was not there when the run was closed");
+  std::filesystem::remove(folder / "run.db-wal");
+  {
+    auto part = RunFile::create(folder / "run.2.db", two_thermometers(),
+                                Continuation{.part = 2, .before = "run.db", .from = 35, .cause = "forged"})
+                    .value();
+    ASSERT_TRUE(part.begin() && part.insert_event(35, {{}, EventKind::note, "forged"}) && part.replace_frames({}) &&
+                part.commit() && part.finish());
+  }
+  ASSERT_EQ(read_record(path)->events.back().event.text, "forged");
+  EXPECT_EQ(text(verify_record(path).error()), (folder / "run.2.db") + ": was not there when the run was closed");
+}
+
+/// What instruments and operators say is stored as text that any program can read.
+TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  {
+    auto store = Store::create(path, two_thermometers()).value();
+    ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::note,
+                                     "20 \xB0"
+                                     "C \x1b[2J"}));
+    Sample sample = sample_at(0);
+    sample.gyro.value = failure(FaultKind::corrupted, "gyro \x07", "said \"\xff\"");
+    ASSERT_TRUE(store->append(sample, {}));
+    ASSERT_TRUE(store->append_gap(1, 2, "late\n"));
+    ASSERT_TRUE(store->finish());
+  }
+  EXPECT_TRUE(verify_record(path));
+  EXPECT_EQ(read_record(path)->events[0].event.text, "20 \\xb0C \\x1b[2J");
+  EXPECT_EQ(read_record(path)->gaps[0].cause, "late\\x0a");
+  auto database = Database::open(path, Access::read_only, 0).value();
+  EXPECT_EQ(database.ask("SELECT \"where\" || ': ' || what FROM fault").value(), "gyro \\x07: said \"\\xff\"");
+}
+
+TEST(Manifest, IsWhatSha256sumChecks) {
+  const Folder folder;
+  make_run(folder / "run.db");
+  EXPECT_EQ(std::system(("cd '" + (folder / "") + "' && sha256sum -c --quiet run.db.sha256").c_str()), 0);
+}
+
+TEST(Manifest, FindsEachOfTenThousandEditsOfOneByte) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  make_run(path);
+  ASSERT_TRUE(check_manifest(path).value());
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const auto size = std::filesystem::file_size(path);
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 10'000; ++i) {
+    const auto at = static_cast<std::streamoff>(random() % size);
+    const auto exchange = [&](char by) {
+      file.seekg(at);
+      const char was = static_cast<char>(file.get());
+      file.seekp(at);
+      file.put(static_cast<char>(was ^ by));
+      file.flush();
+    };
+    const auto by = static_cast<char>(1 + random() % 255);
+    exchange(by);
+    ASSERT_FALSE(check_manifest(path)) << "byte " << at << " of " << size;
+    exchange(by);
+  }
+  EXPECT_TRUE(check_manifest(path).value());
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,69 @@
+#include "acquisition/record/export.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string content(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+Record small_record() {
+  Record record;
+  record.info = two_thermometers();
+  record.info.segments[1].name = "hold, \"hot\"";
+  record.finished = true;
+  record.slot = {0, 3};
+  record.time_s = {0, 3};
+  record.set_point_c = {22.5, 22.5};
+  record.chamber_air_c = {20.1, NAN};
+  record.chamber_set_point_c = {21, NAN};
+  record.thermometers_c = {{19.5, -0.1}, {NAN, 1e-9}};
+  record.gyro = {-1000, NAN};
+  record.gyro_interval_s = {1, NAN};
+  record.progress = {{.segment = 0, .cycle = 0, .set_point = {}},
+                     {.segment = 1, .phase = Phase::holding, .set_point = {}}};
+  return record;
+}
+
+TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
+  EXPECT_EQ(to_csv(small_record()),
+            "# SIMULATED: the instruments were virtual\n"
+            "# run 0123456789abcdef0123456789abcdef of a profile on a rig\n"
+            "slot,time [s],set point [°C],chamber air [°C],chamber set point [°C],A [°C],shell-1.b [°C],"
+            "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase\n"
+            "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping\n"
+            "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding\n");
+}
+
+TEST(Export, OfARealUnfinishedRunSaysSo) {
+  Record record = small_record();
+  record.info.simulated = false;
+  record.finished = false;
+  record.info.profile_name = "two\nlines";
+  EXPECT_EQ(
+      to_csv(record).rfind("# run 0123456789abcdef0123456789abcdef of two lines on a rig, not finished\nslot,", 0), 0u);
+}
+
+TEST(Export, WritesTheWholeFileOrNone) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 3);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  std::ofstream(folder / "run.csv") << "old";
+  ASSERT_TRUE(export_record(folder / "run.db", folder / "run.csv"));
+  EXPECT_EQ(content(folder / "run.csv"), to_csv(read_record(folder / "run.db").value()));
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.csv.new"));
+  EXPECT_EQ(export_record(folder / "run.db", folder / "no/such/folder.csv").error().kind, FaultKind::storage);
+  EXPECT_EQ(export_record(folder / "missing.db", folder / "run.csv").error().kind, FaultKind::bad_file);
+}
+
+}  // namespace
+}  // namespace gyrotherm

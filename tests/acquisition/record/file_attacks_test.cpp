@@ -1,0 +1,313 @@
+/// What other programs may do to the files of a record that is being written: every second that was acknowledged stays.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/manifest.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Attack {
+  const char* name;
+  std::function<void(const std::string& path)> act;
+  bool of_database;  ///< the record's main file is spoiled by it, not its log alone
+};
+
+void overwrite(const std::string& file, std::streamoff at, std::size_t size, char with) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.seekp(at);
+  stream << std::string(size, with);
+}
+
+std::size_t size_of(const std::string& file) { return fs::file_size(file); }
+
+std::vector<Attack> attacks() {
+  return {
+      {"Removed", [](const auto& path) { fs::remove(path); }, true},
+      {"RemovedWithItsLog", [](const auto& path) { fs::remove(path), fs::remove(path + "-wal"); }, true},
+      {"Moved", [](const auto& path) { fs::rename(path, path + ".away"); }, true},
+      {"ReplacedByACopy",
+       [](const auto& path) {
+         fs::copy_file(path, path + ".copy");
+         fs::rename(path + ".copy", path);
+       },
+       true},
+      {"ReplacedByALink",
+       [](const auto& path) {
+         fs::rename(path, path + ".away");
+         fs::create_symlink(path + ".away", path);
+       },
+       true},
+      {"ReplacedByAFolder",
+       [](const auto& path) {
+         fs::rename(path, path + ".away");
+         fs::create_directory(path);
+       },
+       true},
+      {"ReplacedByAFifo",
+       [](const auto& path) {
+         fs::remove(path);
+         ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+       },
+       true},
+      {"Emptied", [](const auto& path) { fs::resize_file(path, 0); }, true},
+      {"CutInHalf", [](const auto& path) { fs::resize_file(path, size_of(path) / 2); }, true},
+      {"BeginningOverwritten", [](const auto& path) { overwrite(path, 0, 100, 'x'); }, true},
+      {"MiddleOverwritten",
+       [](const auto& path) { overwrite(path, static_cast<std::streamoff>(size_of(path) / 2), 4096, 'x'); }, true},
+      {"AllOverwritten", [](const auto& path) { overwrite(path, 0, size_of(path), '\0'); }, true},
+      {"WrittenBehind",
+       [](const auto& path) { std::ofstream(path, std::ios::app | std::ios::binary) << "something at its end"; }, true},
+      {"LogRemoved", [](const auto& path) { fs::remove(path + "-wal"); }, false},
+      {"LogMoved", [](const auto& path) { fs::rename(path + "-wal", path + "-away"); }, false},
+      {"LogReplaced",
+       [](const auto& path) {
+         fs::copy_file(path + "-wal", path + "-copy");
+         fs::rename(path + "-copy", path + "-wal");
+       },
+       false},
+      {"LogEmptied", [](const auto& path) { fs::resize_file(path + "-wal", 0); }, false},
+      {"LogCutInHalf", [](const auto& path) { fs::resize_file(path + "-wal", size_of(path + "-wal") / 2); }, false},
+      {"LogOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, size_of(path + "-wal"), 'x'); }, false},
+      {"LogsHeadOverwritten", [](const auto& path) { overwrite(path + "-wal", 0, 32, '\0'); }, false},
+  };
+}
+
+/// 450 seconds, an attack, and 20 more of them.
+constexpr std::int64_t kBefore = 450, kAfter = 20;  // the log is folded twice before
+
+std::unique_ptr<Store> attacked(const std::string& path, const Attack& attack) {
+  auto store =
+      Store::create(path, two_thermometers(), {.background = true, .retry = std::chrono::milliseconds(20)}).value();
+  for (std::int64_t slot = 0; slot < kBefore; ++slot) {
+    EXPECT_TRUE(store->append(sample_at(slot), {}));
+    EXPECT_TRUE(store->settle(kLong));
+  }
+  attack.act(path);
+  for (std::int64_t slot = kBefore; slot < kBefore + kAfter; ++slot) EXPECT_TRUE(store->append(sample_at(slot), {}));
+  EXPECT_TRUE(store->settle(kLong));
+  return store;
+}
+
+class FileAttacks : public ::testing::TestWithParam<Attack> {};
+
+TEST_P(FileAttacks, LoseNothingThatWasAcknowledgedAndAreTold) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = attacked(path, GetParam());
+  EXPECT_EQ(store->health().parts, 2);
+  EXPECT_NE(store->health().damage.find("by another program while it was being written"), std::string::npos)
+      << store->health().damage;
+  const auto finished = store->finish();
+  EXPECT_EQ(finished.has_value(), !GetParam().of_database) << "whoever asks how it ended is told";
+  store.reset();
+  EXPECT_EQ(is_there(manifest_path(path)), !GetParam().of_database);
+
+  for (const auto& name : {path, part_path(path, 2)}) {
+    const auto record = read_record(name);
+    ASSERT_TRUE(record) << name << ": " << text(record.error());
+    EXPECT_EQ(record->slot.size(), static_cast<std::size_t>(kBefore + kAfter)) << name;
+    EXPECT_EQ(record->gaps.size(), 0u) << name;
+    EXPECT_EQ(read_status(name).value().acknowledged, kBefore + kAfter - 1) << name;
+  }
+  EXPECT_TRUE(verify_record(part_path(path, 2)));
+  EXPECT_TRUE(GetParam().of_database || verify_record(path));
+}
+
+TEST_P(FileAttacks, ARunThatTheyHappenedToGoesOnAfterItsProgramDied) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  attacked(path, GetParam()).reset();
+  const bool whole = verify_record(path).has_value();  // a copy, for one, is as good
+  auto store = Store::reopen(path, {.background = true});
+  ASSERT_TRUE(store) << text(store.error());
+  ASSERT_TRUE((*store)->append(sample_at(kBefore + kAfter), {}));
+  EXPECT_EQ((*store)->finish().has_value(), whole);
+  store->reset();
+  EXPECT_EQ(is_there(manifest_path(path)), whole);
+  EXPECT_EQ(read_record(path).value().slot.size(), static_cast<std::size_t>(kBefore + kAfter + 1));
+}
+
+INSTANTIATE_TEST_SUITE_P(OnTheDisk, FileAttacks, ::testing::ValuesIn(attacks()),
+                         [](const auto& of) { return std::string(of.param.name); });
+
+/// Whoever holds a file open still sees what was in it: nothing of a long run is lost with its name.
+TEST(FileAttack, ARecordLongerThanTheMemoryIsTakenOverFromTheFileThatLostItsName) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(),
+                             {.background = true, .most_rows = 50, .retry = std::chrono::milliseconds(20)})
+                   .value();
+  const Event event{sample_at(0).at, EventKind::note, "a note"};
+  for (std::int64_t slot = 0; slot < 1000; ++slot) {
+    auto sample = sample_at(slot);
+    if (slot % 11 == 0) sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");
+    const bool late = slot >= 500 && slot < 510;
+    if (!late) {
+      ASSERT_TRUE(store->append(sample, std::span(&event, slot % 5 == 0 ? 1 : 0)));
+    } else if (slot == 509) {
+      ASSERT_TRUE(store->append_gap(500, 509, "late"));
+    }
+    if (slot % 20 == 19) {
+      ASSERT_TRUE(store->settle(kLong));
+    }
+  }
+  const auto kept = folder / "kept.db";
+  fs::rename(path, kept);
+  ASSERT_TRUE(store->append(sample_at(1000), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_FALSE(store->finish());
+  store.reset();
+
+  const auto record = read_record(part_path(path, 2));
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 991u);
+  ASSERT_EQ(record->gaps.size(), 1u);
+  EXPECT_EQ(record->gaps[0].first, 500);
+  EXPECT_EQ(record->events.size(), 198u + 1) << "and the one that tells of it";
+  EXPECT_TRUE(verify_record(part_path(path, 2)));
+}
+
+/// Each time that a name is taken the next file has it all, also what a file before it had that failed otherwise.
+TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(),
+                             {.background = true, .most_rows = 50, .retry = std::chrono::milliseconds(20)})
+                   .value();
+  auto hundred = [&, slot = std::int64_t{0}]() mutable {
+    for (const auto end = slot + 100; slot < end; ++slot) {
+      ASSERT_TRUE(store->append(sample_at(slot), {}));
+      if (slot % 20 == 19) {
+        ASSERT_TRUE(store->settle(kLong));
+      }
+    }
+  };
+  hundred();
+  fs::remove(path + "-wal");  // the main file stays, with what was folded into it
+  hundred();
+  for (int i = 0; i < 2; ++i) {
+    fs::remove(part_path(path, 2));
+    hundred();
+  }
+  EXPECT_FALSE(store->finish());
+  store.reset();
+  const auto record = read_record(part_path(path, 2));
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.front(), 50) << "the first that was in memory when the log was lost";
+  EXPECT_EQ(record->slot.size(), 350u);
+}
+
+/// A transaction of its own.
+Result<void> second(
+    RunFile& file, std::int64_t slot, const std::function<void()>& between = [] {}) {
+  const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
+  const auto begun = file.begin();
+  between();
+  return begun.and_then([&] { return file.insert(entry); })
+      .and_then([&] { return file.replace_frames({}); })
+      .and_then([&] { return file.commit(); });
+}
+
+/// What is written while the program writes too has the time of the program's own writing.
+TEST(FileAttack, OfALogWhileItIsWrittenIsSeen) {
+  for (const std::streamoff at : {0, 40, 3000}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    auto file = RunFile::create(path, two_thermometers()).value();
+    ASSERT_TRUE(second(file, 0));
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    EXPECT_FALSE(second(file, 1, [&] { overwrite(path + "-wal", at, 8, 'x'); })) << at;
+    ASSERT_TRUE(file.interference()) << at;
+    EXPECT_TRUE(file.interference()->of_log) << at;
+    file.leave_untouched();
+  }
+}
+
+TEST(FileAttack, OfALogBetweenTwoLooksIsSeenBeforeItIsFoldedIn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto file = RunFile::create(path, two_thermometers()).value();
+  Result<void> done;
+  for (std::int64_t slot = 0; done && slot < 300; ++slot)
+    done = second(file, slot, [&] {
+             if (slot == 5) overwrite(path + "-wal", 3000, 8, 'x');
+           }).and_then([&] { return file.fold_log(); });
+  EXPECT_FALSE(done);
+  EXPECT_TRUE(file.interference());
+  file.leave_untouched();
+}
+
+TEST(FileAttack, OfARecordWhileItsLogIsFoldedInIsSeenAtItsEnd) {
+  constexpr std::int64_t kFew = 3000;
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto file = RunFile::create(path, two_thermometers()).value();
+  std::int64_t slot = 0;
+  const auto fill = [&] {
+    for (const auto end = slot + kFew; slot < end; ++slot) ASSERT_TRUE(second(file, slot));
+  };
+  fill();
+  ASSERT_TRUE(file.fold_log());
+  fill();
+  overwrite(path, 70'000, 8, 'x');
+  ASSERT_TRUE(file.fold_log());
+  EXPECT_FALSE(file.finish());
+  ASSERT_TRUE(file.interference());
+  EXPECT_FALSE(file.interference()->of_log);
+}
+
+TEST(FileAttack, WhatOnlyTouchesAFileIsNone) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = Store::create(path, two_thermometers(), {.background = true}).value();
+  auto second = [&, slot = std::int64_t{0}]() mutable {
+    ASSERT_TRUE(store->append(sample_at(slot++), {}));
+    ASSERT_TRUE(store->settle(kLong));
+  };
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 50 == 49) fs::last_write_time(path, fs::file_time_type::clock::now());
+    second();
+  }
+  fs::permissions(path, fs::perms::none);
+  second();
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_hard_link(path, folder / "another-name");
+  second();
+  EXPECT_EQ(store->health().parts, 1);
+  EXPECT_EQ(store->health().damage, "");
+  EXPECT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(read_record(path).value().slot.size(), 2002u);
+  EXPECT_TRUE(verify_record(path));
+}
+
+TEST(FileAttack, AFolderThatIsMovedIsStillTheRecordsOwn) {
+  const Folder folder;
+  fs::create_directory(folder / "here");
+  auto store = Store::create(folder / "here/run.db", two_thermometers(), {.background = true}).value();
+  ASSERT_TRUE(store->append(sample_at(0), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  fs::rename(folder / "here", folder / "there");
+  ASSERT_TRUE(store->append(sample_at(1), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->health().parts, 1);
+  fs::rename(folder / "there", folder / "here");
+  ASSERT_TRUE(store->append(sample_at(2), {}));
+  EXPECT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(read_record(folder / "here/run.db").value().slot.size(), 3u);
+}
+
+}  // namespace
+}  // namespace gyrotherm

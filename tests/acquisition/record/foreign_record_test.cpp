@@ -1,0 +1,313 @@
+/// A record may come from anywhere: reading one changes nothing, runs nothing, and ends.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/record_rows.hpp"
+#include "acquisition/record/status.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Every name in a folder with what stands there, and when it was last written.
+std::map<std::string, std::string> listing(const std::string& folder) {
+  std::map<std::string, std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    struct stat facts {};
+    ::lstat(entry.path().c_str(), &facts);
+    found[entry.path().filename()] = std::to_string(facts.st_mode) + " " + std::to_string(facts.st_mtim.tv_sec) + "." +
+                                     std::to_string(facts.st_mtim.tv_nsec) + " " +
+                                     (S_ISREG(facts.st_mode) ? bytes_of(entry.path()) : "");
+  }
+  return found;
+}
+
+/// What each way to read a record says of it; within a few seconds, and nothing is touched.
+std::string reading_of(const std::string& path) {
+  const auto folder = std::filesystem::path(path).parent_path().string();
+  const auto before = listing(folder);
+  const auto began = std::chrono::steady_clock::now();
+  const auto record = read_record(path);
+  (void)read_status(path);
+  (void)verify_record(path);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(5)) << path;
+  EXPECT_EQ(listing(folder), before) << path;
+  if (record) return "read";
+  EXPECT_EQ(record.error().kind, FaultKind::bad_file) << text(record.error());
+  return record.error().what;
+}
+
+/// An unfinished run whose writer has died: a log lies beside it.
+void leave_unfinished(const std::string& path, int rows) {
+  if (const auto child = ::fork(); child != 0) {
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  } else {
+    auto store = Store::create(path, two_thermometers());
+    for (int slot = 0; store && slot < rows; ++slot) (void)(*store)->append(sample_at(slot), {});
+    if (store) (void)(*store)->sync();
+    ::_exit(0);
+  }
+  ASSERT_TRUE(std::filesystem::exists(path + "-wal"));
+}
+
+void execute(const std::string& path, const std::string& sql) {
+  auto database = Database::open(path, Access::read_write, 0).value();
+  const auto done = database.execute(sql);
+  ASSERT_TRUE(done) << sql << ": " << text(done.error());
+}
+
+TEST(ForeignRecord, IsReadWithItsLogAndNothingBesideItChanges) {
+  const Folder folder;
+  leave_unfinished(folder / "run.db", 300);
+  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 300u);
+  EXPECT_EQ(verify_record(folder / "run.db")->rows, 300);
+}
+
+TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
+  const Folder folder;
+  for (const std::string name :
+       {"a b.db", "what?.db", "50%.db", "#1.db", "file:x?mode=rwc", "a&vfs=unix.db", "é\n.db"}) {
+    leave_unfinished(folder / name, 5);
+    EXPECT_EQ(reading_of(folder / name), "read") << name;
+  }
+  std::filesystem::create_directory(folder / "elsewhere");
+  std::filesystem::create_symlink(folder / "a b.db", folder / "elsewhere/link.db");
+  EXPECT_EQ(reading_of(folder / "elsewhere/link.db"), "read");
+}
+
+TEST(ForeignRecord, IsReadWhereNobodyMayWrite) {
+  const Folder folder;
+  leave_unfinished(folder / "run.db", 5);
+  ASSERT_EQ(::chmod((folder / "run.db").c_str(), 0444), 0);
+  ASSERT_EQ(::chmod((folder / "run.db-wal").c_str(), 0444), 0);
+  ASSERT_EQ(::chmod((folder / "").c_str(), 0555), 0);
+  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  ASSERT_EQ(::chmod((folder / "").c_str(), 0755), 0);
+}
+
+TEST(ForeignRecord, OfAnUnfinishedRunIsReadWithoutItsLogToo) {
+  const Folder folder;
+  leave_unfinished(folder / "run.db", 300);
+  std::filesystem::remove(folder / "run.db-wal");
+  EXPECT_EQ(reading_of(folder / "run.db"), "read") << "what had been folded in";
+}
+
+TEST(ForeignRecord, WithAJournalIsRefusedAndNothingIsPlayedBack) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 3000).reset();
+  if (const auto child = ::fork(); child != 0) {
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  } else {
+    auto database = Database::open(path, Access::read_write, 0).value();
+    (void)database.ask("PRAGMA journal_mode = DELETE");
+    (void)database.ask("PRAGMA cache_size = 2");
+    (void)database.execute("BEGIN IMMEDIATE");
+    (void)database.execute("UPDATE sample SET set_point_c = 0");
+    ::_exit(0);
+  }
+  ASSERT_TRUE(std::filesystem::exists(path + "-journal"));
+  constexpr const char* kRefusal =
+      "a journal lies beside it (run.db-journal): another program broke off while it changed the record, and it is not "
+      "played back here";
+  EXPECT_EQ(reading_of(path), kRefusal);
+  const auto before = listing(folder / "");
+  const auto again = Store::reopen(path);
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().what, kRefusal);
+  EXPECT_EQ(listing(folder / ""), before);
+  std::filesystem::create_directory(folder / "other");
+  store_with(folder / "other/run.db", 3).reset();
+  std::filesystem::create_symlink("nowhere", folder / "other/run.db-journal");
+  EXPECT_EQ(reading_of(folder / "other/run.db"), kRefusal);
+}
+
+TEST(ForeignRecord, KeepsItsLogAlthoughItsOwnFileIsEmpty) {
+  const Folder folder;
+  leave_unfinished(folder / "run.db", 300);
+  std::filesystem::resize_file(folder / "run.db", 0);
+  EXPECT_EQ(reading_of(folder / "run.db"), "not a gyrotherm record");
+}
+
+TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = store_with(path, 3);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto whole = bytes_of(path);
+  const std::vector<std::pair<std::string, std::string>> edits{
+      {"DROP TABLE sample; CREATE VIEW sample AS WITH RECURSIVE x(slot) AS (SELECT 0 UNION ALL SELECT slot + 1 FROM x) "
+       "SELECT * FROM x",
+       "it has a view \"sample\""},
+      {"DROP TABLE meta; CREATE VIEW meta AS WITH RECURSIVE x(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM x) SELECT "
+       "'schema' AS key, 'gyrotherm-run/2' AS value FROM x",
+       "it has a view \"meta\""},
+      {"CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM sample; END", "it has a trigger \"t\""},
+      {"CREATE INDEX i ON sample(pulses)", "it has a index \"i\""},
+      {"CREATE TABLE more(x)", "its table \"more\" is another one"},
+      {"DROP TABLE gap", "it has no table \"gap\""},
+      {"ALTER TABLE sample ADD COLUMN more REAL", "its table \"sample\" is another one"},
+      {"ALTER TABLE sample RENAME COLUMN \"shell-1.b\" TO other", "its table \"sample\" is another one"},
+      {"ALTER TABLE gap ADD COLUMN more AS (first + 1)", "its table \"gap\" is another one"},
+      {"ALTER TABLE channel ADD COLUMN more TEXT", "its table \"channel\" is another one"},
+      {"DROP TABLE list; CREATE VIRTUAL TABLE list USING fts5(name, position, value)", "it has a table \"list\""},
+      {"ANALYZE", "its table \"sqlite_stat1\" is another one"}};
+  for (const auto& [edit, why] : edits) {
+    std::ofstream(path, std::ios::binary) << whole;
+    execute(path, edit);
+    EXPECT_EQ(reading_of(path), why + ", expected the tables of a record and nothing else") << edit;
+    EXPECT_FALSE(Store::reopen(path)) << edit;
+  }
+}
+
+TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = store_with(path, 3);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto whole = bytes_of(path);
+  constexpr const char* kSeconds = "a second of the run is not between 0 and 100000000";
+  const std::string sample =
+      "INSERT INTO sample SELECT {}, monotonic_ns, utc_ns, set_point_c, chamber_air_c, chamber_set_point_c, A, "
+      "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, chain FROM sample "
+      "WHERE slot = 2";
+  const auto sample_of = [&](const std::string& slot) {
+    auto sql = sample;
+    return sql.replace(sql.find("{}"), 2, slot);
+  };
+  const std::vector<std::pair<std::string, std::string>> edits{
+      {sample_of("-1"), kSeconds},
+      {sample_of("100000001"), kSeconds},
+      {sample_of("9223372036854775807"), kSeconds},
+      {"INSERT INTO gap VALUES(3, 1000000000000000000, 'x', 0)", kSeconds},
+      {"INSERT INTO gap VALUES(-5, 2, 'x', 0)", kSeconds},
+      {"INSERT INTO gap VALUES(5, 4, 'x', 0)", kSeconds},
+      {"INSERT INTO event VALUES(9, -2, 0, 0, 'note', 'x', 0)", kSeconds},
+      {"UPDATE sample SET utc_ns = -9223372036854775807 WHERE slot = 1", "second 1 has impossible times"},
+      {"UPDATE sample SET soaked_ns = 9223372036854775807 WHERE slot = 1", "second 1 has impossible times"},
+      {"INSERT INTO event VALUES(9, 2, 0, 9223372036854775807, 'note', 'x', 0)", "an event has impossible times"},
+      {"UPDATE meta SET value = -1 WHERE key = 'started_utc_ns'", "the run started at an impossible time"}};
+  for (const auto& [edit, why] : edits) {
+    std::ofstream(path, std::ios::binary) << whole;
+    execute(path, edit);
+    EXPECT_EQ(reading_of(path), why) << edit;
+  }
+  std::ofstream(path, std::ios::binary) << whole;
+  execute(path, sample_of("100000000"));
+  EXPECT_EQ(reading_of(path), "read");
+}
+
+TEST(ForeignRecord, OfALaterProgramIsToldByItsSchema) {
+  const Folder folder;
+  store_with(folder / "run.db", 3).reset();
+  execute(folder / "run.db", "PRAGMA user_version = 3; CREATE TABLE more(x)");
+  EXPECT_EQ(reading_of(folder / "run.db"), "schema \"gyrotherm-run/3\", expected \"gyrotherm-run/2\"");
+}
+
+TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {
+  const Folder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_EQ(reading_of(folder / "pipe"), "is no regular file, expected a gyrotherm record");
+  leave_unfinished(folder / "run.db", 3);
+  std::filesystem::remove(folder / "run.db-wal");
+  ASSERT_EQ(::mkfifo((folder / "run.db-wal").c_str(), 0600), 0);
+  EXPECT_NE(reading_of(folder / "run.db"), "read");
+}
+
+/// While it is read, nobody begins to write it; afterwards anybody may.
+TEST(ForeignRecord, KeepsItsWritersOutWhileItIsRead) {
+  const Folder folder;
+  store_with(folder / "run.db", 3).reset();
+  auto closed = store_with(folder / "closed.db", 3);
+  ASSERT_TRUE(closed->finish());
+  closed.reset();
+  const auto write = [&] {
+    auto database = Database::open(folder / "closed.db", Access::read_write, 0);
+    return database ? database->execute("DELETE FROM sample") : Result<void>(failure(database.error()));
+  };
+  {
+    const auto reading = open_record(folder / "run.db");
+    const auto reading_too = open_record(folder / "closed.db");
+    ASSERT_TRUE(reading && reading_too);
+    EXPECT_TRUE(open_record(folder / "run.db")) << "others may read";
+    const auto written = write();
+    ASSERT_FALSE(written);
+    EXPECT_TRUE(is_locked(written.error()));
+    EXPECT_FALSE(Store::reopen(folder / "run.db"));
+  }
+  EXPECT_TRUE(write());
+}
+
+TEST(ForeignRecord, IsNotOpenedWhereItIsWritten) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 3);
+  std::filesystem::create_hard_link(folder / "run.db", folder / "same.db");
+  for (const char* name : {"run.db", "same.db"}) {
+    const auto record = read_record(folder / name);
+    ASSERT_FALSE(record);
+    EXPECT_EQ(record.error().kind, FaultKind::storage);
+  }
+  if (const auto child = ::fork(); child != 0) {
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0) << "the lock is still there";
+  } else {
+    auto other = Database::open(folder / "run.db", Access::read_write, 0).value();
+    ::_exit(other.execute("DELETE FROM sample") ? 1 : 0);
+  }
+  EXPECT_TRUE(store->append(sample_at(3), {}) && store->sync());
+  store.reset();
+  EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 4u);
+}
+
+TEST(ForeignRecord, ANewOneIsForOwnerAndGroup) {
+  const Folder folder;
+  const auto before = ::umask(0);
+  auto store = store_with(folder / "run.db", 3);
+  for (const char* name : {"run.db", "run.db-wal", "run.db.status"}) {
+    struct stat facts {};
+    EXPECT_EQ(::stat((folder / name).c_str(), &facts), 0);
+    EXPECT_EQ(facts.st_mode & 07777, 0640u) << name;
+  }
+  EXPECT_TRUE(store->finish());
+  ::umask(before);
+  struct stat facts {};
+  EXPECT_EQ(::stat((folder / "run.db.sha256").c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 07777, 0640u);
+}
+
+TEST(ForeignRecord, LinksAtTheNamesOfItsFilesAreNotFollowed) {
+  const Folder folder;
+  std::ofstream(folder / "precious") << "precious";
+  for (const char* name : {"run.db.status", "run.db.sha256", "run.db.status.part", "run.db.sha256.part"})
+    std::filesystem::create_symlink("precious", folder / name);
+  std::filesystem::create_symlink("precious", folder / "link.db");
+  auto store = store_with(folder / "run.db", 3);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(bytes_of(folder / "precious"), "precious");
+  EXPECT_TRUE(verify_record(folder / "run.db")->manifest);
+  EXPECT_FALSE(Store::create(folder / "link.db", two_thermometers()));
+  std::filesystem::create_symlink("nowhere", folder / "dangling.db");
+  EXPECT_FALSE(Store::create(folder / "dangling.db", two_thermometers()));
+  EXPECT_FALSE(std::filesystem::exists(folder / "nowhere"));
+}
+
+}  // namespace
+}  // namespace gyrotherm

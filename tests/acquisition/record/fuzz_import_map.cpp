@@ -1,0 +1,12 @@
+/// Any bytes as an import map: a map or a fault, never a crash.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "acquisition/record/import_map.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto map = gyrotherm::parse_import_map({reinterpret_cast<const char*>(data), size}, "fuzz");
+  if (!map && map.error().kind != gyrotherm::FaultKind::bad_file) std::abort();
+  return 0;
+}

@@ -1,0 +1,46 @@
+/// Any bytes as live rows: whole rows of finite or missing numbers, or a fault with its place; the same however the
+/// bytes are cut.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "acquisition/record/live_rows.hpp"
+
+namespace {
+
+using namespace gyrotherm;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+bool same(const std::vector<double>& one, const std::vector<double>& other) {
+  if (one.size() != other.size()) return false;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    if (one[i] != other[i] && !(std::isnan(one[i]) && std::isnan(other[i]))) return false;
+  return true;
+}
+
+Result<void> read_in_pieces(LiveRows& rows, std::string_view text, std::size_t step) {
+  for (; !text.empty(); text.remove_prefix(std::min(step, text.size())))
+    if (auto read = rows.take(text.substr(0, step)); !read) return read;
+  return rows.finish();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+  LiveRows whole("fuzz"), pieces("fuzz");
+  const auto one = read_in_pieces(whole, text, size);
+  const auto other = read_in_pieces(pieces, text, 1 + data[0] % 16);
+  require(one.has_value() == other.has_value());
+  if (!one) require(one.error().kind == FaultKind::bad_file && one.error().where == other.error().where);
+  require(whole.header() == pieces.header() && same(whole.numbers(), pieces.numbers()));
+  require(whole.header().empty() ? whole.numbers().empty() : whole.numbers().size() % whole.header().size() == 0);
+  for (const double number : whole.numbers()) require(!std::isinf(number));
+  return 0;
+}

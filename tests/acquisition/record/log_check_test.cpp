@@ -1,0 +1,83 @@
+/// Logs as SQLite writes them, and with a byte of another value.
+#include "acquisition/record/log_check.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "acquisition/record/run_file.hpp"
+#include "drivers/line/descriptor.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::size_t kHeader = 32, kFrame = 24 + 4096;
+
+std::string log_image(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// A file of its own in the folder.
+class SomeLog {
+ public:
+  explicit SomeLog(const std::string& text) {
+    std::ofstream(folder_ / "log", std::ios::binary) << text;
+    file_ = Descriptor(::open((folder_ / "log").c_str(), O_RDONLY | O_CLOEXEC));
+  }
+  [[nodiscard]] bool is_whole(std::size_t frames) const {
+    return log_is_whole(file_.number(), static_cast<std::int64_t>(frames));
+  }
+
+ private:
+  Folder folder_;
+  Descriptor file_;
+};
+
+/// The log of a record of 50 seconds, which has not been folded in since its first one.
+std::string log_of_a_record() {
+  const Folder folder;
+  auto file = RunFile::create(folder / "run.db", two_thermometers()).value();
+  for (std::int64_t slot = 0; slot < 50; ++slot) {
+    const auto entry = entry_of(sample_at(slot), {}, two_thermometers());
+    EXPECT_TRUE(file.begin().and_then([&] { return file.insert(entry); }).and_then([&] { return file.commit(); }));
+  }
+  auto text = log_image(folder / "run.db-wal");
+  file.leave_untouched();
+  return text;
+}
+
+TEST(LogCheck, OfALogAsItWasWrittenIsWhole) {
+  const auto log = log_of_a_record();
+  const auto frames = (log.size() - kHeader) / kFrame;
+  ASSERT_GE(frames, 50u);
+  const SomeLog whole(log);
+  EXPECT_TRUE(whole.is_whole(frames));
+  EXPECT_TRUE(whole.is_whole(0));
+  EXPECT_FALSE(whole.is_whole(frames + 1)) << "one that is not there";
+  EXPECT_TRUE(SomeLog({}).is_whole(0));
+  EXPECT_FALSE(SomeLog({}).is_whole(1));
+}
+
+TEST(LogCheck, EveryByteOfItCounts) {
+  const auto log = log_of_a_record();
+  const auto frames = (log.size() - kHeader) / kFrame;
+  for (std::size_t at = 0; at < kHeader + frames * kFrame; at += at < kHeader + kFrame ? 7 : 997) {
+    auto other = log;
+    other[at] = static_cast<char>(other[at] ^ 0x10);
+    EXPECT_FALSE(SomeLog(other).is_whole(frames)) << at;
+  }
+}
+
+TEST(LogCheck, OfALogThatWasCutShortOnlyTheFramesThatAreThereAreWhole) {
+  const auto log = log_of_a_record();
+  const SomeLog cut(log.substr(0, kHeader + 5 * kFrame + 100));
+  EXPECT_TRUE(cut.is_whole(5));
+  EXPECT_FALSE(cut.is_whole(6));
+}
+
+}  // namespace
+}  // namespace gyrotherm

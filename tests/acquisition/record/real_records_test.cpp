@@ -1,0 +1,68 @@
+/// Public recordings, if GYROTHERM_SHARED names the folder that holds `data/`; their reference numbers are in its
+/// README.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <numeric>
+
+#include "acquisition/record/import.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+class RealRecord : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* shared = std::getenv("GYROTHERM_SHARED");
+    if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set: the public recordings are not at hand";
+    data_ = std::string(shared) + "/data/";
+  }
+
+  Record imported(const std::string& table, const std::string& map) {
+    const Folder folder;
+    const auto summary =
+        import_record(data_ + table, GYROTHERM_SOURCE_DIR "/profiles/imports/" + map, folder / "run.db", "0.1.0");
+    EXPECT_TRUE(summary) << text(summary.error());
+    return read_record(folder / "run.db").value_or(Record{});
+  }
+
+  std::string data_;
+};
+
+TEST_F(RealRecord, FreeImuIsImportedRowByRow) {
+  const Record record = imported("freeimu_Tempdata01-02-14.csv", "freeimu.toml");
+  ASSERT_EQ(record.slot.size(), 63'792u);
+  EXPECT_DOUBLE_EQ(record.time_s.back(), 2157.971);
+  const auto [low, high] = std::minmax_element(record.thermometers_c[0].begin(), record.thermometers_c[0].end());
+  EXPECT_NEAR(*low, 10.383, 1e-3);
+  EXPECT_NEAR(*high, 28.942, 1e-3);
+  EXPECT_EQ(record.thermometers_c[1][0], 8.58);
+  EXPECT_EQ(record.gyro[0], 8);
+  EXPECT_NEAR(record.info.gyro.scale, 219.512, 1e-3);
+  EXPECT_EQ(record.info.gradients, (std::vector<std::string>{"die", "barometer"}));
+  ASSERT_EQ(record.events.size(), 1u);
+  EXPECT_EQ(record.events[0].event.text.rfind("378 gaps", 0), 0u) << record.events[0].event.text;
+}
+
+TEST_F(RealRecord, LaserGyroKeepsEveryIncrement) {
+  const Record record = imported("lasergyro.imu", "lasergyro.toml");
+  ASSERT_EQ(record.gyro.size(), 184'718u);
+  EXPECT_EQ(std::accumulate(record.gyro.begin(), record.gyro.end(), 0.0), 154'367);
+  EXPECT_EQ(record.info.gyro.kind, GyroKind::pulse_count);
+  EXPECT_EQ(record.gyro_interval_s[5], 0.01);
+  EXPECT_TRUE(record.thermometers_c.empty());
+}
+
+TEST_F(RealRecord, TofuPilotKeepsItsTemperaturePath) {
+  const Record record = imported("tofupilot_imu_raw_data.csv", "tofupilot.toml");
+  ASSERT_EQ(record.gyro.size(), 8'400u);
+  const auto& sensor_c = record.thermometers_c[0];
+  EXPECT_EQ(std::min_element(sensor_c.begin(), sensor_c.end()) - sensor_c.begin(), 2692);
+  EXPECT_NEAR(sensor_c[2692], -17.60306168, 1e-8);
+  EXPECT_EQ(record.gyro[0], -0.04710827768);
+}
+
+}  // namespace
+}  // namespace gyrotherm

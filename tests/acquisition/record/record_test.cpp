@@ -1,0 +1,251 @@
+#include "acquisition/record/record.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+
+#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/sqlite.hpp"
+#include "acquisition/record/status.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm {
+namespace {
+
+TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
+  const Folder folder;
+  store_with(folder / "run.db", 0).reset();
+  const RunInfo info = read_record(folder / "run.db").value().info;
+  const RunInfo given = two_thermometers();
+  EXPECT_EQ(info.id, given.id);
+  EXPECT_EQ(info.profile_text, given.profile_text);
+  EXPECT_EQ(info.rig_text, given.rig_text);
+  EXPECT_EQ(info.gyro_model, given.gyro_model);
+  EXPECT_EQ(info.gyro_film, given.gyro_film);
+  EXPECT_EQ(info.gyro_model_text, given.gyro_model_text);
+  EXPECT_EQ(info.seed, given.seed);
+  EXPECT_TRUE(info.simulated);
+  EXPECT_FALSE(info.imported);
+  EXPECT_EQ(info.started_utc, given.started_utc);
+  ASSERT_EQ(info.thermometers.size(), 2u);
+  EXPECT_EQ(info.thermometers[1].name, "shell-1.b");
+  EXPECT_EQ(info.thermometers[1].instrument, "another");
+  EXPECT_EQ(info.thermometers[1].offset, Kelvins{-0.25});
+  EXPECT_EQ(info.gyro.kind, GyroKind::pulse_count);
+  EXPECT_EQ(info.gyro.scale, 0.1);
+  EXPECT_EQ(info.gyro.earth_rate, DegreesPerHour{10.636});
+  EXPECT_EQ(info.gradients, given.gradients);
+  EXPECT_EQ(info.three_point, given.three_point);
+  EXPECT_EQ(info.cycles, given.cycles);
+  ASSERT_EQ(info.segments.size(), 2u);
+  EXPECT_EQ(info.segments[0].name, "warm up");
+  EXPECT_FALSE(info.segments[0].hold);
+  EXPECT_EQ(info.segments[0].rate, CelsiusPerMinute{5});
+  EXPECT_EQ(info.segments[1].cycle, 1);
+}
+
+TEST(Record, KeepsAnUnknownEarthRateUnknown) {
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.gyro.earth_rate.reset();
+  ASSERT_TRUE(Store::create(folder / "run.db", info));
+  EXPECT_FALSE(read_record(folder / "run.db").value().info.gyro.earth_rate);
+}
+
+TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.gyro_stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n";
+  info.thermometers[0].polynomial = {0.1, 1 + 1e-15, -2.5e-7};
+  info.thermometers[1].certificate = "2025-0815 \"b\"";
+  info.thermometers[1].due = parse_day("2027-03-01");
+  ASSERT_TRUE(Store::create(folder / "run.db", info));
+  const auto back = read_record(folder / "run.db").value().info;
+  EXPECT_EQ(back.gyro_stream_text, info.gyro_stream_text);
+  for (std::size_t i = 0; i < info.thermometers.size(); ++i) {
+    EXPECT_EQ(back.thermometers[i].offset, info.thermometers[i].offset);
+    EXPECT_EQ(back.thermometers[i].polynomial, info.thermometers[i].polynomial) << "to the bit";
+    EXPECT_EQ(back.thermometers[i].certificate, info.thermometers[i].certificate);
+    EXPECT_EQ(back.thermometers[i].due, info.thermometers[i].due);
+  }
+}
+
+/// As programs wrote it that did not know chains and states, and, older still, calibrations, streams and frames.
+void make_older(const std::string& path, bool older_still = true) {
+  auto database = Database::open(path, Access::read_write, 0).value();
+  ASSERT_TRUE(database.execute(
+      "PRAGMA user_version = 1; UPDATE meta SET value = 'gyrotherm-run/1' WHERE key = 'schema';"
+      "DELETE FROM meta WHERE key LIKE 'chain%'; ALTER TABLE sample DROP COLUMN state;"
+      "ALTER TABLE sample DROP COLUMN chain; DROP TABLE fault; ALTER TABLE event DROP COLUMN chain;"
+      "CREATE TABLE fault(slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL, \"where\" TEXT NOT NULL,"
+      " what TEXT NOT NULL);"
+      "ALTER TABLE gap DROP COLUMN chain; ALTER TABLE frames DROP COLUMN head"));
+  if (!older_still) return;
+  ASSERT_TRUE(
+      database.execute("DROP TABLE calibration; DROP TABLE frames; DELETE FROM meta WHERE key = 'gyro_stream_text'"));
+}
+
+TEST(Record, OfTheSchemaBeforeChainsIsReadAndGoneOnWith) {
+  const Folder folder;
+  store_with(folder / "run.db", 5).reset();
+  make_older(folder / "run.db", false);
+  EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 5u);
+  const auto store = Store::reopen(folder / "run.db");
+  ASSERT_TRUE(store) << text(store.error());
+  Sample sample = sample_at(5);
+  sample.gyro.value = failure(FaultKind::timeout, "gyro", "silent");
+  const Event event{sample.at, EventKind::note, "a note"};
+  ASSERT_TRUE((*store)->append(sample, std::span(&event, 1)));
+  ASSERT_TRUE((*store)->append_gap(6, 8, "late"));
+  ASSERT_TRUE((*store)->finish());
+  const auto record = read_record(folder / "run.db");
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.back(), 5);
+  EXPECT_EQ(record->gaps.size(), 1u);
+  EXPECT_EQ(record->events.size(), 1u);
+  EXPECT_EQ(record->state.back(), RunState::execute);
+}
+
+TEST(Record, KeepsTheStateOfEachSecond) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 1);
+  Sample sample = sample_at(1);
+  sample.state = RunState::suspended;
+  ASSERT_TRUE(store->append(sample, {}));
+  ASSERT_TRUE(store->finish());
+  EXPECT_EQ(read_record(folder / "run.db")->state, (std::vector{RunState::execute, RunState::suspended}));
+  EXPECT_EQ(read_status(folder / "run.db")->state, RunState::suspended);
+}
+
+TEST(Record, OfAnOlderProgramIsReadAndGoneOnWith) {
+  const Folder folder;
+  store_with(folder / "run.db", 5).reset();
+  make_older(folder / "run.db");
+  const auto record = read_record(folder / "run.db");
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 5u);
+  EXPECT_EQ(record->info.thermometers[1].offset, Kelvins{-0.25});
+  EXPECT_TRUE(record->info.thermometers[1].polynomial.empty());
+  EXPECT_FALSE(read_status(folder / "run.db")->frames);
+  const auto store = Store::reopen(folder / "run.db");
+  ASSERT_TRUE(store) << text(store.error());
+  ASSERT_TRUE((*store)->append(sample_at(5), {}));
+  EXPECT_EQ((*store)->sync().value_or(-2), 5);
+  ASSERT_TRUE((*store)->finish());
+}
+
+TEST(Record, GivesBackEachSampleToTheBit) {
+  const Folder folder;
+  store_with(folder / "run.db", 50).reset();
+  const Record record = read_record(folder / "run.db").value();
+  ASSERT_EQ(record.slot.size(), 50u);
+  const Sample sample = sample_at(49);
+  EXPECT_EQ(record.slot[49], 49);
+  EXPECT_EQ(record.time_s[49], 49.0);
+  EXPECT_EQ(record.set_point_c[49], 22.5);
+  EXPECT_EQ(record.chamber_air_c[49], sample.chamber.value->air.value);
+  EXPECT_EQ(record.chamber_set_point_c[49], 21.0);
+  EXPECT_EQ(record.thermometers_c[0][49], sample.thermometers[0].value->value);
+  EXPECT_EQ(record.thermometers_c[1][49], -0.1);
+  EXPECT_EQ(record.gyro[49], -951.0);
+  EXPECT_DOUBLE_EQ(record.gyro_interval_s[49], 1.000000001);
+  EXPECT_EQ(record.progress[49], sample.progress);
+}
+
+TEST(Record, HasNothingWhereAReadingWasAFault) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 1);
+  Sample sample = sample_at(1);
+  sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply in 500 ms");
+  sample.thermometers[0].value = failure(FaultKind::out_of_range, "A", "open input");
+  ASSERT_TRUE(store->append(sample, {}));
+  sample = sample_at(2);
+  sample.gyro.value = failure(FaultKind::corrupted, "gyro", "3 frames lost");
+  ASSERT_TRUE(store->append(sample, {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const Record record = read_record(folder / "run.db").value();
+  EXPECT_TRUE(std::isnan(record.chamber_air_c[1]) && std::isnan(record.chamber_set_point_c[1]));
+  EXPECT_TRUE(std::isnan(record.thermometers_c[0][1]));
+  EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.gyro[1]));
+  EXPECT_TRUE(std::isnan(record.gyro[2]) && std::isnan(record.gyro_interval_s[2]));
+  EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
+}
+
+TEST(Record, GivesBackEventsInTheirOrder) {
+  const Folder folder;
+  auto store = Store::create(folder / "run.db", two_thermometers()).value();
+  ASSERT_TRUE(store->append_event({{}, EventKind::started, "by hand"}));
+  const std::vector<Event> events{{sample_at(0).at, EventKind::segment, "22 °C"},
+                                  {sample_at(0).at, EventKind::note, "x"}};
+  ASSERT_TRUE(store->append(sample_at(0), events));
+  ASSERT_TRUE(store->append_event({sample_at(0).at, EventKind::finished, ""}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto recorded = read_record(folder / "run.db").value().events;
+  ASSERT_EQ(recorded.size(), 4u);
+  EXPECT_EQ(recorded[0].slot, -1);
+  EXPECT_EQ(recorded[1].event.kind, EventKind::segment);
+  EXPECT_EQ(recorded[1].event.text, "22 °C");
+  EXPECT_EQ(recorded[1].event.at.utc, kVirtualEpoch);
+  EXPECT_EQ(recorded[3].slot, 0);
+  EXPECT_EQ(recorded[3].event.kind, EventKind::finished);
+}
+
+TEST(Record, RefusesWhatIsNoRecord) {
+  const Folder folder;
+  std::ofstream(folder / "text") << std::string(5000, 'x');
+  for (const char* file : {"text", "missing"}) {
+    const auto record = read_record(folder / file);
+    ASSERT_FALSE(record) << file;
+    EXPECT_EQ(record.error().kind, FaultKind::bad_file) << file;
+    EXPECT_EQ(record.error().where, folder / file);
+  }
+}
+
+TEST(Record, RefusesADamagedFile) {
+  const Folder folder;
+  auto store = store_with(folder / "run.db", 2000);
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  std::filesystem::resize_file(folder / "run.db", std::filesystem::file_size(folder / "run.db") / 2);
+  const auto record = read_record(folder / "run.db");
+  ASSERT_FALSE(record);
+  EXPECT_EQ(record.error().kind, FaultKind::bad_file);
+}
+
+/// Processor time, which does not depend on what else the machine does.
+double used_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(Record, OfTheQualificationIsWrittenInMicrosecondsARowAndReadInWellUnderASecond) {
+  constexpr std::int64_t kSlots = 221'600;
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.thermometers.clear();
+  for (int i = 0; i < 9; ++i) info.thermometers.push_back({"T" + std::to_string(i), "", {}});
+  auto store = Store::create(folder / "run.db", info).value();
+  Sample sample = sample_at(0);
+  sample.thermometers.resize(9, {Celsius{20.123456}, {}});
+  const double began_s = used_s();
+  for (sample.slot = 0; sample.slot < kSlots; ++sample.slot) ASSERT_TRUE(store->append(sample, {}));
+  const double appended_s = used_s();
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const double finished_s = used_s();
+  EXPECT_EQ(read_record(folder / "run.db").value().slot.size(), static_cast<std::size_t>(kSlots));
+  const double read_s = used_s();
+  std::printf("append %.2f us, read %.3f s\n", (appended_s - began_s) * 1e6 / kSlots, read_s - finished_s);
+#ifdef NDEBUG  // a build with assertions or sanitisers proves other things
+  EXPECT_LT((appended_s - began_s) * 1e6 / kSlots, 5.0);
+  EXPECT_LT(read_s - finished_s, 1.0);
+#endif
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,107 @@
+#include "analysis/data/clusters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/analysis/freeimu.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// `rows` seconds of one thermometer that warms by 0.6 °C/min; bias is the second.
+Dataset ramp(Eigen::Index rows) {
+  Dataset dataset;
+  dataset.path = "ramp.db";
+  dataset.thermometers = {"A"};
+  dataset.time_s = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1));
+  dataset.temperature_c = 20 + 0.01 * dataset.time_s.array();
+  dataset.bias_deg_per_h = dataset.time_s;
+  dataset.set_point_c = dataset.temperature_c.col(0);
+  dataset.segment.setZero(rows);
+  dataset.cycle.setZero(rows);
+  return dataset;
+}
+
+TEST(Clusters, AreMeansOverOneHundredSecondsAndDropTheRest) {
+  const auto clusters = make_clusters(ramp(399));
+  ASSERT_TRUE(clusters);
+  ASSERT_EQ(clusters->start_s.size(), 3);
+  EXPECT_EQ(clusters->dropped_rest, 99);
+  EXPECT_EQ(clusters->dropped_gaps, 0);
+  EXPECT_DOUBLE_EQ(clusters->bias_deg_per_h(1), 149.5);
+  EXPECT_DOUBLE_EQ(clusters->start_s(2), 200);
+  EXPECT_EQ(clusters->samples(0), 100);
+}
+
+TEST(Clusters, KeepALastOneThatIsExactlyWhole) { EXPECT_EQ(make_clusters(ramp(400))->start_s.size(), 4); }
+
+TEST(Clusters, HaveACausalRate) {
+  const auto clusters = make_clusters(ramp(400));
+  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(0, 0))) << "the first has none";
+  EXPECT_NEAR(clusters->rate_c_per_min(1, 0), 0.6, 1e-12);
+}
+
+TEST(Clusters, AreDroppedForOneMissingReading) {
+  Dataset dataset = ramp(400);
+  dataset.temperature_c(150, 0) = std::nan("");
+  const auto clusters = make_clusters(dataset);
+  ASSERT_EQ(clusters->start_s.size(), 3);
+  EXPECT_EQ(clusters->dropped_gaps, 1);
+  EXPECT_DOUBLE_EQ(clusters->start_s(1), 200);
+  EXPECT_TRUE(std::isnan(clusters->rate_c_per_min(1, 0))) << "the first after a gap has none";
+  EXPECT_NEAR(clusters->rate_c_per_min(2, 0), 0.6, 1e-12);
+}
+
+TEST(Clusters, AreDroppedAcrossAGap) {
+  Dataset dataset = ramp(400);
+  dataset.time_s.tail(250).array() += 130;  // samples 150 … 279 were never taken
+  const auto clusters = make_clusters(dataset);
+  ASSERT_TRUE(clusters);
+  EXPECT_EQ(clusters->start_s, (Eigen::Vector3d{0, 300, 400}));
+  EXPECT_EQ(clusters->dropped_gaps, 2);
+  EXPECT_EQ(clusters->dropped_rest, 30);
+}
+
+TEST(Clusters, OfNothingAreAFault) {
+  EXPECT_EQ(make_clusters(ramp(99)).error().kind, FaultKind::usage);
+  EXPECT_EQ(make_clusters(ramp(0)).error().kind, FaultKind::usage);
+}
+
+TEST(Clusters, KnowWhereACornerLiesInside) {
+  Dataset dataset = ramp(200);
+  dataset.segment.tail(80).setOnes();
+  const auto clusters = make_clusters(dataset);
+  EXPECT_EQ(clusters->segment, (Eigen::Vector2i{0, 0}));
+  EXPECT_EQ(clusters->last_segment, (Eigen::Vector2i{0, 1})) << "a corner at 120 s";
+}
+
+TEST(Clusters, ArePickedAndJoinedRowByRow) {
+  const auto clusters = make_clusters(ramp(400));
+  const Clusters picked = pick(*clusters, {3, 1});
+  EXPECT_EQ(picked.start_s, (Eigen::Vector2d{300, 100}));
+  const auto joined = concatenate({*clusters, picked});
+  ASSERT_TRUE(joined);
+  EXPECT_EQ(joined->start_s.size(), 6);
+  EXPECT_EQ(joined->bias_deg_per_h(5), clusters->bias_deg_per_h(1));
+  EXPECT_FALSE(concatenate({}));
+}
+
+TEST(Clusters, OfARealRecordFollowItsOwnTime) {
+  const auto dataset = load_freeimu(FreeImuAxis::x);
+  if (!dataset) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
+  const auto clusters = make_clusters(*dataset);
+  ASSERT_EQ(clusters->start_s.size(), 21);
+  EXPECT_EQ(clusters->dropped_rest, 2378);
+  EXPECT_NEAR(clusters->temperature_c(0, 0), 14.92684, 5e-6);
+  EXPECT_NEAR(clusters->temperature_c(20, 0), 28.85071, 5e-6);
+  EXPECT_NEAR(clusters->temperature_c(0, 1), 13.79005, 5e-6);
+  EXPECT_NEAR(clusters->temperature_c(20, 1), 27.90662, 5e-6);
+  EXPECT_EQ(clusters->samples.minCoeff(), 2371);
+  EXPECT_EQ(clusters->samples.maxCoeff(), 3312);
+  EXPECT_EQ(make_clusters(*dataset, 10)->start_s.size(), 215);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,187 @@
+#include "analysis/data/folds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Clusters at these places, 100 s each, in these cycles.
+Clusters clusters_at(const std::vector<int>& places, const std::vector<int>& cycles) {
+  Clusters clusters;
+  const auto rows = static_cast<Eigen::Index>(places.size());
+  clusters.thermometers = {"A"};
+  clusters.start_s.resize(rows);
+  clusters.cycle.resize(rows);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    clusters.start_s(k) = 100.0 * places[k];
+    clusters.cycle(k) = cycles[k];
+  }
+  clusters.temperature_c.setZero(rows, 1);
+  clusters.rate_c_per_min.setZero(rows, 1);
+  clusters.bias_deg_per_h.setZero(rows);
+  clusters.set_point_c.setZero(rows);
+  clusters.segment.setZero(rows);
+  clusters.last_segment.setZero(rows);
+  clusters.samples.setConstant(rows, 100);
+  return clusters;
+}
+
+Clusters without_cycles(int rows) {
+  std::vector<int> places(rows);
+  for (int k = 0; k < rows; ++k) places[k] = k;
+  return clusters_at(places, std::vector<int>(rows, -1));
+}
+
+FoldOptions blocks(int count, double guard_minutes) {
+  return {.kind = FoldKind::blocks, .blocks = count, .guard_minutes = guard_minutes};
+}
+
+void expect_each_held_out_once(const FoldPlan& plan, std::size_t rows) {
+  std::vector<int> times(rows, 0);
+  for (const FoldRows& fold : plan.folds) {
+    for (const Eigen::Index k : fold.held_out) ++times[k];
+    EXPECT_TRUE(std::ranges::is_sorted(fold.held_out));
+    EXPECT_TRUE(std::ranges::is_sorted(fold.training));
+  }
+  EXPECT_EQ(std::ranges::count(times, 1), static_cast<std::ptrdiff_t>(rows));
+}
+
+TEST(Folds, AreTheCyclesOfEachRecord) {
+  const Clusters a = *make_clusters(make_synthetic_run({}));
+  const auto rows = static_cast<std::size_t>(a.start_s.size());
+  const auto plan = plan_folds({a, a});
+  ASSERT_TRUE(plan);
+  ASSERT_EQ(plan->folds.size(), 8u);
+  EXPECT_EQ(plan->statement, "leave one cycle out (8)");
+  expect_each_held_out_once(*plan, 2 * rows);
+  for (const FoldRows& fold : plan->folds) {
+    EXPECT_EQ(fold.held_out.size() + fold.training.size(), 2 * rows) << "no guard between cycles";
+    for (const Eigen::Index k : fold.held_out) {
+      EXPECT_EQ(a.cycle(k % rows), a.cycle(fold.held_out.front() % rows));
+    }
+  }
+}
+
+TEST(Folds, AreFourBlocksWithAGuardWhereThereAreNoCycles) {
+  const auto plan = plan_folds({without_cycles(400)});
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->statement, "4 consecutive blocks with a guard of 45 min");
+  ASSERT_EQ(plan->folds.size(), 4u);
+  EXPECT_EQ(plan->folds[1].held_out.front(), 100);
+  EXPECT_EQ(plan->folds[1].held_out.back(), 199);
+  EXPECT_EQ(plan->folds[1].training.size(), 400u - 100 - 2 * 27) << "45 min are 27 clusters, on both sides";
+  EXPECT_FALSE(plan_folds({without_cycles(7)}));
+}
+
+TEST(Folds, HaveADefaultGuardOfAtMostHalfABlock) {
+  const auto plan = plan_folds({without_cycles(21)});
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->statement, "4 consecutive blocks with a guard of 3.33 min");
+  const auto both = plan_folds({without_cycles(21), without_cycles(400)});
+  EXPECT_EQ(both->statement, "8 consecutive blocks with a guard of 3.33 to 45 min");
+}
+
+TEST(Folds, TakeClustersOutsideCyclesWithTheCycleBefore) {
+  const auto plan = plan_folds({clusters_at({0, 1, 2, 3, 4, 5}, {-1, 0, -1, 1, 1, -1})});
+  ASSERT_EQ(plan->folds.size(), 2u);
+  EXPECT_EQ(plan->folds[0].held_out, (std::vector<Eigen::Index>{0, 1, 2}));
+  EXPECT_EQ(plan->folds[1].held_out, (std::vector<Eigen::Index>{3, 4, 5}));
+}
+
+TEST(Folds, CutACycleThatIsTheOnlyOneOfAll) {
+  const Clusters one = clusters_at({0, 1, 2, 3, 4, 5, 6, 7}, std::vector<int>(8, 0));
+  EXPECT_EQ(plan_folds({one})->folds.size(), 4u);
+  EXPECT_EQ(plan_folds({one, one})->statement, "leave one cycle out (2)");
+  EXPECT_EQ(plan_folds({one, without_cycles(400)})->statement,
+            "leave one cycle out (1) and 4 consecutive blocks with a guard of 45 min");
+}
+
+TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937_64 random(seed);
+    const auto draw = [&](int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); };
+    const int parts = draw(2, 6), clusters = 30 + draw(0, 60);
+    std::vector<int> places, cycles;
+    for (int k = 0, at = draw(0, 5), cycle = -1; k < clusters; ++k) {
+      at += draw(0, 9) == 0 ? draw(2, 8) : 1;
+      if (draw(0, 14) == 0) ++cycle;
+      places.push_back(at);
+      cycles.push_back(cycle);
+    }
+    const Clusters record = clusters_at(places, cycles);
+    FoldOptions options = blocks(parts, draw(0, 12));
+    if (draw(0, 1) == 1) options.kind = FoldKind::cycles;
+    const auto plan = plan_folds({record, record}, options);
+    if (!plan) continue;  // the guard leaves nothing
+    expect_each_held_out_once(*plan, 2 * record.start_s.size());
+    const auto first_of = [&](Eigen::Index k) { return k < clusters ? 0 : clusters; };
+    for (const FoldRows& fold : plan->folds) {
+      for (Eigen::Index k = 0; k < 2 * clusters; ++k) {
+        if (std::ranges::binary_search(fold.held_out, k)) {
+          EXPECT_FALSE(std::ranges::binary_search(fold.training, k));
+          continue;
+        }
+        double gap_s = 1e9;
+        for (const Eigen::Index h : fold.held_out) {
+          if (first_of(h) != first_of(k)) continue;
+          gap_s = std::min(gap_s, std::abs(record.start_s(h % clusters) - record.start_s(k % clusters)) - 100);
+        }
+        EXPECT_EQ(std::ranges::binary_search(fold.training, k), gap_s >= 60 * *options.guard_minutes) << k;
+      }
+    }
+  }
+}
+
+TEST(Folds, AreRefusedWhereTheGuardLeavesNothing) {
+  const auto plan = plan_folds({without_cycles(40)}, blocks(4, 1000));
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().what.find("shorter guard"), std::string::npos) << plan.error().what;
+}
+
+TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
+  const Clusters record = without_cycles(400);
+  const Lesson lesson{record, *plan_folds({record}, blocks(5, 20))};
+  for (const FoldRows& outer : lesson.folds.folds) {
+    const Lesson inner = within(lesson, outer.training);
+    EXPECT_EQ(inner.folds.folds.size(), 4u);
+    expect_each_held_out_once(inner.folds, outer.training.size());
+    for (const FoldRows& fold : inner.folds.folds) {
+      for (const Eigen::Index k : fold.training) {
+        for (const Eigen::Index h : outer.held_out) {
+          EXPECT_GE(std::abs(inner.clusters.start_s(k) - record.start_s(h)), 1200 + 100);
+        }
+        for (const Eigen::Index h : fold.held_out) {
+          EXPECT_GE(std::abs(inner.clusters.start_s(k) - inner.clusters.start_s(h)), 1200 + 100);
+        }
+      }
+    }
+  }
+}
+
+TEST(Folds, OfWhatIsLeftAreBlocksWhereOneWouldRemain) {
+  const Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1});
+  const Lesson lesson{record, *plan_folds({record})};
+  const auto left = with_two_folds(within(lesson, lesson.folds.folds[0].training));
+  ASSERT_TRUE(left);
+  EXPECT_EQ(left->folds.folds.size(), 4u);
+  EXPECT_FALSE(with_two_folds(within(lesson, lesson.folds.folds[1].training))) << "four clusters cannot be cut";
+}
+
+TEST(Folds, AreReadFromTheirWord) {
+  EXPECT_EQ(parse_folds("cycles")->kind, FoldKind::cycles);
+  EXPECT_EQ(parse_folds("blocks")->blocks, kDefaultBlocks);
+  EXPECT_EQ(parse_folds("blocks:6")->blocks, 6);
+  for (const char* word : {"", "random", "blocks:", "blocks:1", "blocks:-3", "blocks:4x", "cycles:4"}) {
+    EXPECT_FALSE(parse_folds(word)) << word;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,35 @@
+/// A term is typed by people: whatever they type, a term or a fault comes out, and a term reads itself back.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "analysis/data/term.hpp"
+
+namespace {
+
+void read(const std::string& typed) {
+  const std::vector<std::string> thermometers = {"A", "B", "die", "die-cap", "x*y", "rate:z"};
+  const auto term = gyrotherm::parse_term(typed, thermometers);
+  if (!term) return;
+  if (term->factors.empty() || term->factors.size() > gyrotherm::kMostFactors) std::abort();
+  const auto again = gyrotherm::parse_term(gyrotherm::text(*term), thermometers);
+  if (!again || *again != *term) std::abort();
+}
+
+/// A few pieces of the language, so that many inputs are nearly terms.
+std::string pieced_together(const std::uint8_t* data, std::size_t size) {
+  constexpr std::array kPieces = {"A", "B", "die", "die-cap", "x*y", "z", "-", "*", "^2", "^3", "rate:", "cap"};
+  std::string typed;
+  for (std::size_t i = 0; i < size && i < 9; ++i) typed += kPieces[data[i] % kPieces.size()];
+  return typed;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  read({reinterpret_cast<const char*>(data), size});
+  for (std::size_t length = 1; length <= 9 && length <= size; ++length) read(pieced_together(data, length));
+  return 0;
+}

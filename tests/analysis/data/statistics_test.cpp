@@ -1,0 +1,133 @@
+#include "analysis/data/statistics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gyrotherm {
+namespace {
+
+TEST(Figures, AreEquation11AndWhatItHides) {
+  const Figures figures = figures_of(Eigen::Vector4d{1, 2, 3, -8});
+  EXPECT_DOUBLE_EQ(figures.mean, -0.5);
+  EXPECT_DOUBLE_EQ(figures.std, std::sqrt(77.0 / 3));
+  EXPECT_DOUBLE_EQ(figures.rmse, std::sqrt(78.0 / 4));
+  EXPECT_DOUBLE_EQ(figures.max_abs, 8);
+  EXPECT_EQ(figures.count, 4);
+  EXPECT_EQ(figures_of(Eigen::VectorXd{}).count, 0);
+}
+
+TEST(Improvement, OfThePapersTablesIsBothOfItsKinds) {
+  const Improvement rate = improvement(0.0258, 0.0089, 0.0021);
+  EXPECT_NEAR(rate.three_point_from_original, 0.65504, 5e-6);
+  EXPECT_NEAR(rate.multi_point_from_original, 0.91860, 5e-6);
+  EXPECT_NEAR(rate.paper_ratio, 0.40237, 5e-6);
+  EXPECT_NEAR(rate.residual_reduction, 0.76404, 5e-6);
+  const Improvement random = improvement(0.0283, 0.0091, 0.0023);
+  EXPECT_NEAR(random.three_point_from_original, 0.67845, 5e-6);
+  EXPECT_NEAR(random.multi_point_from_original, 0.91873, 5e-6);
+  EXPECT_NEAR(random.paper_ratio, 0.35417, 5e-6);
+  EXPECT_NEAR(random.residual_reduction, 0.74725, 5e-6);
+}
+
+TEST(Improvement, IsThePrintedOneOnlyFromRoundedPercentages) {
+  const auto rounded = [](double fraction) { return std::round(1000 * fraction) / 10; };
+  const Improvement rate = improvement(0.0258, 0.0089, 0.0021);
+  const double three = rounded(rate.three_point_from_original), multi = rounded(rate.multi_point_from_original);
+  EXPECT_NEAR(100 * (multi - three) / three, 40.305, 5e-4);
+}
+
+/// x_k = φ x_{k−1} + white noise, of unit STD.
+Eigen::VectorXd autoregression(double phi, Eigen::Index count, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd values(count);
+  double x = normal(random);
+  for (double& value : values) {
+    value = x;
+    x = phi * x + std::sqrt(1 - phi * phi) * normal(random);
+  }
+  return values;
+}
+
+Eigen::VectorXi counted(Eigen::Index count) {
+  return Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+}
+
+TEST(EffectiveNumber, OfIndependentValuesIsNearlyTheirNumber) {
+  double sum = 0;
+  constexpr int kSeeds = 50;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const EffectiveNumber effective = effective_number(autoregression(0, 500, random), counted(500));
+    EXPECT_GT(effective.of_std, 450) << seed;
+    EXPECT_LE(effective.of_std, 500) << seed;
+    EXPECT_LE(effective.of_mean, 500) << seed;
+    sum += effective.of_std;
+  }
+  EXPECT_GT(sum / kSeeds, 495);
+}
+
+TEST(EffectiveNumber, OfAnAutoregressionIsBartletts) {
+  for (const double phi : {0.5, 0.9}) {
+    double of_std = 0, of_mean = 0;
+    constexpr int kSeeds = 40;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      std::mt19937_64 random(seed);
+      const EffectiveNumber effective = effective_number(autoregression(phi, 4000, random), counted(4000));
+      of_std += effective.of_std / kSeeds;
+      of_mean += effective.of_mean / kSeeds;
+    }
+    EXPECT_NEAR(of_std, 4000 * (1 - phi * phi) / (1 + phi * phi), 0.1 * of_std) << phi;
+    EXPECT_NEAR(of_mean, 4000 * (1 - phi) / (1 + phi), 0.2 * of_mean) << phi;
+  }
+}
+
+TEST(EffectiveNumber, MakesErrorBarsThatHoldTheTruth) {
+  int std_held = 0, mean_held = 0;
+  constexpr int kSeeds = 200;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const Eigen::VectorXd values = autoregression(0.8, 1500, random);
+    Figures figures = figures_of(values);
+    figures.effective = effective_number(values, counted(1500));
+    std_held += std::abs(figures.std - 1) < 2 * std_error(figures) ? 1 : 0;
+    mean_held += std::abs(figures.mean) < 2 * mean_error(figures) ? 1 : 0;
+  }
+  EXPECT_GE(std_held, 178) << "of 200, at 95 %";
+  EXPECT_GE(mean_held, 178) << "of 200, at 95 %";
+}
+
+TEST(EffectiveNumber, CountsOnlyPairsThatStandALagApart) {
+  std::mt19937_64 random(6);
+  const Eigen::VectorXd values = autoregression(0.95, 400, random);
+  EXPECT_LT(effective_number(values, counted(400)).of_std, 200);
+  const EffectiveNumber apart = effective_number(values, 500 * counted(400));
+  EXPECT_EQ(apart.of_std, 400) << "no two of them are neighbours";
+}
+
+TEST(EffectiveNumber, OfFewOrEqualValuesIsTheirNumber) {
+  EXPECT_EQ(effective_number(Eigen::Vector3d{1, 2, 3}, Eigen::Vector3i{0, 1, 2}).of_std, 3);
+  EXPECT_EQ(effective_number(Eigen::VectorXd::Constant(10, 0.1), counted(10)).of_mean, 10);
+  EXPECT_EQ(effective_number(Eigen::VectorXd{}, Eigen::VectorXi{}).of_std, 0);
+}
+
+TEST(Figures, WithoutAnEffectiveNumberHaveNoErrorBar) {
+  EXPECT_TRUE(std::isnan(std_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
+  EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
+}
+
+TEST(Figures, CorrelateNothingAcrossTwoRecords) {
+  std::mt19937_64 random(8);
+  Clusters clusters;
+  clusters.start_s.resize(400);
+  clusters.start_s << Eigen::VectorXd::LinSpaced(200, 0, 19900), Eigen::VectorXd::LinSpaced(200, 0, 19900);
+  const Eigen::VectorXd values = autoregression(0.9, 400, random);
+  const Figures both = figures_of(values, clusters);
+  EXPECT_EQ(both.count, 400);
+  EXPECT_LT(both.effective.of_std, 200);
+  EXPECT_DOUBLE_EQ(std_error(both), both.std / std::sqrt(2 * both.effective.of_std));
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,157 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <numeric>
+
+#include "analysis/methods/gaussian_process.hpp"
+#include "analysis/methods/ls_svm.hpp"
+#include "analysis/methods/marginal_likelihood.hpp"
+#include "tests/analysis/random_samples.hpp"
+
+namespace gyrotherm {
+namespace {
+
+TEST(LeastSquaresSvm, SatisfiesItsOptimalityConditions) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Samples samples = bent_samples(70, 3, 0.2, seed);
+    const Eigen::MatrixXd kernel = gaussian_kernel(samples.x, samples.x, 2);
+    for (const double gamma : {1.0, 100.0, 1e4}) {
+      const auto machine = solve_ls_svm(kernel, samples.y, gamma);
+      ASSERT_TRUE(machine);
+      EXPECT_NEAR(machine->alpha.sum(), 0, 1e-10 * machine->alpha.cwiseAbs().sum());
+      const Eigen::VectorXd residual = samples.y - ((kernel * machine->alpha).array() + machine->b).matrix();
+      EXPECT_LT((residual - machine->alpha / gamma).cwiseAbs().maxCoeff(), 1e-9);
+    }
+  }
+}
+
+std::vector<Eigen::Index> rows_between(Eigen::Index first, Eigen::Index end) {
+  std::vector<Eigen::Index> rows(end - first);
+  std::iota(rows.begin(), rows.end(), first);
+  return rows;
+}
+
+TEST(LeastSquaresSvm, KnowsTheResidualsOfABlockLeftOutWithoutTrainingAnew) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Samples samples = bent_samples(60, 3, 0.2, seed);
+    const double gamma = 50, sigma = 1.5;
+    const auto machine = solve_ls_svm(gaussian_kernel(samples.x, samples.x, sigma), samples.y, gamma);
+    for (const Eigen::Index first : {0, 20, 45}) {
+      const auto block = rows_between(first, first + 15);
+      auto rest = rows_between(0, first);
+      for (const Eigen::Index row : rows_between(first + 15, 60)) rest.push_back(row);
+      const SampleMatrix inside = samples.x(block, Eigen::all), outside = samples.x(rest, Eigen::all);
+      const auto without = solve_ls_svm(gaussian_kernel(outside, outside, sigma), samples.y(rest), gamma);
+      const Eigen::VectorXd predicted = (gaussian_kernel(inside, outside, sigma) * without->alpha).array() + without->b;
+      const Eigen::VectorXd residual = samples.y(block) - predicted;
+      EXPECT_LT((leave_block_out_residuals(*machine, block) - residual).cwiseAbs().maxCoeff(), 1e-10);
+    }
+    const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
+    EXPECT_NEAR(leave_block_out_residuals(*machine, {7})(0), machine->alpha(7) / diagonal(7), 1e-12);
+  }
+}
+
+TEST(LeastSquaresSvm, CountsTheTraceOfItsHatMatrix) {
+  const Samples samples = bent_samples(25, 2, 0.2, 1);
+  const HyperParameters parameters = {{"gamma", 20}, {"sigma", 1.2}};
+  double trace = 0;
+  for (Eigen::Index i = 0; i < 25; ++i) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(25, i);
+    trace += value_of(fit_ls_svm({samples.x, unit, samples.terms}, parameters, {})->function, samples.x)(i);
+  }
+  EXPECT_NEAR(fit_ls_svm(samples.set(), parameters, {})->effective_parameters, trace, 1e-9);
+}
+
+TEST(LeastSquaresSvm, ChoosesAPositionThatItsNeighboursDoNotBeat) {
+  const Samples samples = bent_samples(120, 2, 0.1, 2);
+  const auto folds = folds_of(samples, 4);
+  const auto choice = choose_ls_svm(folds, {}, {});
+  ASSERT_TRUE(choice);
+  const auto error_at = [&](double gamma, double sigma) {
+    double sum = 0;
+    for (const Fold& fold : folds) {
+      const auto fit = fit_ls_svm({fold.train_x, fold.train_y, fold.terms}, {{"gamma", gamma}, {"sigma", sigma}}, {});
+      sum += (value_of(fit->function, fold.test_x) - fold.test_y).squaredNorm();
+    }
+    return sum;
+  };
+  const double gamma = value_of(choice->parameters, "gamma"), sigma = value_of(choice->parameters, "sigma");
+  const double least = error_at(gamma, sigma);
+  EXPECT_LT(least / 120, 0.05);
+  for (const double other : {0.5, 2.0}) EXPECT_LE(least, error_at(gamma * other, sigma) + 1e-9);
+  for (const double other : {std::exp2(-0.375), std::exp2(0.375)})
+    EXPECT_LE(least, error_at(gamma, sigma * other) + 1e-9);
+}
+
+double log_density(const Covariance& covariance, const Samples& samples) {
+  Eigen::MatrixXd k = covariance_matrix(covariance, samples.x, samples.x);
+  k.diagonal().array() += covariance.noise * covariance.noise;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(k);
+  const double log_determinant = factor.vectorD().array().log().sum();
+  return -0.5 * (samples.y.dot(factor.solve(samples.y)) + log_determinant +
+                 static_cast<double>(samples.y.size()) * std::log(2 * std::acos(-1.0)));
+}
+
+TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Samples samples = bent_samples(30, 3, 0.2, seed);
+    const Covariance at{.lengths = Eigen::RowVector3d{0.8, 1.5, 3} * (1 + 0.05 * static_cast<double>(seed)),
+                        .signal = 1.3,
+                        .noise = 0.25};
+    const auto likelihood = marginal_likelihood(at, samples.x, samples.y);
+    ASSERT_TRUE(likelihood);
+    EXPECT_NEAR(likelihood->log_value, log_density(at, samples), 1e-8);
+    const Eigen::VectorXd logarithms = logarithms_of(at);
+    for (Eigen::Index k = 0; k < logarithms.size(); ++k) {
+      constexpr double kStep = 1e-5;
+      const Eigen::VectorXd shift = kStep * Eigen::VectorXd::Unit(logarithms.size(), k);
+      const double slope = (log_density(covariance_of(logarithms + shift), samples) -
+                            log_density(covariance_of(logarithms - shift), samples)) /
+                           (2 * kStep);
+      EXPECT_NEAR(likelihood->gradient(k), slope, 1e-5 * (1 + std::abs(slope))) << k;
+    }
+  }
+}
+
+TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
+  const Samples samples = bent_samples(80, 2, 0.1, 3);
+  const Covariance start{.lengths = Eigen::RowVector2d{1, 1}, .signal = 1, .noise = 0.3};
+  const auto ascent = climb_likelihood(start, samples.x, samples.y, 300);
+  ASSERT_TRUE(ascent);
+  EXPECT_GT(ascent->log_likelihood, marginal_likelihood(start, samples.x, samples.y)->log_value);
+  const auto there = marginal_likelihood(ascent->covariance, samples.x, samples.y);
+  EXPECT_LT(there->gradient.cwiseAbs().maxCoeff(), 0.2);
+  EXPECT_NEAR(ascent->covariance.noise, 0.1, 0.03);
+}
+
+TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
+  const Samples samples = bent_samples(250, 3, 0.05, 4);  // C means nothing
+  const auto fit = fit_gaussian_process(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  const auto& lengths = std::get<ExpansionModel>(fit->function).lengths;
+  EXPECT_GT(lengths(2), 5 * lengths(0));
+  EXPECT_GT(lengths(2), 5 * lengths(1));
+  EXPECT_NE(fit->particulars.find("predictive standard deviation"), std::string::npos);
+}
+
+TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
+  const Samples samples = bent_samples(450, 2, 0.1, 5);  // more than the likelihood is asked of
+  const auto fit = fit_gaussian_process(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  const auto& expansion = std::get<ExpansionModel>(fit->function);
+  EXPECT_EQ(expansion.centres.rows(), 450);
+  // K w + σ_n² w/σ_f² = y − mean: the residual is in proportion to the weights.
+  const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+  const double part = residual.dot(expansion.weights) / expansion.weights.squaredNorm();
+  EXPECT_LT((residual - part * expansion.weights).norm(), 1e-6 * residual.norm());
+  EXPECT_GT(fit->effective_parameters, 3);
+  EXPECT_LT(fit->effective_parameters, 150);
+  const Samples unseen = bent_samples(300, 2, 0, 6);
+  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.1 * unseen.y.norm());
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,106 @@
+#include "analysis/methods/network.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "analysis/methods/held_out.hpp"
+#include "analysis/methods/levenberg_marquardt.hpp"
+#include "tests/analysis/random_samples.hpp"
+
+namespace gyrotherm {
+namespace {
+
+TEST(Network, DerivativesAgreeWithDifferences) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const SampleMatrix x = 2 * normal_matrix(7, 3, seed);
+    NetworkModel network = random_network(3, 4, seed);
+    network.b = 0.3;
+    const Linearised at = linearise(network, x);
+    EXPECT_LT((at.value - value_of(network, x)).cwiseAbs().maxCoeff(), 1e-14) << "seed " << seed;
+    const Eigen::VectorXd numbers = numbers_of(network);
+    ASSERT_EQ(numbers.size(), numbers_in(network));
+    for (Eigen::Index k = 0; k < numbers.size(); ++k) {
+      constexpr double kStep = 1e-5;
+      NetworkModel ahead = network, behind = network;
+      set_numbers(ahead, numbers + kStep * Eigen::VectorXd::Unit(numbers.size(), k));
+      set_numbers(behind, numbers - kStep * Eigen::VectorXd::Unit(numbers.size(), k));
+      const Eigen::VectorXd slope = (value_of(ahead, x) - value_of(behind, x)) / (2 * kStep);
+      EXPECT_LT((slope - at.derivatives.row(k).transpose()).cwiseAbs().maxCoeff(), 1e-8) << "seed " << seed << " " << k;
+    }
+  }
+}
+
+TEST(Network, NumbersComeBackAsTheyWere) {
+  const NetworkModel network = random_network(3, 2, 5);
+  NetworkModel other = random_network(3, 2, 6);
+  set_numbers(other, numbers_of(network));
+  EXPECT_EQ(other.weights, network.weights);
+  EXPECT_EQ(other.offsets, network.offsets);
+  EXPECT_EQ(other.out, network.out);
+}
+
+TEST(LevenbergMarquardt, LowersTheErrorWithEachStep) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Samples samples = bent_samples(80, 3, 0.1, seed);
+    LevenbergMarquardt training(random_network(3, 5, seed), samples.x, samples.y);
+    double before = training.squared_error();
+    for (int step = 0; step < 30 && training.step(); ++step) {
+      EXPECT_LT(training.squared_error(), before) << "seed " << seed;
+      before = training.squared_error();
+      EXPECT_NEAR((value_of(training.network(), samples.x) - samples.y).squaredNorm(), before, 1e-12);
+    }
+  }
+}
+
+TEST(LevenbergMarquardt, FindsANetworkThatIsThere) {
+  Samples samples{normal_matrix(150, 2, 1), {}, letters(2)};
+  samples.y = (samples.x * Eigen::Vector2d{1.5, -1}).array().tanh() * 2 + 0.5;
+  LevenbergMarquardt training(random_network(2, 2, 3), samples.x, samples.y);
+  for (int step = 0; step < 200 && training.step(); ++step) {
+  }
+  EXPECT_LT(training.squared_error(), 1e-12);
+}
+
+TEST(LevenbergMarquardt, StopsAtAStationaryPoint) {
+  const Samples samples = bent_samples(40, 2, 0.3, 2);
+  LevenbergMarquardt training(random_network(2, 2, 1), samples.x, samples.y);
+  int steps = 0;
+  while (steps < 5000 && training.step()) ++steps;
+  EXPECT_LT(steps, 5000);
+  const Linearised at = linearise(training.network(), samples.x);
+  EXPECT_LT((at.derivatives * (at.value - samples.y)).cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
+  const Samples samples = bent_samples(90, 2, 0.3, 8);
+  const auto folds = folds_of(samples, 3);
+  const auto choice = choose_network(folds, {.seed = 4}, {});
+  ASSERT_TRUE(choice);
+  const double chosen = value_of(choice->parameters, "start");
+  std::vector<double> errors(10);
+  for (int start = 0; start < 10; ++start) {
+    HyperParameters parameters = choice->parameters;
+    parameters[2].value = start;
+    for (const Fold& fold : folds) {
+      const auto fit = fit_network({fold.train_x, fold.train_y, fold.terms}, parameters, {.seed = 4});
+      ASSERT_TRUE(fit);
+      errors[start] += (value_of(fit->function, fold.test_x) - fold.test_y).squaredNorm();
+    }
+  }
+  const double of_the_chosen = errors[static_cast<std::size_t>(chosen)];
+  EXPECT_EQ(std::ranges::count_if(errors, [&](double error) { return error < of_the_chosen; }), 4);
+}
+
+TEST(BackPropagationNetwork, LearnsWhatALineCannot) {
+  const Samples samples = bent_samples(400, 2, 0.05, 9);
+  const auto choice = choose_network(folds_of(samples, 4), {}, {});
+  ASSERT_TRUE(choice);
+  const auto fit = fit_network(samples.set(), choice->parameters, {});
+  ASSERT_TRUE(fit);
+  const Samples unseen = bent_samples(400, 2, 0, 10);
+  EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
+}
+
+}  // namespace
+}  // namespace gyrotherm

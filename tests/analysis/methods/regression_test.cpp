@@ -1,0 +1,218 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "analysis/methods/held_out.hpp"
+#include "analysis/methods/linear.hpp"
+#include "analysis/methods/polynomial.hpp"
+#include "analysis/methods/ridge.hpp"
+#include "analysis/methods/ridge_path.hpp"
+#include "analysis/methods/stepwise.hpp"
+#include "tests/analysis/random_samples.hpp"
+
+namespace gyrotherm {
+namespace {
+
+const LinearModel& linear_of(const Fit& fit) { return std::get<LinearModel>(fit.function); }
+
+/// The five terms of a polynomial in A and its rate, from raw temperatures between −1 and 1.
+Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
+  const Term t = temperature_term("A"), rate = rate_term("A");
+  Samples samples{SampleMatrix(rows, 5), {}, {t, t * t, t * t * t, rate, t * rate}};
+  const Eigen::ArrayXd temperature = normal_vector(rows, seed).array().tanh(), change = normal_vector(rows, seed + 1);
+  samples.x << temperature, temperature.square(), temperature.cube(), change, temperature * change;
+  return samples;
+}
+
+TEST(Polynomial, IsRecoveredWithItsOrder) {
+  for (int order = 1; order <= 3; ++order) {
+    for (const bool rates : {false, true}) {
+      SCOPED_TRACE(testing::Message() << "order " << order << (rates ? " with rates" : ""));
+      Samples samples = polynomial_samples(120, 7);
+      Eigen::VectorXd weights = Eigen::VectorXd::Zero(5);
+      weights.head(order) = Eigen::Vector3d{0.5, -0.25, 0.75}.head(order);
+      if (rates) weights.tail(2) << 0.3, -0.4;
+      samples.y = ((samples.x * weights).array() + 0.125).matrix() + 1e-3 * normal_vector(120, 8);
+      const auto choice = choose_polynomial(folds_of(samples, 4), {}, {});
+      ASSERT_TRUE(choice);
+      EXPECT_GE(value_of(choice->parameters, "order"), order);
+      EXPECT_GE(value_of(choice->parameters, "rate terms"), rates ? 1 : 0);
+      const auto fit = fit_polynomial(samples.set(), {{"order", double(order)}, {"rate terms", rates ? 1.0 : 0.0}}, {});
+      ASSERT_TRUE(fit);
+      EXPECT_LT((linear_of(*fit).weights - weights).cwiseAbs().maxCoeff(), 2e-3);
+      EXPECT_EQ(fit->effective_parameters, 1 + order + (rates ? 2 : 0));
+      EXPECT_EQ(numbers_in(fit->function), 1 + order + (rates ? 2 : 0)) << "what is not taken weighs nothing";
+    }
+  }
+}
+
+TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
+  const Samples samples = bent_samples(60, 2, 0.1, 1);
+  const auto choice = choose_polynomial(folds_of(samples, 3), {}, {});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(value_of(choice->parameters, "order"), 1);
+  EXPECT_EQ(value_of(choice->parameters, "rate terms"), 0);
+}
+
+/// Partial F of adding `input`, from two plain regressions.
+double f_of(const Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
+  const auto rss = [&](const std::vector<Eigen::Index>& taken) {
+    Eigen::MatrixXd design(samples.x.rows(), static_cast<Eigen::Index>(taken.size()) + 1);
+    design << samples.x(Eigen::all, taken), Eigen::VectorXd::Ones(samples.x.rows());
+    return (samples.y - design * design.householderQr().solve(samples.y)).squaredNorm();
+  };
+  const double before = rss(columns);
+  columns.push_back(input);
+  const double after = rss(columns),
+               freedom = static_cast<double>(samples.x.rows()) - static_cast<double>(columns.size()) - 1;
+  return (before - after) / (after / freedom);
+}
+
+std::vector<Eigen::Index> taken_by(const LinearModel& model) {
+  std::vector<Eigen::Index> taken;
+  for (Eigen::Index j = 0; j < model.weights.size(); ++j) {
+    if (model.weights(j) != 0) taken.push_back(j);
+  }
+  return taken;
+}
+
+TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Samples samples{normal_matrix(50, 7, seed), {}, letters(7)};
+    samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.3 * normal_vector(50, seed + 100);
+    samples.y = samples.x.col(0) + samples.x.col(1) + 0.2 * samples.x.col(5) + normal_vector(50, seed + 200);
+    const auto fit = fit_stepwise(samples.set(), {}, {});
+    ASSERT_TRUE(fit);
+    const auto taken = taken_by(linear_of(*fit));
+    for (Eigen::Index input = 0; input < 7; ++input) {
+      if (std::ranges::count(taken, input) > 0) {
+        auto others = taken;
+        std::erase(others, input);
+        EXPECT_GE(f_of(samples, others, input), kFToRemove) << input;
+      } else {
+        EXPECT_LE(f_of(samples, taken, input), kFToEnter) << input;
+      }
+    }
+    EXPECT_EQ(fit->effective_parameters, static_cast<double>(taken.size() + 1));
+    const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+    EXPECT_NEAR(residual.mean(), 0, 1e-12);
+    for (const Eigen::Index input : taken) EXPECT_NEAR(residual.dot(samples.x.col(input)), 0, 1e-10);
+  }
+}
+
+// D, nearly the sum of A and B, enters first and explains nothing once both are in.
+TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
+  Samples samples{normal_matrix(200, 4, 3), {}, letters(4)};
+  samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * normal_vector(200, 4);
+  samples.y = samples.x.col(0) + samples.x.col(1) + 0.01 * normal_vector(200, 5);
+  const auto fit = fit_stepwise(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(linear_of(*fit).weights(3), 0);
+  EXPECT_NEAR(linear_of(*fit).weights(0), 1, 0.01);
+}
+
+TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
+  Samples samples{normal_matrix(40, 2, 1), {}, letters(2)};
+  const Eigen::MatrixXd basis = (Eigen::MatrixXd(40, 3) << samples.x, Eigen::VectorXd::Ones(40)).finished();
+  const Eigen::VectorXd y = normal_vector(40, 2);
+  samples.y = y - basis * basis.householderQr().solve(y) + Eigen::VectorXd::Constant(40, 0.5);
+  const auto fit = fit_stepwise(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(numbers_in(fit->function), 1);
+  EXPECT_NEAR(linear_of(*fit).b, 0.5, 1e-12);
+}
+
+TEST(Stepwise, PassesOverAnInputThatIsACopy) {
+  Samples samples{normal_matrix(80, 3, 6), {}, letters(3)};
+  samples.x.col(2) = samples.x.col(0);
+  samples.y = samples.x.col(0) + 0.1 * normal_vector(80, 7);
+  const auto fit = fit_stepwise(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  const auto taken = taken_by(linear_of(*fit));
+  ASSERT_EQ(taken.size(), 1u);
+  EXPECT_NE(taken.front(), 1);
+}
+
+TEST(Ridge, SatisfiesItsNormalEquations) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Samples samples = bent_samples(seed % 2 == 0 ? 60 : 4, 6, 0.3, seed);  // also fewer samples than inputs
+    for (const double lambda : {1e-6, 1e-2, 1e2}) {
+      const auto fit = fit_ridge(samples.set(), {{"lambda", lambda}}, {});
+      ASSERT_TRUE(fit);
+      const Eigen::VectorXd residual = samples.y - value_of(fit->function, samples.x);
+      const Eigen::VectorXd gradient =
+          samples.x.transpose() * residual - lambda * static_cast<double>(samples.y.size()) * linear_of(*fit).weights;
+      EXPECT_LT(gradient.cwiseAbs().maxCoeff(), 1e-10);
+      EXPECT_NEAR(residual.mean(), 0, 1e-12);
+    }
+  }
+}
+
+TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
+  const Samples samples = bent_samples(30, 4, 0.3, 1);
+  const double lambda = 0.05;
+  double trace = 0;
+  for (Eigen::Index i = 0; i < 30; ++i) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(30, i);
+    const auto fit = fit_ridge({samples.x, unit, samples.terms}, {{"lambda", lambda}}, {});
+    trace += value_of(fit->function, samples.x)(i);
+  }
+  EXPECT_NEAR(RidgePath(samples.x, samples.y).effective_parameters(lambda), trace, 1e-10);
+}
+
+TEST(Ridge, WithoutAPenaltyIsLeastSquares) {
+  const Samples samples = bent_samples(60, 5, 0.3, 2);
+  const auto ridge = fit_ridge(samples.set(), {{"lambda", 1e-14}}, {}), plain = fit_linear(samples.set(), {}, {});
+  EXPECT_LT((linear_of(*ridge).weights - linear_of(*plain).weights).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_NEAR(ridge->effective_parameters, 6, 1e-10);
+}
+
+TEST(Ridge, ShrinksWhatDoesNotHelpOnHeldOutFolds) {
+  Samples samples = bent_samples(24, 15, 0, 3);
+  samples.y = 0.2 * samples.x.col(0) + normal_vector(24, 4);
+  const auto choice = choose_ridge(folds_of(samples, 4), {}, {});
+  ASSERT_TRUE(choice);
+  EXPECT_GE(value_of(choice->parameters, "lambda"), 0.1);
+  samples.y = samples.x * Eigen::VectorXd::Ones(15);
+  const auto exact = choose_ridge(folds_of(samples, 4), {}, {});
+  EXPECT_EQ(value_of(exact->parameters, "lambda"), 1e-8);
+}
+
+TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
+  Samples samples = bent_samples(40, 2, 0.1, 5);
+  std::vector<Fold> folds = folds_of(samples, 4);
+  folds[1].target_scale = 3;
+  const Trial trial = [](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
+    Eigen::MatrixXd predicted(fold.test_y.size(), 2);
+    predicted << Eigen::VectorXd::Zero(fold.test_y.size()), fold.test_y;
+    return predicted;
+  };
+  const auto errors = held_out_errors(folds, 1, trial, {}, {});
+  ASSERT_TRUE(errors);
+  double sum = 0;
+  for (const Fold& fold : folds) sum += fold.target_scale * fold.target_scale * fold.test_y.squaredNorm();
+  EXPECT_NEAR(errors->front()(0), sum / 40, 1e-14);
+  EXPECT_EQ(errors->front()(1), 0);
+  EXPECT_EQ(least_of(*errors).candidate, 1);
+}
+
+TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
+  const Samples samples = bent_samples(40, 2, 0.1, 5);
+  const auto folds = folds_of(samples, 4);
+  const Trial second_fails = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
+    if (trial == 0) return failure(FaultKind::usage, "a method", "too few");
+    return Eigen::MatrixXd::Constant(fold.test_y.size(), 1, trial == 1 ? 0 : std::nan(""));
+  };
+  const auto errors = held_out_errors(folds, 3, second_fails, {}, {});
+  ASSERT_TRUE(errors);
+  EXPECT_EQ(least_of(*errors).trial, 1u);
+  const Trial all_fail = [](const Fold&, std::size_t) -> Result<Eigen::MatrixXd> {
+    return failure(FaultKind::usage, "a method", "too few");
+  };
+  EXPECT_EQ(held_out_errors(folds, 3, all_fail, {}, {}).error().where, "a method");
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,17 @@
+/// A model file is foreign bytes: whatever they are, a model or a fault comes out, and a model writes itself the same
+/// twice.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "analysis/model/model.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto model = gyrotherm::model_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
+  if (!model) return 0;
+  const std::string json = gyrotherm::to_json(*model);
+  const auto again = gyrotherm::model_from_json(json, "fuzz");
+  if (!again || gyrotherm::to_json(*again) != json) std::abort();
+  return 0;
+}

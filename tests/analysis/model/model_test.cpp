@@ -1,0 +1,149 @@
+#include "analysis/model/model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/analysis/small_model.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+Model two_term_model() {
+  Model model = small_svr_model();
+  model.method = "linear";
+  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
+  model.selection = {};
+  return model;
+}
+
+Model two_function_model() {
+  Model model = two_term_model();
+  model.method = "rbfnn";
+  model.hyper_parameters = {{"centres", 2}, {"lambda", 1e-3}};
+  model.effective_parameters = 2.5;
+  model.function = ExpansionModel{.centres = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                  .lengths = Eigen::RowVector2d{1, 2},
+                                  .widths = Eigen::Vector2d{0.5, 3},
+                                  .weights = Eigen::Vector2d{1.5, -0.75},
+                                  .b = 0.125};
+  return model;
+}
+
+Model two_neuron_model() {
+  Model model = two_term_model();
+  model.method = "bpnn";
+  model.function = NetworkModel{.weights = (SampleMatrix(1, 2) << 0.5, -1).finished(),
+                                .offsets = Eigen::VectorXd::Constant(1, 0.1),
+                                .out = Eigen::VectorXd::Constant(1, 2),
+                                .b = -0.5};
+  return model;
+}
+
+TEST(Model, PredictsByItsFormula) {
+  const Clusters clusters = three_clusters();
+  const auto predicted = predict(small_svr_model(), clusters);
+  ASSERT_TRUE(predicted);
+  const double z0 = (0.375 - 0.1) * 3, z1 = 0.9 / 2;
+  const auto kernel = [&](double v0, double v1) {
+    return std::exp(-((z0 - v0) * (z0 - v0) + (z1 - v1) * (z1 - v1)) / (2 * 1.25 * 1.25));
+  };
+  const double f = 1.5 * kernel(0.5, -1) - 1.5 * kernel(1.0 / 7, 2) + 0.125;
+  EXPECT_NEAR((*predicted)(1), 0.7 * f + 0.01, 1e-14);
+  const auto straight = predict(two_term_model(), clusters);
+  EXPECT_NEAR((*straight)(1), 0.7 * (2 * z0 - 0.5 * z1 + 0.25) + 0.01, 1e-14);
+  const auto bump = [&](double c0, double c1, double width) {
+    return std::exp(-0.5 * ((z0 - c0) * (z0 - c0) + (z1 - c1) * (z1 - c1) / 4) / (width * width));
+  };
+  const auto expanded = predict(two_function_model(), clusters);
+  const double sum = 1.5 * bump(0.5, -1, 0.5) - 0.75 * bump(1.0 / 7, 2, 3) + 0.125;
+  EXPECT_NEAR((*expanded)(1), 0.7 * sum + 0.01, 1e-14);
+  const auto network = predict(two_neuron_model(), clusters);
+  EXPECT_NEAR((*network)(1), 0.7 * (2 * std::tanh(0.5 * z0 - z1 + 0.1) - 0.5) + 0.01, 1e-14);
+}
+
+TEST(Model, PredictsNothingFromAMissingReading) {
+  Clusters clusters = three_clusters();
+  clusters.temperature_c(1, 0) = std::nan("");
+  EXPECT_TRUE(std::isnan((*predict(small_svr_model(), clusters))(1)));
+  EXPECT_FALSE(std::isnan((*predict(small_svr_model(), clusters))(2)));
+}
+
+TEST(Model, NeedsItsThermometers) {
+  Clusters clusters = three_clusters();
+  clusters.thermometers = {"A", "C"};
+  const auto predicted = predict(small_svr_model(), clusters);
+  ASSERT_FALSE(predicted);
+  EXPECT_EQ(predicted.error().kind, FaultKind::usage);
+}
+
+TEST(ModelFile, ComesBackBitForBit) {
+  for (const Model& model : {small_svr_model(), two_term_model(), two_function_model(), two_neuron_model()}) {
+    const auto back = model_from_json(to_json(model), "model.json");
+    ASSERT_TRUE(back) << text(back.error());
+    EXPECT_EQ(to_json(*back), to_json(model));
+    EXPECT_EQ(*predict(*back, three_clusters()), *predict(model, three_clusters()));
+    EXPECT_EQ(back->leave_cycle_out_residual, model.leave_cycle_out_residual);
+    EXPECT_EQ(back->selection.statement, model.selection.statement);
+  }
+  EXPECT_EQ(model_from_json(to_json(small_svr_model()), "m")->tuning_options.swarm.seed, 18446744073709551615u);
+}
+
+TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
+  const auto model = model_from_json("{\n \"schema\": ?}", "m.json");
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(model.error().where, "m.json:2:12");
+}
+
+TEST(ModelFile, NamesThePathOfAWrongContent) {
+  const std::string good = to_json(small_svr_model());
+  const struct {
+    std::string json, where;
+  } laws[] = {{replaced(good, "gyrotherm-model/2", "gyrotherm-model/9"), "/schema"},
+              {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
+              {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "/function/form"},
+              {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/factors/0/kind"},
+              {replaced(good, "\"b\": 0.125", "\"b\": null"), "/function/b"},
+              {replaced(good, "\"b\": 0.125,", ""), "/function/b"},
+              {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "/function/parameters/sigma"},
+              {replaced(good, "\"beta\": [", "\"beta\": [1,"), "/function/beta"},
+              {replaced(good, "\"support_vectors\": [", "\"support_vectors\": [[1],"), "/function/support_vectors/0"}};
+  for (const auto& law : laws) {
+    const auto model = model_from_json(law.json, "m.json");
+    ASSERT_FALSE(model) << law.where;
+    EXPECT_EQ(model.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(model.error().where, "m.json " + law.where);
+  }
+}
+
+TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
+  Model model = small_svr_model();
+  std::get<SvrModel>(model.function).beta(0) = std::nan("");
+  EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json /function/beta/0");
+  EXPECT_FALSE(model_from_json(replaced(to_json(small_svr_model()), "0.125", "1e999"), "m.json"));
+}
+
+TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
+  const std::string good = to_json(small_svr_model());
+  for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
+    EXPECT_FALSE(model_from_json(std::string_view(good).substr(0, length), "m.json"));
+  }
+  for (std::size_t at = 0; at < good.size(); at += 5) {
+    std::string spoilt = good;
+    spoilt[at] = "0\"]}{,-e"[at % 8];
+    const auto model = model_from_json(spoilt, "m.json");
+    EXPECT_TRUE(!model || model_from_json(to_json(*model), "m.json")) << at;
+  }
+  for (const char* json : {"null", "[]", "{}", "1", "\"\"", "[[[[[[", "\xff\xfe"})
+    EXPECT_FALSE(model_from_json(json, "m.json"));
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,207 @@
+#include "analysis/model/reduced_set.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/analysis/small_model.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Eigen::Index kVectors = 60;
+
+SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+}
+
+/// A and B as inputs, so that any input can be had; vectors and weights at random.
+Model model_of(std::uint64_t seed) {
+  Model model = small_svr_model();
+  model.terms = {temperature_term("A"), temperature_term("B")};
+  auto& svr = std::get<SvrModel>(model.function);
+  svr.support_vectors = random_rows(kVectors, 2, seed);
+  svr.beta = 3 * random_rows(kVectors, 1, seed + 1000);
+  return model;
+}
+
+/// The same as an expansion with lengths.
+Model expansion_of(std::uint64_t seed) {
+  Model model = model_of(seed);
+  const auto svr = std::get<SvrModel>(model.function);
+  model.function = ExpansionModel{.centres = svr.support_vectors,
+                                  .lengths = Eigen::RowVector2d{0.7, 1.9},
+                                  .widths = Eigen::VectorXd::Constant(kVectors, 0.8),
+                                  .weights = svr.beta,
+                                  .b = svr.b};
+  return model;
+}
+
+Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
+  Clusters clusters;
+  clusters.thermometers = {"A", "B"};
+  clusters.temperature_c = random_rows(rows, 2, seed);
+  clusters.rate_c_per_min.setZero(rows, 2);
+  return clusters;
+}
+
+/// Centres in lengths, weights and width.
+struct Sum {
+  SampleMatrix centres;
+  Eigen::VectorXd weights;
+  double width{};
+};
+
+Sum sum_of(const Model& model) {
+  if (const auto* svr = std::get_if<SvrModel>(&model.function)) {
+    return {svr->support_vectors, svr->beta, svr->parameters.sigma};
+  }
+  const auto& expansion = std::get<ExpansionModel>(model.function);
+  return {expansion.centres.array().rowwise() / expansion.lengths.array(), expansion.weights, expansion.widths(0)};
+}
+
+double inner(const Sum& one, const Sum& other) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < one.weights.size(); ++i) {
+    for (Eigen::Index j = 0; j < other.weights.size(); ++j) {
+      const double squares = (one.centres.row(i) - other.centres.row(j)).squaredNorm();
+      sum += one.weights(i) * other.weights(j) * std::exp(-squares / (2 * one.width * one.width));
+    }
+  }
+  return sum;
+}
+
+Eigen::VectorXd change(const Model& full, const Model& reduced, const Clusters& clusters) {
+  return *predict(full, clusters) - *predict(reduced, clusters);
+}
+
+Model reduced(const Model& model, const Clusters& clusters, const ReductionGoal& goal) {
+  auto smaller = reduce(model, clusters, goal);
+  EXPECT_TRUE(smaller) << text(smaller.error());
+  return *smaller;
+}
+
+TEST(ReducedSet, LosesLessTheMoreItKeeps) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
+    double before = 1e300;
+    for (int vectors = 1; vectors <= kVectors; ++vectors) {
+      const Reduction loss = *reduced(model, clusters_of(80, seed), {.vectors = vectors}).reduction;
+      EXPECT_LE(loss.vectors, vectors);
+      EXPECT_LE(loss.bound_deg_per_h, before * (1 + 1e-9) + 1e-9);
+      before = loss.bound_deg_per_h;
+    }
+    EXPECT_EQ(before, 0);
+  }
+}
+
+TEST(ReducedSet, KeepsEverythingAsItIsWhenAllAreKept) {
+  const Model model = model_of(1);
+  for (const int vectors : {static_cast<int>(kVectors), 1000}) {
+    Model same = reduced(model, clusters_of(50, 1), {.vectors = vectors});
+    EXPECT_EQ(same.reduction->vectors, kVectors);
+    EXPECT_EQ(same.reduction->max_change_deg_per_h, 0);
+    same.reduction.reset();
+    EXPECT_EQ(to_json(same), to_json(model));
+  }
+}
+
+TEST(ReducedSet, StatesTheLossThatIsMeasured) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
+    const Clusters clusters = clusters_of(120, seed + 50);
+    const Model smaller = reduced(model, clusters, {.vectors = 15});
+    const Eigen::VectorXd measured = change(model, smaller, clusters);
+    const Reduction& loss = *smaller.reduction;
+    EXPECT_GT(loss.max_change_deg_per_h, 0);
+    EXPECT_NEAR(loss.max_change_deg_per_h, measured.cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_NEAR(loss.rms_change_deg_per_h, std::sqrt(measured.squaredNorm() / 120), 1e-12);
+    EXPECT_EQ(loss.clusters, 120);
+    EXPECT_EQ(loss.vectors_before, kVectors);
+    EXPECT_EQ(loss.vectors, sum_of(smaller).weights.size());
+    const Sum full = sum_of(model), kept = sum_of(smaller);
+    const double norm = std::sqrt(inner(full, full) - 2 * inner(full, kept) + inner(kept, kept));
+    EXPECT_NEAR(loss.bound_deg_per_h, 0.7 * norm, 1e-6);
+  }
+}
+
+TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
+    const Model smaller = reduced(model, clusters_of(30, seed), {.vectors = 10});
+    const double worst = change(model, smaller, clusters_of(5000, seed + 99)).cwiseAbs().maxCoeff();
+    EXPECT_LE(worst, smaller.reduction->bound_deg_per_h);
+    EXPECT_GT(worst, 0.01 * smaller.reduction->bound_deg_per_h) << "or the bound says nothing";
+  }
+}
+
+TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
+  const Model model = model_of(3);
+  const Model smaller = reduced(model, clusters_of(30, 3), {.vectors = 12});
+  // The change vanishes at each centre kept: inputs there, unscaled, are its coordinates.
+  const Sum kept = sum_of(smaller);
+  Clusters at_centres = clusters_of(12, 1);
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    at_centres.temperature_c.row(i) =
+        kept.centres.row(i).array() * model.scaling.std.array() + model.scaling.mean.array();
+  }
+  EXPECT_LT(change(model, smaller, at_centres).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(ReducedSet, KeepsNoMoreThanALossAsksFor) {
+  const Model model = model_of(4);
+  const Clusters clusters = clusters_of(100, 4);
+  for (const double loss : {0.3, 0.03, 0.003}) {
+    const Model smaller = reduced(model, clusters, {.max_change_deg_per_h = loss});
+    EXPECT_LE(smaller.reduction->max_change_deg_per_h, loss * (1 + 1e-9));
+    EXPECT_LT(smaller.reduction->vectors, kVectors);
+    const Model one_less = reduced(model, clusters, {.vectors = smaller.reduction->vectors - 1});
+    EXPECT_GT(one_less.reduction->max_change_deg_per_h, loss);
+  }
+  EXPECT_EQ(reduced(model, clusters, {.max_change_deg_per_h = 1e-300}).reduction->vectors, kVectors);
+}
+
+TEST(ReducedSet, ComesBackFromItsFile) {
+  const Model smaller = reduced(model_of(5), clusters_of(20, 5), {.vectors = 7});
+  const auto back = model_from_json(to_json(smaller), "small.json");
+  ASSERT_TRUE(back) << text(back.error());
+  ASSERT_TRUE(back->reduction);
+  EXPECT_EQ(to_json(*back), to_json(smaller));
+}
+
+TEST(ReducedSet, RefusesWhatItCannotDo) {
+  const Clusters clusters = clusters_of(20, 6);
+  const Model model = model_of(6);
+  const auto refused = [&](const Model& which, const ReductionGoal& goal) {
+    const auto smaller = reduce(which, clusters, goal);
+    EXPECT_FALSE(smaller);
+    EXPECT_TRUE(smaller || smaller.error().kind == FaultKind::usage);
+  };
+  refused(model, {});
+  refused(model, {.vectors = 5, .max_change_deg_per_h = 1});
+  refused(model, {.vectors = 0});
+  refused(model, {.max_change_deg_per_h = 0});
+  refused(model, {.max_change_deg_per_h = std::nan("")});
+  refused(reduced(model, clusters, {.vectors = 5}), {.vectors = 4});
+  Model other = model;
+  other.function = LinearModel{Eigen::Vector2d{1, 2}, 0};
+  refused(other, {.vectors = 5});
+  other = expansion_of(6);
+  std::get<ExpansionModel>(other.function).widths(3) = 0.1;
+  refused(other, {.vectors = 5});
+  other = model;
+  other.terms[0] = temperature_term("Z");
+  refused(other, {.vectors = 5});
+  Clusters missing = clusters;
+  missing.temperature_c.setConstant(std::nan(""));
+  EXPECT_FALSE(reduce(model, missing, {.vectors = 5}));
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,167 @@
+#include "analysis/model/selection.hpp"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <random>
+
+#include "analysis/data/features.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+#include "tests/analysis/wandering.hpp"
+
+namespace gyrotherm {
+namespace {
+
+const std::vector<std::string> kEightNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
+
+/// As printed in Table 3 of the paper, above the diagonal: A-B, A-C … G-H.
+std::vector<double> table_3() {
+  return {.939, .938, .913, .938, .912, .935, .942,  //
+          .781, .888, .898, .902, .913, .739,        //
+          .876, .633, .242, .824, .916,              //
+          .924, .831, .904, .647,                    //
+          .733, .412, .231,                          //
+          .647, .750,                                //
+          .932};
+}
+
+std::vector<std::string> texts(const std::vector<Term>& terms) {
+  std::vector<std::string> words;
+  for (const Term& term : terms) words.push_back(text(term));
+  return words;
+}
+
+Selection of_table_3(double threshold, int least_rank = 1) {
+  return select_by_correlation(all_gradients(kEightNames), table_3(), threshold, least_rank);
+}
+
+std::vector<Term> temperatures() {
+  std::vector<Term> terms;
+  for (const std::string& name : kEightNames) terms.push_back(temperature_term(name));
+  return terms;
+}
+
+Lesson lesson_of(Clusters clusters) {
+  FoldPlan folds = *plan_folds({clusters});
+  return {std::move(clusters), std::move(folds)};
+}
+
+/// Independent temperatures with a bias made of two gradients, one of them squared, and white noise.
+Lesson made_of_two_gradients(std::uint64_t seed) {
+  Clusters clusters = wandering(*make_clusters(make_synthetic_run({.hold_s = 1000})), seed);
+  const SampleMatrix x = *evaluate({gradient_term("A", "D"), gradient_term("C", "F")}, clusters);
+  std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
+  std::normal_distribution<double> noise(0, 1e-3);
+  clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();
+  for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
+  return lesson_of(std::move(clusters));
+}
+
+TEST(Selection, OfThePapersTableIsItsThirteenPairsOfRankSeven) {
+  const Selection selection = of_table_3(0.90);
+  EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H", "B-F",
+                                                              "B-G", "C-H", "D-E", "D-G", "G-H"}));
+  EXPECT_EQ(selection.rank, 7);
+  EXPECT_FALSE(selection.fallback);
+}
+
+TEST(Selection, FallsBackToTheDifferencesWithTheFirstAndSaysSo) {
+  const Selection selection = of_table_3(0.95);
+  EXPECT_EQ(texts(selection.terms), (std::vector<std::string>{"A-B", "A-C", "A-D", "A-E", "A-F", "A-G", "A-H"}));
+  EXPECT_TRUE(selection.fallback);
+  EXPECT_NE(selection.statement.find("0 of 28"), std::string::npos) << selection.statement;
+  EXPECT_NE(selection.statement.find("too few"), std::string::npos);
+}
+
+TEST(Selection, FallsBackWhereTooFewDimensionsRemain) {
+  EXPECT_FALSE(of_table_3(0.941).fallback) << "A-H alone passes";
+  EXPECT_TRUE(of_table_3(0.941, 2).fallback);
+}
+
+TEST(Selection, DoesNotMindTheSign) {
+  EXPECT_FALSE(select_by_correlation({gradient_term("A", "B")}, {-0.95}, 0.9, 1).fallback);
+}
+
+TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
+  Clusters clusters = *make_clusters(make_synthetic_run({}));
+  clusters.bias_deg_per_h = 3 * clusters.temperature_c.col(2);
+  const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), lesson_of(clusters));
+  ASSERT_TRUE(selection);
+  EXPECT_TRUE(selection->fallback) << "one input is no choice: " << selection->statement;
+  EXPECT_FALSE(select_inputs({}, {}, {}, lesson_of(clusters)));
+}
+
+TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(seed), 12);
+    ASSERT_TRUE(selection);
+    std::vector<std::string> taken = texts(selection->terms);
+    std::ranges::sort(taken);
+    EXPECT_EQ(taken, (std::vector<std::string>{"A-D", "C-F"})) << selection->statement;
+  }
+}
+
+TEST(ForwardSelection, AddsNothingToWhatIsEnough) {
+  const auto selection =
+      select_forward({gradient_term("A", "D"), gradient_term("C", "F")}, temperatures(), made_of_two_gradients(3), 12);
+  ASSERT_TRUE(selection);
+  EXPECT_TRUE(selection->terms.empty()) << selection->statement;
+}
+
+TEST(ForwardSelection, TakesAtMostSoMany) {
+  const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(1), 1);
+  EXPECT_EQ(selection->terms.size(), 1u);
+}
+
+TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
+  const Lesson lesson = made_of_two_gradients(4);
+  const auto select = [&] { return *select_forward({}, all_gradients(kEightNames), lesson, 4); };
+  const Selection all = select();
+  const Selection one = oneapi::tbb::task_arena(1).execute(select);
+  EXPECT_EQ(all.terms, one.terms);
+  EXPECT_EQ(all.statement, one.statement);
+}
+
+TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
+  const Clusters clusters = *make_clusters(make_synthetic_run({}));
+  const auto gradients = select_independent({}, all_gradients(kEightNames), clusters, 1e-6);
+  ASSERT_TRUE(gradients);
+  EXPECT_EQ(gradients->terms.size(), 7u) << gradients->statement;
+  EXPECT_EQ(gradients->rank, 7);
+  const auto beside = select_independent({temperature_term("A")}, temperatures(), clusters, 1e-6);
+  EXPECT_EQ(beside->terms.size(), 7u);
+  EXPECT_FALSE(std::ranges::count(beside->terms, temperature_term("A"))) << "it is taken anyway";
+}
+
+TEST(Redundancy, DropsOnlyWhatTheOthersMakeUp) {
+  const Clusters clusters = *make_clusters(make_synthetic_run({}));
+  for (const double tolerance : {1e-6, 1e-3, 1e-2, 0.1}) {
+    const auto kept = select_independent({}, all_gradients(kEightNames), clusters, tolerance);
+    ASSERT_TRUE(kept);
+    const SampleMatrix all = *evaluate(all_gradients(kEightNames), clusters), some = *evaluate(kept->terms, clusters);
+    Eigen::MatrixXd design(some.rows(), some.cols() + 1);
+    design << some, Eigen::VectorXd::Ones(some.rows());
+    const Eigen::MatrixXd centred = all.rowwise() - all.colwise().mean();
+    const Eigen::MatrixXd left = all - design * design.colPivHouseholderQr().solve(Eigen::MatrixXd(all));
+    const double worst = (left.colwise().norm().array() / centred.colwise().norm().array()).maxCoeff();
+    EXPECT_LE(worst, tolerance) << kept->statement;
+  }
+}
+
+TEST(Selection, IsReadFromItsWord) {
+  EXPECT_EQ(parse_selection("correlation")->threshold, 0.90);
+  EXPECT_EQ(parse_selection("correlation:0.85")->threshold, 0.85);
+  EXPECT_EQ(parse_selection("forward:6")->most, 6);
+  EXPECT_EQ(parse_selection("redundancy:0.01")->tolerance, 0.01);
+  EXPECT_EQ(parse_selection("redundancy")->kind, SelectionKind::redundancy);
+  for (const char* word : {"", "backward", "correlation:2", "correlation:", "forward:0", "forward:1.5", "redundancy:0",
+                           "redundancy:nan", "correlation:nan"}) {
+    EXPECT_FALSE(parse_selection(word)) << word;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,144 @@
+#include "analysis/model/stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/analysis/small_model.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Both thermometers on ramps, A the faster.
+Dataset two_ramps(Eigen::Index rows) {
+  Dataset dataset;
+  dataset.thermometers = {"A", "B"};
+  dataset.time_s = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1));
+  dataset.temperature_c.resize(rows, 2);
+  dataset.temperature_c << 20 + 2e-3 * dataset.time_s.array(), 20 + 1e-3 * dataset.time_s.array();
+  dataset.bias_deg_per_h = Eigen::VectorXd::Constant(rows, 0.5);
+  dataset.set_point_c = dataset.temperature_c.col(0);
+  dataset.segment.setConstant(rows, -1);
+  dataset.cycle.setConstant(rows, -1);
+  return dataset;
+}
+
+SampleMatrix random_temperatures(Eigen::Index rows, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal(20, 0.3);
+  return SampleMatrix::NullaryExpr(rows, 2, [&] { return normal(generator); });
+}
+
+CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside outside = Outside::clamp) {
+  auto stream = CompensationStream::open(small_svr_model(), std::move(columns), outside);
+  EXPECT_TRUE(stream);
+  return std::move(*stream);
+}
+
+Eigen::VectorXd zeros(Eigen::Index rows) { return Eigen::VectorXd::Zero(rows); }
+
+/// Equal to the bit, or both missing.
+void expect_same(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
+  ASSERT_EQ(one.size(), other.size());
+  for (Eigen::Index i = 0; i < one.size(); ++i) {
+    EXPECT_TRUE(one(i) == other(i) || (std::isnan(one(i)) && std::isnan(other(i)))) << "row " << i;
+  }
+}
+
+TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
+  const Dataset dataset = two_ramps(1000);
+  const Eigen::VectorXd predicted = *predict(small_svr_model(), *make_clusters(dataset));
+  const Eigen::VectorXd compensated = open().push(dataset.temperature_c, dataset.bias_deg_per_h);
+  for (Eigen::Index i = 0; i < 1000; ++i) {
+    EXPECT_EQ(std::isnan(compensated(i)), i < 199) << "a rate needs two means, row " << i;
+    if (i >= 199 && i % 100 == 99) {
+      EXPECT_NEAR(compensated(i), 0.5 - predicted(i / 100), 1e-12);
+    }
+  }
+}
+
+TEST(CompensationStream, AnswersTheSameRowByRowAndInPieces) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE(seed);
+    SampleMatrix temperatures = random_temperatures(1500, seed);
+    temperatures(700, 1) = std::nan("");
+    const Eigen::VectorXd bias = temperatures.col(0);
+    const Eigen::VectorXd whole = open().push(temperatures, bias);
+    CompensationStream stream = open();
+    std::mt19937_64 generator(seed);
+    Eigen::VectorXd pieces(1500);
+    for (Eigen::Index from = 0; from < 1500;) {
+      const Eigen::Index rows = std::min<Eigen::Index>(1500 - from, static_cast<Eigen::Index>(generator() % 80));
+      pieces.segment(from, rows) = stream.push(temperatures.middleRows(from, rows), bias.segment(from, rows));
+      from += rows;
+    }
+    expect_same(pieces, whole);
+  }
+}
+
+TEST(CompensationStream, TakesColumnsInAnyOrder) {
+  const SampleMatrix temperatures = random_temperatures(300, 1);
+  SampleMatrix turned(300, 3);
+  turned << Eigen::VectorXd::Random(300), temperatures.col(1), temperatures.col(0);
+  expect_same(open({"shell", "B", "A"}).push(turned, zeros(300)), open().push(temperatures, zeros(300)));
+}
+
+TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
+  const SampleMatrix temperatures = random_temperatures(900, 2);
+  SampleMatrix missing = temperatures;
+  missing(330, 0) = std::nan("");
+  const Eigen::VectorXd whole = open().push(temperatures, zeros(900)), gap = open().push(missing, zeros(900));
+  expect_same(gap.head(330), whole.head(330));
+  EXPECT_TRUE(gap.segment(330, 200).array().isNaN().all()) << "two means hold it";
+  expect_same(gap.tail(370), whole.tail(370));
+}
+
+TEST(CompensationStream, HoldsInputsInTheTrainedRange) {
+  SampleMatrix temperatures = random_temperatures(400, 3);
+  temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
+  CompensationStream clamped = open();
+  const Eigen::VectorXd held = clamped.push(temperatures, zeros(400));
+  EXPECT_TRUE(held.tail(201).allFinite());
+  EXPECT_EQ(clamped.outside(), 201);
+  const Eigen::VectorXd refused = open({"A", "B"}, Outside::refuse).push(temperatures, zeros(400));
+  EXPECT_TRUE(refused.array().isNaN().all());
+  temperatures.col(1) = temperatures.col(0).array() - 0.25;
+  CompensationStream inside = open();
+  EXPECT_TRUE(inside.push(temperatures, zeros(400)).tail(201).allFinite());
+  EXPECT_EQ(inside.outside(), 0);
+}
+
+TEST(CompensationStream, NeedsTheModelsThermometers) {
+  EXPECT_EQ(CompensationStream::open(small_svr_model(), {"A", "C"}).error().kind, FaultKind::usage);
+}
+
+TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    SCOPED_TRACE(seed);
+    const auto length = static_cast<Eigen::Index>(1 + seed % 17);
+    const SampleMatrix rows = random_temperatures(200, seed);
+    SlidingMeans sliding(length, 2);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      const Eigen::RowVectorXd& means = sliding.push(rows.row(i));
+      if (i + 1 < length) {
+        EXPECT_TRUE(means.array().isNaN().all());
+      } else {
+        EXPECT_LT((means - rows.middleRows(i + 1 - length, length).colwise().mean()).cwiseAbs().maxCoeff(), 1e-13);
+      }
+    }
+  }
+}
+
+TEST(SlidingMeans, DoNotDrift) {
+  constexpr Eigen::Index kRows = 300000;
+  SampleMatrix rows = random_temperatures(kRows, 1);
+  rows.topRows(kRows / 2) *= 1e12;  // what a running sum would remember
+  SlidingMeans sliding(100, 2);
+  Eigen::RowVectorXd means;
+  for (Eigen::Index i = 0; i < kRows; ++i) means = sliding.push(rows.row(i));
+  EXPECT_LT((means - rows.bottomRows(100).colwise().mean()).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,189 @@
+#include "analysis/model/training.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/data/folds.hpp"
+#include "analysis/model/fitting.hpp"
+#include "tests/analysis/freeimu.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm {
+namespace {
+
+Result<Model> train_on(const Dataset& dataset, const TrainingOptions& options, const ProgressSink& progress = {}) {
+  return train({dataset}, {*make_clusters(dataset)}, options, progress);
+}
+
+TrainingOptions linear(const std::string& inputs) {
+  TrainingOptions options;
+  options.inputs = inputs;
+  options.method = "linear";
+  return options;
+}
+
+TrainingOptions quick_svr(const std::string& inputs) {
+  TrainingOptions options;
+  options.inputs = inputs;
+  options.quick = true;
+  return options;
+}
+
+TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
+  struct Law {
+    const char* inputs;
+    double residual_deg_per_h[3];
+  };
+  const Law laws[] = {{"die", {22.671, 11.352, 9.794}},
+                      {"die,die^2", {13.329, 10.300, 10.046}},
+                      {"die,barometer", {16.476, 10.414, 10.060}},
+                      {"die,die-barometer", {16.476, 10.414, 10.060}}};
+  for (const FreeImuAxis axis : {FreeImuAxis::x, FreeImuAxis::y, FreeImuAxis::z}) {
+    const auto dataset = load_freeimu(axis);
+    if (!dataset) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
+    for (const Law& law : laws) {
+      const auto model = train_on(*dataset, linear(law.inputs));
+      ASSERT_TRUE(model) << text(model.error());
+      EXPECT_NEAR(model->residual_std_deg_per_h, law.residual_deg_per_h[static_cast<int>(axis)], 5.1e-4) << law.inputs;
+      EXPECT_EQ(model->folds, "4 consecutive blocks with a guard of 3.33 min");
+    }
+  }
+}
+
+TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
+  const Dataset dataset = make_synthetic_run({});
+  const auto seven = train_on(dataset, linear("seven-point"));
+  const auto twenty_eight = train_on(dataset, linear("gradients"));  // of rank 7
+  ASSERT_TRUE(seven);
+  ASSERT_TRUE(twenty_eight);
+  EXPECT_EQ(twenty_eight->terms.size(), 28u);
+  EXPECT_NEAR(seven->in_sample.std, twenty_eight->in_sample.std, 1e-12);
+  EXPECT_NEAR(seven->residual_std_deg_per_h, twenty_eight->residual_std_deg_per_h, 1e-12);
+}
+
+TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
+  const Dataset dataset = make_synthetic_run({});
+  const Clusters clusters = *make_clusters(dataset);
+  const FoldPlan folds = *plan_folds({clusters});
+  Clusters spoilt = clusters;
+  for (const Eigen::Index k : folds.folds[2].held_out) {
+    spoilt.temperature_c.row(k) *= -3;
+    spoilt.bias_deg_per_h(k) += 100;
+  }
+  for (const char* rule : {"correlation", "forward:4", "redundancy"}) {
+    const InputPlan plan = *plan_inputs("gradients,temperatures", dataset, *parse_selection(rule));
+    const auto clean = prepare(plan, within({clusters, folds}, folds.folds[2].training));
+    const auto same = prepare(plan, within({spoilt, folds}, folds.folds[2].training));
+    ASSERT_TRUE(clean && same) << rule;
+    EXPECT_EQ(clean->terms, same->terms) << rule;
+    EXPECT_EQ(clean->scaling.mean, same->scaling.mean) << rule;
+    EXPECT_EQ(clean->target_std_deg_per_h, same->target_std_deg_per_h) << rule;
+  }
+}
+
+TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
+  const Dataset dataset = make_synthetic_run({});
+  const auto model = train_on(dataset, quick_svr("multi-point"));
+  ASSERT_TRUE(model) << text(model.error());
+  const double raw = figures_of(make_clusters(dataset)->bias_deg_per_h).std;
+  EXPECT_LT(model->leave_cycle_out.std, 0.35 * raw);
+  EXPECT_EQ(model->folds, "leave one cycle out (4)");
+  EXPECT_TRUE(model->quick);
+  const auto& svr = std::get<SvrModel>(model->function);
+  EXPECT_LE(svr.relative_gap, 1e-6) << "the model that is kept has the tight certificate";
+  EXPECT_GT(svr.beta.size(), 0);
+  EXPECT_EQ(svr.parameters.C, model->tuning.best.C);
+  EXPECT_EQ(model->leave_cycle_out_residual.size(), model->in_sample.count);
+  EXPECT_FALSE(model->selection.statement.empty());
+}
+
+TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
+  const auto model = train_on(make_synthetic_run({}), linear("three-point"));
+  ASSERT_TRUE(model);
+  EXPECT_EQ(model->terms,
+            (std::vector<Term>{gradient_term("A", "D"), gradient_term("A", "G"), gradient_term("D", "G")}));
+  EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find("stands in") != w.npos; }));
+}
+
+TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
+  SyntheticRun run;
+  run.absolute_deg_per_h_per_c = 5e-4;
+  const Dataset dataset = make_synthetic_run(run);
+  const auto blind = train_on(dataset, linear("multi-point")), seeing = train_on(dataset, linear("multi-point-t"));
+  ASSERT_TRUE(blind && seeing);
+  EXPECT_EQ(text(seeing->terms.back()), "A");
+  EXPECT_LT(seeing->leave_cycle_out.std, blind->leave_cycle_out.std);
+}
+
+TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
+  Dataset dataset = make_synthetic_run({});
+  dataset.temperature_c(150, 0) = std::nan("");  // cluster 1 is dropped, so cluster 2 has no rate
+  const auto clusters = make_clusters(dataset);
+  const auto model = train_on(dataset, linear("A,rate:A"));
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_EQ(model->in_sample.count, clusters->start_s.size() - 2);
+  EXPECT_EQ(model->trained_on[0].clusters, model->in_sample.count);
+  EXPECT_TRUE(model->leave_cycle_out_residual.allFinite());
+  EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find(": 2 of ") != w.npos; }));
+  EXPECT_EQ(train_on(dataset, linear("A"))->in_sample.count, clusters->start_s.size());
+}
+
+TEST(Training, TakesAnyAssignmentOfFolds) {
+  const Dataset dataset = make_synthetic_run({});
+  const Clusters clusters = *make_clusters(dataset);
+  TrainingOptions options = linear("A,A-B");
+  options.fold_plan = *plan_folds({clusters});
+  options.fold_plan->statement = "the same";
+  const auto given = train_on(dataset, options), planned = train_on(dataset, linear("A,A-B"));
+  ASSERT_TRUE(given && planned);
+  EXPECT_EQ(given->leave_cycle_out_residual, planned->leave_cycle_out_residual);
+  EXPECT_EQ(given->folds, "the same");
+}
+
+TEST(Nested, IsTheSameWhereNothingIsChosen) {
+  TrainingOptions options = linear("multi-point");
+  options.nested = true;
+  const auto model = train_on(make_synthetic_run({}), options);
+  ASSERT_TRUE(model) << text(model.error());
+  ASSERT_TRUE(model->nested_leave_cycle_out);
+  EXPECT_EQ(model->nested_leave_cycle_out->std, model->leave_cycle_out.std);
+  EXPECT_FALSE(train_on(make_synthetic_run({}), linear("A"))->nested_leave_cycle_out);
+}
+
+TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
+  TrainingOptions options = quick_svr("seven-point");
+  options.nested = true;
+  options.tuning.swarm.particles = 4;
+  const auto model = train_on(make_synthetic_run({}), options);
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_EQ(model->nested_leave_cycle_out->count, model->leave_cycle_out.count);
+  EXPECT_GT(model->nested_leave_cycle_out->std, 0.8 * model->leave_cycle_out.std);
+  EXPECT_LT(model->nested_leave_cycle_out->std, 2 * model->leave_cycle_out.std);
+}
+
+TEST(Training, NamesWhatIsWrong) {
+  const Dataset dataset = make_synthetic_run({});
+  EXPECT_NE(train_on(dataset, linear("multi-piont")).error().what.find("\"multi-point\""), std::string::npos);
+  EXPECT_FALSE(train_on(dataset, linear("A,A")));
+  TrainingOptions options;
+  options.method = "liner";
+  EXPECT_NE(train_on(dataset, options).error().what.find("did you mean linear"), std::string::npos);
+  EXPECT_FALSE(train({}, {}, {}));
+  TrainingOptions nothing = linear("A,A-B");
+  nothing.select = SelectionRule{};
+  EXPECT_EQ(train_on(dataset, nothing).error().where, "--select");
+  Dataset nameless = dataset;
+  nameless.three_point.clear();
+  EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);
+}
+
+TEST(Training, StopsWhenAsked) {
+  const auto model = train_on(make_synthetic_run({}), linear("A-B"), [](std::string_view, double) { return false; });
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().kind, FaultKind::interrupted);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,113 @@
+#include "plot/plot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "plot/heat_map.hpp"
+#include "tests/support/markup.hpp"
+
+namespace gyrotherm {
+namespace {
+
+Plot long_plot(std::size_t length) {
+  Curve curve{.name = "a <b> & \"c\"", .colour = "#123456"};
+  for (std::size_t k = 0; k < length; ++k) {
+    curve.x.push_back(static_cast<double>(k));
+    curve.y.push_back(std::sin(static_cast<double>(k)));
+  }
+  Panel panel;
+  panel.title = "R&D";
+  panel.left.title = "°/h";
+  panel.curves = {curve, curve};
+  panel.right = AxisStyle{.title = "°C"};
+  panel.curves[1].side = Side::right;
+  return {.id = "long", .title = "t", .x = {.title = "h"}, .panels = {panel}};
+}
+
+TEST(Plot, IsWellFormedWhateverItsTextsAre) { EXPECT_EQ(markup_mistake(svg_of(long_plot(50))), ""); }
+
+TEST(Plot, IsTheSameTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
+
+TEST(Plot, OfAMillionPointsStaysSmall) { EXPECT_LT(svg_of(long_plot(1000000)).size(), 150000U); }
+
+TEST(Plot, SaysSimulatedIfAndOnlyIfItIs) {
+  Plot plot = long_plot(10);
+  EXPECT_EQ(count_of(svg_of(plot), "SIMULATED"), 0);
+  plot.simulated = true;
+  EXPECT_GE(count_of(svg_of(plot), "SIMULATED"), 3);
+}
+
+TEST(Plot, OfNothingIsStillAFigure) {
+  Plot plot = long_plot(0);
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  plot.panels[0].curves.clear();
+  EXPECT_EQ(count_of(svg_of(plot), "nan"), 0);
+}
+
+TEST(Plot, BreaksALineAtNan) {
+  Plot plot = long_plot(5);
+  plot.panels[0].curves.resize(1);
+  plot.panels[0].right.reset();
+  plot.panels[0].curves[0].y[2] = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+}
+
+TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
+  const HeatMap map{
+      .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
+  const std::string svg = svg_of(map);
+  EXPECT_EQ(markup_mistake(svg), "");
+  EXPECT_EQ(count_of(svg, ">0.939<"), 2);
+  EXPECT_EQ(count_of(svg, ">0<"), 2);
+}
+
+Plot logarithmic_plot() {
+  Curve curve{.name = "σ", .colour = "#123456", .x = {1, 10, 100}, .y = {0.1, 0.01, 0.02}, .marker = Marker::circle};
+  curve.error = {0.01, 0.001, 0.05};
+  curve.line = false;
+  Panel panel;
+  panel.left = {.title = "°/h", .logarithmic = true};
+  panel.curves = {curve};
+  return {.id = "log", .title = "t", .x = {.title = "s", .logarithmic = true}, .panels = {panel}};
+}
+
+TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
+  Plot plot = logarithmic_plot();
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(count_of(svg_of(plot), "inf"), 0);
+  plot.panels[0].curves.clear();
+  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+}
+
+TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
+  Plot plot = logarithmic_plot();
+  const auto strokes = [&] { return count_of(svg_of(plot), "<line"); };
+  const int with = strokes();
+  plot.panels[0].left.range = Range{0.005, 0.2};
+  const int fixed = strokes();
+  plot.panels[0].curves[0].error.clear();
+  EXPECT_EQ(fixed - strokes(), 3 + 5) << "three bars; the cap of the last one lies below the axis";
+  EXPECT_GT(with, 0);
+}
+
+TEST(LogarithmicPlot, BreaksALineWhereAValueIsNotPositive) {
+  Plot plot = logarithmic_plot();
+  Curve& curve = plot.panels[0].curves[0];
+  curve.line = true;
+  curve.error.clear();
+  curve.x = {1, 10, 100, 1000, 10000};
+  curve.y = {0.1, 0.01, 0, 0.02, 0.03};
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,366 @@
+#include "tests/sequencer/faults/broken_things.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using D = Demonstration;
+
+/// Seconds of a demonstration.
+constexpr int kEarly = 10, kFirstHold = 60, kRamp = 400, kHold = 900;
+
+constexpr const char* kCold = R"(
+[[segment]]
+kind = "hold"
+at = 20
+time = "1 min"
+[[segment]]
+kind = "ramp"
+to = -20
+rate = 5
+[[segment]]
+kind = "hold"
+time = "40 min"
+)";
+constexpr int kInTheCold = 660;
+
+constexpr const char* kAtRest = R"(
+[[segment]]
+kind = "hold"
+at = 20
+time = "2 h"
+)";
+
+/// A soak on a thermometer of the article.
+constexpr const char* kSoak = R"(
+[[segment]]
+kind = "hold"
+at = 20
+time = "10 min"
+guaranteed_soak = true
+soak_sensor = "A"
+soak_band = 10
+deadline = "20 min"
+[[segment]]
+kind = "hold"
+time = "10 min"
+)";
+
+void condition(D& d, double code) { d.plant().write("condition", code); }
+constexpr double kGood = 0, kDoorOpen = 1, kLimiterTripped = 2, kEmergencyStop = 4, kSupplyLost = 5;
+void well(D& d) { condition(d, kGood); }
+
+template <class Fault>
+void plant(D& d, Fault fault) {
+  d.break_plant([&](WorldFaults& faults) { fault(faults); });
+}
+void thermometer_off_by(D& d, double kelvins) {
+  plant(d, [=](WorldFaults& faults) { faults.thermometers[0].error_k = kelvins; });
+}
+void output(D& d, std::optional<double> stuck) {
+  plant(d, [=](WorldFaults& faults) { faults.plant.stuck_output = stuck; });
+}
+/// It shows too little; the controller heats until it shows what it is to show.
+void sensor_detached(D& d) {
+  plant(d, [](WorldFaults& faults) { faults.plant.sensor_error_k = -15; });
+}
+void all_sound(D& d) {
+  plant(d, [](WorldFaults& faults) { faults = {}; });
+}
+
+Setting with(std::function<void(RigFile&)> rig, const char* segments = kSteps) {
+  return {.segments = segments, .rig = std::move(rig)};
+}
+
+void open_door(D& d) {
+  plant(d, [](WorldFaults& faults) { faults.plant.door_open = true; });
+  condition(d, kDoorOpen);
+}
+
+std::vector<BrokenThing> what_ends_a_run() {
+  return {{.shows = "HeatersStuckBeyondTheAirsLimit",
+           .cause = Cause::air_limit,
+           .reaction = Reaction::abort,
+           .at = kFirstHold,
+           .breaks = [](D& d) { output(d, 1); },
+           .acts_within = 60,
+           .setting = with([](RigFile& file) { file.limits.air_highest = {30}; })},
+          {.shows = "AThermometerBeyondItsLimit",
+           .cause = Cause::thermometer_limit,
+           .reaction = Reaction::abort,
+           .at = kHold,
+           .breaks = [](D& d) { thermometer_off_by(d, 80); },
+           .acts_within = 2},
+          {.shows = "ATrippedLimiter",
+           .cause = Cause::chamber_alarm,
+           .reaction = Reaction::abort,
+           .at = kRamp,
+           .breaks = [](D& d) { condition(d, kLimiterTripped); },
+           .acts_within = 3},
+          {.shows = "AnEmergencyStop",
+           .cause = Cause::emergency_stop,
+           .reaction = Reaction::abort,
+           .at = kRamp,
+           .breaks = [](D& d) { condition(d, kEmergencyStop); },
+           .acts_within = 3},
+          {.shows = "ASoakThatNeverCounts",
+           .cause = Cause::deadline,
+           .reaction = Reaction::abort,
+           .at = kFirstHold,
+           .breaks = [](D& d) { thermometer_off_by(d, 14); },
+           .acts_within = 1200,
+           .setting = {.segments = kSoak}},
+          {.shows = "AProgramEndedAtThePanel",
+           .cause = Cause::program,
+           .reaction = Reaction::abort,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().write("stop", 1); },
+           .acts_within = 90,
+           .setting = {.chamber_map = "profiles/chambers/binder_mb2.toml", .by_the_controller = true}}};
+}
+
+std::vector<BrokenThing> what_the_chambers_sensor_does() {
+  return {{.shows = "TheChambersSensorDetached",
+           .cause = Cause::chamber_sensor,
+           .reaction = Reaction::abort,
+           .at = kFirstHold,
+           .breaks = sensor_detached,
+           .acts_within = 30},
+          {.shows = "TheChambersSensorApartFromAThermometerInTheAir",
+           .cause = Cause::chamber_sensor,
+           .reaction = Reaction::abort,
+           .at = kFirstHold,
+           .breaks = sensor_detached,
+           .acts_within = 3600,
+           .setting = with([](RigFile& file) { file.limits.air_thermometers = {8}; }, kAtRest)}};
+}
+
+std::vector<BrokenThing> what_falls_silent() {
+  return {{.shows = "TheChambersLineCut",
+           .cause = Cause::chamber_silent,
+           .reaction = Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().chamber().line().trouble.gone = true; },
+           .acts_within = 6,
+           .mends = [](D& d) { d.plant().chamber().line().trouble.gone = false; }},
+          {.shows = "AThermometersLineCut",
+           .cause = Cause::thermometers_lost,
+           .reaction = Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().thermometer(0).trouble.gone = true; },
+           .acts_within = 6,
+           .mends = [](D& d) { d.plant().thermometer(0).trouble.gone = false; },
+           .setting = with([](RigFile& file) {
+             file.limits.thermometers_needed = 5;
+             file.limits.needed_thermometers.clear();
+           }),
+           .also = {Cause::channel_lost}},
+          {.shows = "AThermometersLineCutThatTheAnalysisNeeds",
+           .cause = Cause::needed_channel_lost,
+           .reaction = Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
+           .acts_within = 6,
+           .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
+           .also = {Cause::channel_lost}},
+          {.shows = "TheGyrosLineCut",
+           .cause = Cause::gyro_silent,
+           .reaction = Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().gyro().trouble.gone = true; },
+           .acts_within = 8,
+           .mends = [](D& d) { d.plant().gyro().trouble.gone = false; }}};
+}
+
+std::vector<BrokenThing> what_the_chamber_does() {
+  return {{.shows = "AnOpenDoor",
+           .cause = Cause::door,
+           .reaction = Reaction::suspend,
+           .at = kHold,
+           .breaks = open_door,
+           .acts_within = 3,
+           .mends =
+               [](D& d) {
+                 all_sound(d);
+                 well(d);
+               },
+           .over_within = 300},
+          {.shows = "TheSupplyLost",
+           .cause = Cause::supply,
+           .reaction = Reaction::suspend,
+           .at = kHold,
+           .breaks = [](D& d) { condition(d, kSupplyLost); },
+           .acts_within = 3,
+           .mends = well},
+          {.shows = "ADoorThatNoSwitchTells",
+           .cause = Cause::air_rate,
+           .reaction = Reaction::suspend,
+           .at = kInTheCold,
+           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.door_open = true; }); },
+           .acts_within = 60,
+           .mends = all_sound,
+           .over_within = 300,
+           .setting = with([](RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
+          {.shows = "HeatersStuckWarmTheArticle",
+           .cause = Cause::thermometer_rate,
+           .reaction = Reaction::suspend,
+           .at = kFirstHold,
+           .breaks = [](D& d) { output(d, 1); },
+           .acts_within = 120,
+           .mends = [](D& d) { output(d, {}); },
+           .over_within = 300,
+           .setting = with([](RigFile& file) { file.limits.thermometers_fastest = {2}; })},
+          {.shows = "HeatersWithoutPower",
+           .cause = Cause::following,
+           .reaction = Reaction::suspend,
+           .at = kRamp - 60,
+           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.heating_share = 0; }); },
+           .acts_within = 900,
+           .mends = all_sound,
+           .over_within = 600},
+          {.shows = "HeatersWithoutPowerNearALimit",
+           .cause = Cause::following,
+           .reaction = Reaction::abort,
+           .at = kRamp - 80,
+           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.heating_share = 0; }); },
+           .acts_within = 900,
+           .setting = with([](RigFile& file) { file.limits.air_lowest = {19.5}; })}};
+}
+
+std::vector<BrokenThing> what_becomes_of_set_points() {
+  return {{.shows = "ASetPointFromThePanel",
+           .cause = Cause::foreign_set_point,
+           .reaction = Reaction::suspend,
+           .at = kHold,
+           .breaks = [](D& d) { d.plant().world().command({45}); },
+           .acts_within = 2,
+           .mends = [](D& d) { d.plant().world().command({40}); }},
+          {.shows = "SwitchedOffAtThePanel",
+           .cause = Cause::foreign_set_point,
+           .reaction = Reaction::suspend,
+           .at = kHold,
+           .breaks = [](D& d) { d.plant().world().switch_on(false); },
+           .acts_within = 5,
+           .mends = [](D& d) { d.plant().world().switch_on(true); }},
+          {.shows = "APowerCutOfTheChamber",
+           .cause = Cause::restarted,
+           .reaction = Reaction::suspend,
+           .at = kHold,
+           .breaks =
+               [](D& d) {
+                 d.plant().chamber().line().trouble.gone = true;
+                 d.seconds(2);
+                 d.plant().restart_chamber({20}, true);
+                 d.plant().chamber().line().trouble.gone = false;
+               },
+           .acts_within = 5,
+           .over_within = 600,
+           .brought_back = true},
+          {.shows = "SetPointsAcknowledgedAndNotApplied",
+           .cause = Cause::not_taken,
+           .reaction = Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().chamber().trouble.ignores_writes = true; },
+           .acts_within = 5,
+           .mends = [](D& d) { d.plant().chamber().trouble.ignores_writes = false; },
+           .over_within = 120}};
+}
+
+std::vector<BrokenThing> what_computers_do() {
+  return {{.shows = "AMachineThatSlept",
+           .cause = Cause::slept,
+           .reaction = Reaction::hold,
+           .at = kHold,
+           .breaks = [](D& d) { d.sleep(121); },
+           .acts_within = 1},
+          {.shows = "AFullDisk",
+           .cause = Cause::storage,
+           .reaction = Reaction::warn,
+           .at = kEarly,
+           .breaks = [](D& d) { d.fill_disk(); },
+           .acts_within = 62,
+           .mends = [](D& d) { d.make_room_on_disk(); },
+           .over_within = 11,
+           .setting = {.rows_on_disk = 14'400}},
+          {.shows = "AFullDiskForLongerThanTheMemoryHolds",
+           .cause = Cause::storage,
+           .reaction = Reaction::warn,
+           .at = kEarly,
+           .breaks = [](D& d) { d.fill_disk(); },
+           .acts_within = 60,
+           .mends = [](D& d) { d.make_room_on_disk(); },
+           .over_within = 11,
+           .setting = {.rows_on_disk = 40}}};
+}
+
+std::vector<BrokenThing> what_only_warns() {
+  return {{.shows = "AThermometersLineCutThatTheAnalysisDoesNotNeed",
+           .cause = Cause::channel_lost,
+           .reaction = Reaction::warn,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
+           .acts_within = 1,
+           .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
+           .setting = with([](RigFile& file) { file.limits.needed_thermometers.clear(); })},
+          {.shows = "ARecordWhoseFileIsTakenAway",
+           .cause = Cause::record_damaged,
+           .reaction = Reaction::warn,
+           .at = kEarly,
+           .breaks = [](D& d) { d.take_record_away(); },
+           .acts_within = 2,
+           .setting = {.rows_on_disk = 14'400},
+           .for_good = true},
+          {.shows = "AGuardThatHasEnded",
+           .cause = Cause::unguarded,
+           .reaction = Reaction::warn,
+           .at = kEarly,
+           .breaks = [](D& d) { d.experiment().see_guard("the guard has ended"); },
+           .acts_within = 1,
+           .mends = [](D& d) { d.experiment().see_guard(""); }},
+          {.shows = "AThermometerApartFromTheOthers",
+           .cause = Cause::disagreement,
+           .reaction = Reaction::warn,
+           .at = kFirstHold,
+           .breaks = [](D& d) { thermometer_off_by(d, 40); },
+           .acts_within = 61,
+           .mends = all_sound,
+           .over_within = 11,
+           .setting = with([](RigFile& file) {
+             file.limits.disagreement = {30};
+             file.limits.thermometers_fastest = {50};
+           })},
+          {.shows = "AFrozenThermometer",
+           .cause = Cause::stuck,
+           .reaction = Reaction::warn,
+           .at = kRamp,
+           .breaks =
+               [](D& d) {
+                 const auto shown = d.plant().world().thermometers_as_measured_c()[0];
+                 plant(d, [=](WorldFaults& faults) { faults.thermometers[0].shown_c = shown; });
+               },
+           .acts_within = 600,
+           .mends = all_sound,
+           .over_within = 11},
+          {.shows = "AStepOfTheTimeOfDay",
+           .cause = Cause::wall_clock,
+           .reaction = Reaction::warn,
+           .at = kRamp,
+           .breaks = [](D& d) { d.clock().step_utc(std::chrono::hours(-1)); },
+           .acts_within = 1,
+           .over_within = 11}};
+}
+
+}  // namespace
+
+const std::vector<BrokenThing>& broken_things() {
+  static const std::vector<BrokenThing> all = [] {
+    std::vector<BrokenThing> things;
+    for (const auto& some :
+         {what_ends_a_run(), what_the_chambers_sensor_does(), what_falls_silent(), what_the_chamber_does(),
+          what_becomes_of_set_points(), what_computers_do(), what_only_warns()})
+      things.insert(things.end(), some.begin(), some.end());
+    return things;
+  }();
+  return all;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,128 @@
+#include "tests/sequencer/faults/chamber_port.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/chamber/register_item.hpp"
+#include "drivers/line/modbus_frame.hpp"
+#include "drivers/line/modbus_rtu_frame.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::size_t kTcpFunctionAt = 7, kRtuFunctionAt = 1, kTcpUnitAt = 6, kTcpHeader = 8;
+constexpr std::uint8_t kLastReadFunction = 4;
+
+}  // namespace
+
+ChamberPort::ChamberPort(ChamberRegisters& registers, World& world, const Clock& rig, std::uint64_t seed)
+    : registers_(registers),
+      world_(world),
+      set_point_(*registers.map().find("set_point")),
+      session_(make_modbus_session(registers)),
+      line_(
+          rig, seed, [this](auto frame, Bytes& bytes) { answer(frame, bytes); }, garble_burst) {}
+
+std::optional<Celsius> ChamberPort::set_point_in(const ModbusRequest& request) const {
+  if (request.address != set_point_.address || request.words.size() != word_count(set_point_)) return std::nullopt;
+  return Celsius{decode_as_written(set_point_, request.words)};
+}
+
+bool ChamberPort::shows_set_point(const ModbusRequest& request) const {
+  return request.address <= set_point_.address &&
+         request.address + request.count >= set_point_.address + word_count(set_point_);
+}
+
+/// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
+void ChamberPort::note(const ModbusRequest& request) {
+  const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
+  const bool tried_again = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) < Kelvins{1e-3};
+  if (to_be_read_back_ && !tried_again && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
+  to_be_read_back_ = sent;
+  if (sent) sent_.push_back({*sent, !trouble.ignores_writes && trouble.exception == 0});
+}
+
+void ChamberPort::clamp() {
+  const auto limit = trouble.clamps_at->value;
+  if (std::abs(world_.set_point().value) > limit) world_.command({std::copysign(limit, world_.set_point().value)});
+}
+
+void ChamberPort::spoil(Bytes& answer) {
+  if (answer.empty()) return;
+  if (trouble.wrong_number && is_tcp()) answer[1] ^= std::byte{0x01};
+  if (!trouble.foreign_unit) return;
+  answer[is_tcp() ? kTcpUnitAt : 0] ^= std::byte{0x02};
+  if (is_tcp()) return;
+  answer.resize(answer.size() - 2);
+  append_rtu_crc(answer);
+}
+
+void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
+  ++exchanges_;
+  const auto function = byte_at(frame, is_tcp() ? kTcpFunctionAt : kRtuFunctionAt);
+  const bool writes = function > kLastReadFunction;
+  std::optional<ModbusRequest> request;
+  if (writes || to_be_read_back_)
+    if (auto decoded = is_tcp() ? decode_request(frame) : decode_rtu_request(frame)) request = std::move(*decoded);
+  if (request) note(*request);
+  if (trouble.exception != 0 && (writes || !trouble.only_writes)) {
+    answer = is_tcp() ? encode_exception(frame, trouble.exception) : encode_rtu_exception(frame, trouble.exception);
+  } else if (writes && request && trouble.ignores_writes) {
+    answer = is_tcp() ? encode_reply(*request, {}) : encode_rtu_reply(*request, {});
+  } else {
+    if (!session_->feed(frame, answer)) session_ = make_modbus_session(registers_);
+    if (writes && trouble.clamps_at) clamp();
+  }
+  spoil(answer);
+}
+
+Result<void> MemoryConnection::open(Duration within) {
+  if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "no connection");
+  if (port_.trouble.half_open) {
+    port_.line().lane().pass(within);
+    return failure(FaultKind::disconnected, "", "no connection");
+  }
+  open_ = true;
+  return {};
+}
+
+Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
+  auto& line = port_.line();
+  const auto& trouble = line.trouble;
+  if (trouble.gone) return failure(FaultKind::disconnected, "", "reset");
+  const auto loss = line.loss();
+  if (trouble.silent || port_.trouble.half_open || loss == LineEnd::Loss::of_request) return {};
+  answer_.clear();
+  port_.answer(frame, answer_);
+  if (answer_.empty() || trouble.answers_lost || loss == LineEnd::Loss::of_answer) return {};
+  if (line.happens(trouble.garbled)) answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP guards the rest
+  const bool cut = line.happens(trouble.cut);
+  const auto at = line.lane().time() + trouble.late;
+  coming_.push_back({at, answer_, cut});
+  if (line.happens(trouble.doubled)) coming_.push_back({at, answer_, false});
+  return {};
+}
+
+Result<std::size_t> MemoryConnection::receive(std::span<std::byte> frame, Duration within) {
+  auto& lane = port_.line().lane();
+  if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "reset");
+  if (coming_.empty() || coming_.front().at > lane.time() + within || coming_.front().cut) {
+    lane.pass(within);
+    return failure(FaultKind::timeout, "", "no reply");
+  }
+  if (const auto wait = coming_.front().at - lane.time(); wait > Duration::zero()) lane.pass(wait);
+  const auto& bytes = coming_.front().frame;
+  const auto size = std::min(frame.size(), bytes.size());
+  std::copy_n(bytes.begin(), size, frame.begin());
+  coming_.pop_front();
+  return size;
+}
+
+bool MemoryConnection::silent_for(Duration time) {
+  auto& lane = port_.line().lane();
+  if (!coming_.empty() && coming_.front().at <= lane.time() + time) return false;
+  lane.pass(time);
+  return true;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,140 @@
+#include "tests/sequencer/faults/demonstration.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "acquisition/record/run_parts.hpp"
+#include "core/text_file.hpp"
+#include "sequencer/run/uploaded_program.hpp"
+#include "tests/sequencer/faults/trial.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Duration kLongestWrite = std::chrono::seconds(20);
+
+std::string read(const std::string& path) {
+  auto text = read_text_file(std::string(GYROTHERM_SOURCE_DIR "/") + path);
+  EXPECT_TRUE(text) << path;
+  return text.value_or("");
+}
+
+template <class T>
+T expected(Result<T> result) {
+  EXPECT_TRUE(result) << (result ? "" : text(result.error()));
+  return std::move(result).value();
+}
+
+const std::string kRig = "profiles/rigs/virtual-reference.toml";
+
+RigFile rig_file(const Setting& setting) {
+  auto file = expected(parse_rig(read(kRig), GYROTHERM_SOURCE_DIR "/" + kRig,
+                                 {.chamber_map = read(setting.chamber_map), .gyro_model = {}}));
+  if (setting.rig) setting.rig(file);
+  return file;
+}
+
+Profile profile_of(const Setting& setting) {
+  return expected(
+      parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"demonstration\"\n" + setting.segments, "profile"));
+}
+
+}  // namespace
+
+Demonstration::Demonstration(const Setting& setting) : file_(rig_file(setting)), profile_(profile_of(setting)) {
+  const auto world = expected(parse_world(file_.text, file_.file));
+  clock_.restart_at(-kSecond);
+  plant_.emplace(file_, world, clock_, 1);
+  wires_.emplace(*plant_, clock_);
+  rig_ = Rig::assemble(file_, *wires_);
+  const auto program = setting.by_the_controller ? program_of(profile_) : Result<ChamberProgram>();
+  const auto state = begin(profile_);
+  const auto prepared = rig_->prepare(command(profile_, state), setting.by_the_controller ? &*program : nullptr);
+  EXPECT_TRUE(prepared) << text(prepared.error());
+  path_ = kInMemory;
+  if (setting.rows_on_disk > 0) {
+    disk_.emplace();
+    path_ = folder_.emplace() / "run.db";
+  }
+  store_ = expected(Store::create(
+      path_, info_of(profile_, file_),
+      {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
+  experiment_.emplace(profile_, *rig_, *store_, state, 0);
+  if (setting.by_the_controller) experiment_->leave_to_the_controller();
+}
+
+Demonstration::~Demonstration() = default;
+
+void Demonstration::fill_disk() {
+  disk_->fail(1, true, FailingVfs::Kind::full);
+  disk_is_full_ = true;
+}
+
+void Demonstration::make_room_on_disk() {
+  disk_->heal();
+  disk_is_full_ = false;
+  EXPECT_TRUE(store_->settle(kLongestWrite));
+}
+
+void Demonstration::take_record_away() {
+  std::filesystem::rename(path_, path_ + ".away");
+  path_ = part_path(path_, 2);
+}
+
+/// A disk that works keeps up with virtual time; of one that does not, nobody waits for the worker.
+void Demonstration::make_durable() {
+  EXPECT_TRUE(store_->sync());
+  if (disk_ && !disk_is_full_) {
+    EXPECT_TRUE(store_->settle(kLongestWrite));
+  }
+}
+
+Outcome Demonstration::seconds(int count) {
+  for (; count > 0 && outcome_ == Outcome::going_on; --count) {
+    rig_->let_pass(1);
+    const auto outcome = experiment_->tick(slot_++);
+    EXPECT_TRUE(outcome) << text(outcome.error());
+    outcome_ = outcome.value_or(Outcome::stopped);
+    make_durable();
+  }
+  return outcome_;
+}
+
+void Demonstration::sleep(int count) {
+  rig_->let_pass(count);
+  slot_ += count;
+}
+
+int Demonstration::until(const std::function<bool()>& so, int most) {
+  for (int i = 0; i <= most; ++i) {
+    if (so()) return i;
+    seconds(1);
+  }
+  return -1;
+}
+
+Record Demonstration::record() {
+  if (!disk_) return expected(store_->read_back());
+  experiment_.reset();
+  store_.reset();
+  disk_.reset();
+  return expected(read_record(path_));
+}
+
+std::vector<AlarmRecorded> Demonstration::alarms_in(const Record& record) {
+  std::vector<AlarmRecorded> alarms;
+  for (const auto& [slot, event] : record.events) {
+    const auto opens = event.text.find(" ("), closes = event.text.find("): ");
+    if (event.kind != EventKind::fault && event.kind != EventKind::interlock) continue;
+    if (opens == std::string::npos || closes == std::string::npos) continue;
+    const auto cause = event.text.substr(0, opens);
+    for (std::size_t i = 0; i < kCauses; ++i)
+      if (cause == name(static_cast<Cause>(i)))
+        alarms.push_back({cause, event.text.substr(opens + 2, closes - opens - 2)});
+  }
+  return alarms;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,110 @@
+/// The real experiment on the virtual plant, its record kept by the real store: for breaking one thing and looking at
+/// what follows, a second at a time.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/record.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/run/run_controller.hpp"
+#include "tests/sequencer/faults/memory_wires.hpp"
+#include "tests/sequencer/faults/plant.hpp"
+#include "tests/support/failing_vfs.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm {
+
+/// Segments of a profile: 20 °C for 5 min, to 40 °C in another 5, there for half an hour, back.
+inline constexpr const char* kSteps = R"(
+[[segment]]
+kind = "hold"
+at = 20
+time = "5 min"
+[[segment]]
+kind = "ramp"
+to = 40
+rate = 4
+[[segment]]
+kind = "hold"
+time = "30 min"
+[[segment]]
+kind = "ramp"
+to = 20
+rate = 4
+)";
+
+/// What a demonstration is given; nothing of it is broken.
+struct Setting {
+  std::string segments = kSteps;
+  std::function<void(RigFile&)> rig = {};  ///< what it has otherwise than profiles/rigs/virtual-reference.toml
+  std::string chamber_map = "tests/sequencer/faults/chamber.toml";
+  bool by_the_controller = false;  ///< it is given the profile
+  std::int64_t rows_on_disk = 0;   ///< a record on a disk, by a store with a worker that keeps so many rows in memory
+};
+
+/// An alarm as the record has it: "door (suspend): the chamber's door is open".
+struct AlarmRecorded {
+  std::string cause, reaction;
+};
+
+class Demonstration {
+ public:
+  explicit Demonstration(const Setting& setting);
+  ~Demonstration();
+  Demonstration(const Demonstration&) = delete;
+  Demonstration& operator=(const Demonstration&) = delete;
+
+  Plant& plant() { return *plant_; }
+  TrialClock& clock() { return clock_; }
+  void fill_disk();
+  void make_room_on_disk();
+  /// Another program moves its file.
+  void take_record_away();
+  [[nodiscard]] Experiment& experiment() { return *experiment_; }
+  [[nodiscard]] const RigFile& file() const { return file_; }
+  void break_plant(const std::function<void(WorldFaults&)>& fault) { fault(plant_->faults), plant_->apply_faults(); }
+
+  /// Seconds, each with a tick, until the run has ended.
+  Outcome seconds(int count);
+  /// Seconds without a tick: the machine slept.
+  void sleep(int count);
+  /// Seconds until `so`; −1: not within `most`.
+  int until(const std::function<bool()>& so, int most);
+  int until(RunState state, int most) {
+    return until([&] { return experiment_->run_state() == state; }, most);
+  }
+
+  [[nodiscard]] Progress progress() const { return progress_of(profile_, experiment_->state()); }
+  /// As the chamber itself has it, whatever anybody reads.
+  [[nodiscard]] Celsius chambers_set_point() { return plant_->world().set_point(); }
+  /// Alarms that stand now, in words.
+  [[nodiscard]] std::vector<std::string> standing() const { return experiment_->outlook().faults; }
+
+  /// Ends the program and reads what the record has.
+  [[nodiscard]] Record record();
+  [[nodiscard]] static std::vector<AlarmRecorded> alarms_in(const Record& record);
+
+ private:
+  void make_durable();
+
+  RigFile file_;
+  Profile profile_;
+  std::optional<TestFolder> folder_;
+  std::string path_;
+  std::optional<FailingVfs> disk_;
+  bool disk_is_full_ = false;
+  TrialClock clock_;
+  std::optional<Plant> plant_;
+  std::optional<MemoryWires> wires_;
+  std::unique_ptr<Rig> rig_;
+  std::unique_ptr<Store> store_;
+  std::optional<Experiment> experiment_;
+  std::int64_t slot_ = 0;
+  Outcome outcome_ = Outcome::going_on;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,145 @@
+#include "tests/sequencer/faults/disk.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "acquisition/record/background_store.hpp"
+#include "acquisition/record/record_status.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "tests/sequencer/faults/disturbance.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Kind = MishapKind;
+
+}  // namespace
+
+bool is_of_disk(MishapKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
+
+bool has_mishaps_of_disk(const Schedule& schedule) {
+  return std::ranges::any_of(schedule, [](const auto& mishap) {
+    return is_of_disk(mishap.kind) || is_of_record(mishap.kind) || mishap.kind == Kind::power_cut;
+  });
+}
+
+Disk::Disk(bool breaks, std::string path, std::int64_t most_rows) : path_(std::move(path)), most_rows_(most_rows) {
+  if (breaks) vfs_.emplace();
+}
+
+/// With all files of the record.
+Disk::~Disk() {
+  const std::filesystem::path path(path_);
+  if (path_ == kInMemory || path.parent_path().empty()) return;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), error))
+    if (entry.path().filename().string().starts_with(path.stem().string() + "."))
+      std::filesystem::remove(entry.path(), error);
+}
+
+Result<std::unique_ptr<Store>> Disk::attended(RunFile file, RunStatus status, int part) {
+  auto info = file.info();
+  RecordWriter writer(
+      std::move(file), path_,
+      {.most_rows = static_cast<std::size_t>(most_rows_), .part = part, .last_slot = status.acknowledged});
+  StoreOptions options;
+  options.most_rows = most_rows_;
+  auto made = make_attended_store(std::move(writer), std::move(info), std::move(status), options);
+  attend_ = std::move(made.attend);
+  return std::move(made.store);
+}
+
+Result<std::unique_ptr<Store>> Disk::create(const RunInfo& info) {
+  if (!vfs_) return Store::create(path_, info);
+  auto file = RunFile::create(path_, info);
+  if (!file) return failure(file.error());
+  return attended(std::move(*file), first_status(path_, info), 1);
+}
+
+Result<std::unique_ptr<Store>> Disk::reopen() {
+  if (!vfs_) return Store::reopen(path_);
+  const auto part = last_part(path_);
+  if (!part) return failure(part.error());
+  auto file = RunFile::reopen(part_path(path_, *part));
+  if (!file) return failure(file.error());
+  auto status = stored_status(file->database(), path_);
+  if (!status) return failure(status.error());
+  return attended(std::move(*file), std::move(*status), *part);
+}
+
+void Disk::suffer(const std::vector<Mishap>& standing) {
+  if (!vfs_) return;
+  Schedule now;
+  std::ranges::copy_if(standing, std::back_inserter(now), [](const auto& mishap) { return is_of_disk(mishap.kind); });
+  if (now == standing_) return;
+  heal();
+  standing_ = std::move(now);
+  for (const auto& mishap : standing_) {
+    takes_nothing_ = takes_nothing_ || mishap.kind != Kind::disk_slow;
+    switch (mishap.kind) {
+      case Kind::disk_full: vfs_->fail(1, true, FailingVfs::Kind::full); break;
+      case Kind::disk_fails: vfs_->fail(1, true, FailingVfs::Kind::io_error); break;
+      case Kind::disk_loses_syncs: vfs_->fail(1, true, FailingVfs::Kind::sync_error); break;
+      case Kind::disk_slow: every_ = std::max(every_, static_cast<std::int64_t>(mishap.size)); break;
+      case Kind::disk_hangs: hangs_ = true; break;
+      default: break;
+    }
+  }
+}
+
+void Disk::fail_once(std::int64_t operation) {
+  if (!vfs_ || takes_nothing_) return;
+  vfs_->fail(std::max<std::int64_t>(operation, 1), false, FailingVfs::Kind::io_error);
+  fails_once_ = true;
+}
+
+bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
+
+void Disk::attack(const Mishap& mishap, int part) {
+  namespace fs = std::filesystem;
+  const auto file = part_path(path_, part) + (mishap.target == 0 ? "" : "-wal");
+  std::error_code error;
+  const auto size = static_cast<double>(fs::file_size(file, error));
+  if (error) return;
+  const auto place = static_cast<std::streamoff>(mishap.size * size);
+  switch (mishap.kind) {
+    case Kind::file_removed: fs::remove(file, error); return;
+    case Kind::file_replaced:
+      fs::copy_file(file, file + ".copy", error);
+      fs::rename(file + ".copy", file, error);
+      return;
+    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); return;
+    case Kind::file_overwritten: {
+      constexpr std::size_t kMuch = 4096;
+      std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+      stream.seekp(place);
+      stream << std::string(kMuch, 'x');
+      return;
+    }
+    default: return;
+  }
+}
+
+void Disk::heal() {
+  if (vfs_) vfs_->heal();
+  standing_.clear();
+  takes_nothing_ = hangs_ = fails_once_ = false;
+  every_ = 1;
+}
+
+/// Nothing that is done while a program dies has any effect.
+void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die) {
+  attend_ = nullptr;
+  if (vfs_) vfs_->fail(1, true, FailingVfs::Kind::power_cut);
+  die();
+  if (vfs_ && power_cut) vfs_->lose_what_was_not_synced(seed);
+  heal();
+}
+
+void Disk::attend(std::int64_t second) {
+  if (attend_ && !hangs_ && second % every_ == 0) attend_();
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,173 @@
+#include "tests/sequencer/faults/disturbance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gyrotherm {
+namespace {
+
+using Kind = MishapKind;
+
+constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
+
+bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
+bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts; }
+
+}  // namespace
+
+bool is_of_record(MishapKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
+
+bool is_of_program(MishapKind kind) {
+  return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once ||
+         is_of_record(kind);
+}
+
+std::vector<Mishap> Disturbance::pass(std::int64_t second) {
+  std::vector<Mishap> of_program;
+  const auto before = standing_.size();
+  for (std::size_t i = standing_.size(); i-- > 0;) {
+    if (standing_[i].at + standing_[i].lasts > second) continue;
+    standing_.erase(standing_.begin() + static_cast<std::ptrdiff_t>(i));
+    frozen_.erase(frozen_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  bool changed = standing_.size() != before;
+  for (; next_ < schedule_.size() && schedule_[next_].at <= second; ++next_) {
+    const auto& mishap = schedule_[next_];
+    last_change_ = second;
+    if (is_of_program(mishap.kind)) {
+      of_program.push_back(mishap);
+      if (mishap.kind != Kind::machine_sleeps && mishap.kind != Kind::outputs_blocked) continue;
+    }
+    changed = true;
+    if (mishap.lasts == 0) {
+      happen(mishap);
+      if (mishap.kind != Kind::thermometer_spike) continue;
+    }
+    auto lasting = mishap;
+    lasting.at = second;
+    lasting.lasts = std::max<std::int64_t>(lasting.lasts, 1);
+    const auto channel = static_cast<std::size_t>(mishap.target) % kThermalPlaces;
+    frozen_.push_back(mishap.kind == Kind::air_sensor_frozen ? plant_.world().air_as_measured().value
+                                                             : plant_.world().thermometers_as_measured_c()[channel]);
+    standing_.push_back(lasting);
+  }
+  if (changed) settle(), last_change_ = second;
+  return of_program;
+}
+
+/// What is no state but an event.
+void Disturbance::happen(const Mishap& mishap) {
+  auto& world = plant_.world();
+  switch (mishap.kind) {
+    case Kind::chamber_restarts: return plant_.restart_chamber({mishap.size}, mishap.target == 0);
+    case Kind::chamber_switched_off: return world.switch_on(false);
+    case Kind::panel_set_point: return world.command({mishap.size});
+    case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
+    case Kind::gyro_restarts: return plant_.restart_gyro();
+    case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(mishap.size));
+    default: return;
+  }
+}
+
+/// All that stands, anew.
+void Disturbance::settle() {
+  plant_.faults = {};
+  plant_.gyro_trouble = {};
+  plant_.chamber().trouble = {};
+  plant_.chamber().line().trouble = {};
+  plant_.gyro().trouble = {};
+  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) plant_.thermometer(i).trouble = {};
+  bool tripped = false;
+  for (const auto& mishap : schedule_)
+    tripped = tripped || (mishap.kind == Kind::limiter_trips && mishap.at <= last_change_);
+  plant_.write("condition", tripped ? kLimiterTripped : 0);
+  for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
+  for (std::size_t i = 0; i < standing_.size(); ++i) {
+    const auto channel = static_cast<std::size_t>(standing_[i].target) % kThermalPlaces;
+    auto& shown_c = plant_.faults.plant.sensor_c;
+    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) shown_c = frozen_[i];  // one that is broken shows it
+    if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = frozen_[i];
+  }
+  if (tripped) plant_.write("condition", kLimiterTripped);
+  plant_.apply_faults();
+}
+
+void Disturbance::stand(const Mishap& mishap) {
+  if (mishap.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
+  if (is_of_program(mishap.kind)) return;
+  if (mishap.kind <= Kind::chamber_wrong_number) return stand_on_line(mishap);
+  if (mishap.kind <= Kind::air_sensor_broken) return stand_in_chamber(mishap);
+  if (is_of_thermometer_line(mishap.kind) || is_of_gyro(mishap.kind)) return stand_on_line(mishap);
+  stand_in_thermometer(mishap);
+}
+
+void Disturbance::stand_on_line(const Mishap& mishap) {
+  auto& chamber = plant_.chamber();
+  auto& line = is_of_gyro(mishap.kind) ? plant_.gyro()
+               : is_of_thermometer_line(mishap.kind)
+                   ? plant_.thermometer(static_cast<std::size_t>(mishap.target) % plant_.thermometer_count())
+                   : chamber.line();
+  const auto code = static_cast<std::uint8_t>(mishap.size);
+  switch (mishap.kind) {
+    case Kind::chamber_silent:
+    case Kind::thermometer_silent:
+    case Kind::gyro_silent: line.trouble.silent = true; return;
+    case Kind::chamber_gone:
+    case Kind::thermometer_gone:
+    case Kind::gyro_gone: line.trouble.gone = true; return;
+    case Kind::chamber_answers_lost: line.trouble.answers_lost = true; return;
+    case Kind::chamber_lossy:
+    case Kind::thermometer_lossy: line.trouble.lost = mishap.size; return;
+    case Kind::chamber_late:
+    case Kind::thermometer_late: line.trouble.late = from_seconds(mishap.size); return;
+    case Kind::chamber_doubled:
+    case Kind::thermometer_doubled: line.trouble.doubled = mishap.size; return;
+    case Kind::chamber_noise:
+    case Kind::thermometer_noise: line.trouble.garbled = mishap.size; return;
+    case Kind::chamber_cut: line.trouble.cut = mishap.size; return;
+    case Kind::chamber_half_open: chamber.trouble.half_open = chamber.line().trouble.silent = true; return;
+    case Kind::chamber_exception: chamber.trouble.exception = code; return;
+    case Kind::chamber_write_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = true; return;
+    case Kind::chamber_foreign_unit: chamber.trouble.foreign_unit = true; return;
+    case Kind::chamber_wrong_number: chamber.trouble.wrong_number = true; return;
+    case Kind::gyro_garbled: plant_.gyro_trouble.garbled = mishap.size; return;
+    case Kind::gyro_loses_frames: plant_.gyro_trouble.lost = mishap.size; return;
+    case Kind::gyro_bursts: plant_.gyro_trouble.held_back = true; return;
+    default: return;
+  }
+}
+
+void Disturbance::stand_in_chamber(const Mishap& mishap) {
+  auto& plant = plant_.faults.plant;
+  switch (mishap.kind) {
+    case Kind::chamber_ignores_writes: plant_.chamber().trouble.ignores_writes = true; return;
+    case Kind::chamber_clamps: plant_.chamber().trouble.clamps_at = {mishap.size}; return;
+    case Kind::heater_weak: plant.heating_share = mishap.size; return;
+    case Kind::cooler_weak: plant.cooling_share = mishap.size; return;
+    case Kind::machinery_stuck: plant.stuck_output = mishap.size; return;
+    case Kind::door_open: plant.door_open = true, plant_.write("condition", kDoorOpen); return;
+    case Kind::filter_dirty: plant_.write("condition", kFilterDirty); return;
+    case Kind::air_sensor_error: plant.sensor_error_k = mishap.size; return;
+    case Kind::air_sensor_broken: plant.sensor_c = kBrokenC; return;
+    default: return;
+  }
+}
+
+void Disturbance::stand_in_thermometer(const Mishap& mishap) {
+  auto& thermometers = plant_.faults.thermometers;
+  const auto channel = static_cast<std::size_t>(mishap.target) % kThermalPlaces;
+  auto& fault = thermometers[channel];
+  switch (mishap.kind) {
+    case Kind::thermometer_open: fault.shown_c = kOpenC; return;
+    case Kind::thermometer_short: fault.shown_c = kShortC; return;
+    case Kind::thermometer_lost: fault.shown_c = kNoNumber; return;
+    case Kind::thermometer_spike:
+    case Kind::thermometer_drift: fault.error_k += mishap.size; return;
+    case Kind::thermometers_swapped: std::swap(fault.place, thermometers[(channel + 1) % kThermalPlaces].place); return;
+    default: return;
+  }
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,233 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "tests/sequencer/faults/reduction.hpp"
+#include "tests/sequencer/faults/trial.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr const char* kHour = "tests/sequencer/faults/hour.toml";
+constexpr const char* kWhole = "profiles/qualification.toml";
+constexpr const char* kSoaked = "profiles/qualification-soaked.toml";
+
+const TrialGround& ground_of(const std::string& profile) {
+  static std::map<std::string, TrialGround> grounds;
+  const auto found = grounds.find(profile);
+  return found != grounds.end() ? found->second : grounds.emplace(profile, trial_ground(profile)).first->second;
+}
+
+/// Files in memory, where there are any: a trial syncs thousands of times.
+std::string folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
+
+TrialSetting setting_of(std::uint64_t seed, Schedule schedule) {
+  return {.seed = seed, .schedule = std::move(schedule), .folder = folder(), .sync_every = sync_every(seed)};
+}
+
+/// What to do about a failure: `fault_schedules --first SEED --reduce`.
+void expect_no_law_broken(const TrialGround& ground, const TrialSetting& setting) {
+  const auto report = carry_out(ground, setting);
+  for (const auto& violation : report.violations)
+    ADD_FAILURE() << ground.profile.name << ", seed " << setting.seed << ": " << violation << "\n"
+                  << text(setting.schedule);
+}
+
+/// Those of one block of seeds, so that blocks run side by side.
+class HourLong : public ::testing::TestWithParam<std::uint64_t> {};
+constexpr std::uint64_t kSeedsInABlock = 50;
+
+TEST_P(HourLong, FaultSchedulesBreakNoLaw) {
+  const auto& ground = ground_of(kHour);
+  const auto options = options_for(ground.profile);
+  for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed)
+    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options)));
+}
+INSTANTIATE_TEST_SUITE_P(FaultSchedules, HourLong, ::testing::Values(1, 51, 101, 151, 201, 251));
+
+class Whole : public ::testing::TestWithParam<std::uint64_t> {};
+TEST_P(Whole, QualificationsWithFaultsBreakNoLaw) {
+  const auto& ground = ground_of(GetParam() % 4 < 2 ? kWhole : kSoaked);
+  for (auto seed = GetParam(); seed < GetParam() + 2; ++seed)
+    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options_for(ground.profile))));
+}
+INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9));
+
+TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
+  std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");
+  ASSERT_TRUE(file);
+  TrialSetting setting = setting_of(0, {});
+  std::string profile;
+  const auto carry_out_what_was_read = [&] {
+    if (!profile.empty()) expect_no_law_broken(ground_of(profile), setting);
+  };
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with('#') || line.empty()) continue;
+    if (const auto mishap = parse_mishap(line)) {
+      setting.schedule.push_back(*mishap);
+      continue;
+    }
+    carry_out_what_was_read();
+    std::istringstream words(line);
+    std::uint64_t seed = 0;
+    ASSERT_TRUE(words >> profile >> seed) << line;
+    setting = setting_of(seed, {});
+  }
+  carry_out_what_was_read();
+}
+
+TEST(FaultSchedules, WithoutMishapsEverySecondExecutesAndNothingIsAlarmed) {
+  for (const std::uint64_t seed : {0U, 1U}) {
+    const auto report = carry_out(ground_of(kHour), setting_of(seed, {}));
+    EXPECT_TRUE(report.violations.empty()) << report.violations.front();
+    EXPECT_EQ(report.ending, Ending::complete);
+    EXPECT_EQ(report.seconds_in_state[static_cast<std::size_t>(RunState::execute)],
+              static_cast<std::int64_t>(report.rows.size()));
+  }
+}
+
+TEST(FaultSchedules, OfOneSeedGiveOneLog) {
+  const auto& ground = ground_of(kHour);
+  std::set<std::uint64_t> logs;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto setting = setting_of(seed, draw_schedule(seed, options_for(ground.profile)));
+    const auto first = carry_out(ground, setting);
+    EXPECT_EQ(first.log_hash, carry_out(ground, setting).log_hash) << "seed " << seed;
+    logs.insert(first.log_hash);
+  }
+  EXPECT_EQ(logs.size(), 12U) << "and other seeds other logs";
+}
+
+TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
+  const auto options = options_for(ground_of(kHour).profile);
+  std::map<MishapKind, int> drawn;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed)
+    for (const auto& mishap : draw_schedule(seed, options)) ++drawn[mishap.kind];
+  for (std::size_t kind = 0; kind < kMishapKinds; ++kind)
+    EXPECT_GE(drawn[static_cast<MishapKind>(kind)], 3) << name(static_cast<MishapKind>(kind));
+  std::array<std::int64_t, 7> seconds{};
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const auto report = carry_out(ground_of(kHour), setting_of(seed, draw_schedule(seed, options)));
+    for (std::size_t i = 0; i < seconds.size(); ++i) seconds[i] += report.seconds_in_state[i];
+  }
+  for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
+    EXPECT_GT(seconds[static_cast<std::size_t>(state)], 0) << name(state);
+}
+
+/// Carried out with whatever a disk can do, one schedule each.
+TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
+  const auto with = [](std::uint64_t seed, MishapKind kind, double size) {
+    const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
+                            {.at = 1500, .kind = MishapKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
+    const auto report = carry_out(ground_of(kHour), setting_of(seed, schedule));
+    for (const auto& violation : report.violations) ADD_FAILURE() << name(kind) << ": " << violation;
+    EXPECT_EQ(report.ending, Ending::complete) << name(kind);
+    EXPECT_EQ(report.lives, 2) << name(kind);
+    return report;
+  };
+  for (const auto kind : {MishapKind::disk_full, MishapKind::disk_hangs}) {
+    const auto report = with(4, kind, 0);
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
+    EXPECT_EQ(report.parts, 1) << name(kind) << ": the file is good";
+  }
+  for (const auto kind : {MishapKind::disk_fails, MishapKind::disk_loses_syncs}) {
+    const auto report = with(5, kind, 0);
+    EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
+    EXPECT_EQ(report.parts, 2) << name(kind) << ": a file that failed is left";
+  }
+  const auto slow = with(4, MishapKind::disk_slow, 30);
+  EXPECT_GE(slow.longest_backlog, 25);
+  EXPECT_LE(slow.longest_backlog, 70) << "what comes during one transaction waits for the next";
+}
+
+TEST(FaultSchedules, AMachineThatSleptIsHeld) {
+  const Schedule schedule{{.at = 600, .kind = MishapKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
+  const auto report = carry_out(ground_of(kHour), setting_of(4, schedule));
+  EXPECT_TRUE(report.violations.empty()) << report.violations.front();
+  EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
+}
+
+TEST(FaultSchedules, AreReadAsTheyAreWritten) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed)
+    for (const auto& mishap : draw_schedule(seed, {})) EXPECT_EQ(parse_mishap(text(mishap)), mishap) << text(mishap);
+  EXPECT_FALSE(parse_mishap("12 nothing_like_it 0 1 0"));
+}
+
+/// How many rows each segment has.
+std::map<int, std::int64_t> rows_by_segment(const TrialReport& report) {
+  std::map<int, std::int64_t> rows;
+  for (const auto& row : report.rows) ++rows[row.segment];
+  return rows;
+}
+
+/// What a run is that crashed when `rows` of its seconds were on the disk, and two more were not, and was resumed.
+void expect_twin_up_to(std::size_t rows, std::int64_t down, const TrialGround& ground, const TrialReport& twin) {
+  auto setting = setting_of(2, {});
+  setting.sync_every = static_cast<std::int64_t>(rows);
+  constexpr std::int64_t kBeginsAt = 2, kNotYetOnTheDisk = 2;
+  setting.schedule = {{.at = static_cast<std::int64_t>(rows) + kBeginsAt + kNotYetOnTheDisk,
+                       .kind = MishapKind::program_crashes,
+                       .target = 0,
+                       .lasts = down,
+                       .size = 0}};
+  const auto report = carry_out(ground, setting);
+  const auto where = ::testing::Message() << ground.profile.name << ", crash when " << rows << " rows were on the disk";
+  EXPECT_TRUE(report.violations.empty()) << where << ": " << report.violations.front();
+  ASSERT_EQ(report.ending, Ending::complete) << where;
+  EXPECT_EQ(report.lives, 2) << where;
+  EXPECT_TRUE(std::equal(twin.rows.begin(), twin.rows.begin() + static_cast<std::ptrdiff_t>(rows), report.rows.begin()))
+      << where << ": it is not the same run up to the crash";
+  EXPECT_GT(report.rows[rows].slot, twin.rows[rows].slot) << where << ": there is no gap";
+  const auto found = rows_by_segment(report);
+  for (const auto& [segment, count] : rows_by_segment(twin)) {
+    const auto resumed = found.find(segment);
+    ASSERT_TRUE(resumed != found.end()) << where << ": segment " << segment + 1 << " was skipped";
+    EXPECT_GE(resumed->second, count) << where << ": segment " << segment + 1 << " was cut short";
+  }
+  EXPECT_EQ(found.size(), ground.profile.segments.size()) << where;
+}
+
+/// The rows that are there when a segment's last second has come to the disk.
+std::vector<std::size_t> ends_of_segments(const TrialReport& twin) {
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 1; i < twin.rows.size(); ++i)
+    if (twin.rows[i].segment != twin.rows[i - 1].segment) ends.push_back(i);
+  return ends;
+}
+
+constexpr std::int64_t kDown = 30;
+
+/// The last second of a segment was the last one that came to the disk, or the first of the next: every `each`th
+/// boundary, from `first` on.
+void expect_resume_equals_twin(const std::string& profile, std::size_t first, std::size_t each) {
+  const auto& ground = ground_of(profile);
+  const auto twin = carry_out(ground, setting_of(2, {}));
+  ASSERT_EQ(twin.ending, Ending::complete);
+  const auto ends = ends_of_segments(twin);
+  ASSERT_EQ(ends.size() + 1, ground.profile.segments.size());
+  for (auto i = first; i < ends.size() && !::testing::Test::HasFailure(); i += each)
+    for (const auto rows : {ends[i], ends[i] + 1}) expect_twin_up_to(rows, kDown, ground, twin);
+}
+
+TEST(Crash, AtAnySegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
+  expect_resume_equals_twin(kHour, 0, 1);
+}
+
+#ifdef GYROTHERM_NIGHTLY
+/// Each a share of the boundaries, so that they run side by side.
+class WholeCrash : public ::testing::TestWithParam<std::size_t> {};
+constexpr std::size_t kShares = 11;
+
+TEST_P(WholeCrash, AtEachSegmentsBoundaryIsFollowedByTheSameSegmentsNoneOfThemShorter) {
+  expect_resume_equals_twin(kWhole, GetParam(), kShares);
+}
+INSTANTIATE_TEST_SUITE_P(Qualification, WholeCrash, ::testing::Range<std::size_t>(0, kShares));
+#endif
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,386 @@
+#include "tests/sequencer/faults/laws.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "acquisition/record/backlog.hpp"
+#include "core/clock.hpp"
+#include "sequencer/run/resume_rule.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using Kind = MishapKind;
+
+constexpr std::size_t kMostViolations = 20;
+constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind its ramp by, and make up for at once
+constexpr Kelvins kSame{0.02}, kNearAir{2.5};
+constexpr std::int64_t kRecoversWithin = 3600;  ///< with the way back to the profile, by a ramp
+constexpr int kMostTries = 3;                   ///< of a set point that the chamber did not take
+constexpr std::int64_t kUntilTold = 15;         ///< with the last batch that is not asked for yet
+constexpr std::int64_t kLinkSettles = 16;       ///< a line that failed rests up to 10 s
+
+double largest_step_k(const ChamberLimits& limits, bool up) {
+  const auto rate = up ? limits.fastest_heating : limits.fastest_cooling;
+  return std::abs(rate.value) / 60 * kSecondsToCatchUp;
+}
+
+/// Which states may follow one, beside itself: told here once more, and not asked of the program.
+bool follows(RunState before, RunState after) {
+  if (before == after) return true;
+  switch (before) {
+    case RunState::execute: return after != RunState::aborted;
+    case RunState::suspended:
+    case RunState::held: return after != RunState::aborted && after != RunState::complete;
+    case RunState::aborting: return after == RunState::aborted || after == RunState::stopped;
+    case RunState::aborted:
+    case RunState::stopped:
+    case RunState::complete: return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+int severity(RunState state) {
+  switch (state) {
+    case RunState::execute: return 0;
+    case RunState::suspended: return 1;
+    case RunState::held: return 2;
+    case RunState::aborting:
+    case RunState::aborted: return 3;
+    case RunState::stopped:
+    case RunState::complete: return 4;
+  }
+  return 0;
+}
+
+Laws::Laws(const Profile& profile, const RigFile& file, Plant& plant, const Disturbance& disturbance)
+    : profile_(profile), file_(file), plant_(plant), disturbance_(disturbance) {
+  lowest_ = highest_ = file.safe_set_point;
+  for (const auto& segment : profile.segments) {
+    lowest_ = std::min(lowest_, segment.target);
+    highest_ = std::max(highest_, segment.target);
+  }
+  lowest_ = std::max(lowest_, file.chamber_limits.lowest);
+  highest_ = std::min(highest_, file.chamber_limits.highest);
+}
+
+void Laws::broken(const char* law, std::int64_t second, const std::string& what) {
+  if (violations_.size() < kMostViolations)
+    violations_.push_back(fmt::format("{} at second {}: {}", law, second, what));
+}
+
+std::int64_t Laws::gap_seconds() const {
+  std::int64_t sum = 0;
+  for (const auto& gap : gaps_) sum += gap.last - gap.first + 1;
+  return sum;
+}
+
+void Laws::life_begins(std::int64_t last_recorded) {
+  while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
+  std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
+  last_slot_ = last_recorded;
+  last_time_ = std::chrono::seconds(last_recorded);  // the rows after it are lost, and so is their time
+  last_state_.reset();
+  quiet_ticks_ = {};
+  storage_told_ = false;
+  lost_channels_.clear();
+}
+
+bool Laws::stands(MishapKind first, MishapKind last) const {
+  return std::ranges::any_of(disturbance_.standing(),
+                             [&](const auto& mishap) { return mishap.kind >= first && mishap.kind <= last; });
+}
+
+/// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes.
+void Laws::judge_set_points(std::int64_t second, RunState state) {
+  auto& port = plant_.chamber();
+  const auto& limits = file_.chamber_limits;
+  auto before = in_force_;
+  sent_before_ = sent_;
+  for (const auto& sent : port.set_points_sent()) {
+    const auto value = sent.value;
+    const bool near_air = abs(value - plant_.world().air_as_measured()) <= kNearAir;
+    const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
+    const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
+    if (!in_chamber || !(in_profile || near_air))
+      broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
+    const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
+    const double step_k = std::abs((value - before).value);
+    tries_ = sent_ && abs(value - *sent_) <= kSame ? tries_ + 1 : 0;
+    const bool tried_again = tries_ > 0 && tries_ <= kMostTries;
+    if (!safe && !near_air && !tried_again && step_k > largest_step_k(limits, value > before) + kSame.value)
+      broken("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
+    if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
+      broken("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
+    if (sent.applied) before = value;
+    sent_ = value;
+  }
+  if (port.not_read_back() > 0) broken("I4", second, "a set point was not read back by the next exchange");
+  port.forget();
+}
+
+/// I10, I11, I12: each slot in one row or one gap, in order.
+void Laws::judge_rows(std::int64_t second, const WitnessStore& witness) {
+  for (const auto& gap : witness.gaps()) {
+    if (gap.first != last_slot_ + 1) broken("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
+    if (gap.cause.empty() || gap.last < gap.first) broken("I11", second, "a gap without cause or without slots");
+    gaps_.push_back(gap);
+    last_slot_ = gap.last;
+  }
+  if (!witness.sample()) return;
+  const auto& sample = *witness.sample();
+  if (sample.slot != last_slot_ + 1) broken("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
+  if (sample.at.since_start <= last_time_) broken("I12", second, "time does not go on");
+  last_slot_ = sample.slot;
+  last_time_ = sample.at.since_start;
+}
+
+/// I13 and P9: what is stored as good is what the instrument had in this second.
+void Laws::judge_values(std::int64_t second, const Sample& sample) {
+  constexpr double kFloatK = 1e-5, kTextK = 5.1e-4;
+  const auto& world = plant_.world();
+  const auto same = [](double a, double b, double within) {
+    return std::abs(a - b) <= within * (1 + std::abs(b) / 100);
+  };
+  if (const auto& chamber = sample.chamber.value) {
+    if (!same(chamber->air.value, world.air_as_measured().value, kFloatK))
+      broken("I13", second,
+             fmt::format("air {} stored, the chamber showed {}", chamber->air.value, world.air_as_measured().value));
+    if (!same(chamber->set_point.value, in_force_.value, kFloatK))
+      broken("I13", second,
+             fmt::format("set point {} stored, the chamber had {}", chamber->set_point.value, in_force_.value));
+  }
+  const auto shown = world.thermometers_as_measured_c();
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[i], kTextK))
+      broken("I13", second, fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[i]));
+  if (const auto& count = sample.gyro.value; count && (count->interval <= Duration{} || !plant_.was_counted(*count)))
+    broken("I13", second, fmt::format("the gyro did not count {} in {} ns", count->pulses, count->interval.count()));
+}
+
+/// I5, I6: along the table, and never back from an abort.
+void Laws::judge_state(std::int64_t second, const Sample& sample) {
+  if (last_state_ && !follows(*last_state_, sample.state))
+    broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
+  last_state_ = sample.state;
+  ++seconds_in_state_[static_cast<std::size_t>(sample.state)];
+}
+
+/// I7: of a machine that slept, and of a disk that takes nothing for longer than the rig file lets pass.
+void Laws::judge_machine(std::int64_t second, const WitnessStore& witness, RunState state) {
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  for (const auto& gap : witness.gaps())
+    if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(kLongestUnattended) &&
+        severity(state) < severity(RunState::held))
+      broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
+  for (const auto& event : witness.events()) {
+    if (event.text.starts_with("storage (")) storage_told_ = true;
+    if (event.text.starts_with("storage is over")) storage_told_ = false;
+  }
+  const bool dead = stands(Kind::disk_full, Kind::disk_fails) || stands(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
+  quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
+  if (quiet_ticks_.disk_dead > seconds(file_.limits.backlog) + kUntilTold && !storage_told_)
+    broken("I7", second, fmt::format("the disk takes nothing for {} s, and nobody is told", quiet_ticks_.disk_dead));
+}
+
+/// I21: a thermometer that is lost is told by name at once, and suspends the run if the analysis needs it.
+void Laws::judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample) {
+  const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
+  lost_channels_.resize(sample.thermometers.size());
+  for (std::size_t i = 0; i < lost_channels_.size(); ++i) {
+    auto& lost = lost_channels_[i];
+    const auto& name = file_.limits.channels[i];
+    lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
+    for (const auto& event : witness.events())
+      lost.told = lost.told || (event.kind == EventKind::fault && event.text.starts_with("thermometer " + name + ":"));
+    if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
+    const bool is_needed = std::ranges::count(file_.limits.needed_thermometers, i) > 0;
+    if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))
+      broken("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
+  }
+}
+
+/// I18: none without a cause.
+void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
+  const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
+  if (disturbance_.any_begun() || std::ranges::any_of(witness.events(), finished)) return;
+  for (const auto& event : witness.events())
+    if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
+      broken("I18", second, "without a cause: " + event.text);
+}
+
+/// I14: what a segment was given when it ends. Seconds without a row are no soak.
+void Laws::judge_segment_end(std::int64_t second, int index) {
+  const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
+  std::int64_t clock = 0, soaked = 0, first = -1, last = -1;
+  for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment >= index; ++row) {
+    if (row->segment != index) continue;
+    if (last < 0) last = row->slot;
+    first = row->slot;
+    clock += row->state == RunState::execute ? 1 : 0;
+    soaked += row->state == RunState::execute && row->in_band ? 1 : 0;
+  }
+  std::int64_t unseen = 0;
+  for (const auto& gap : gaps_)
+    if (gap.last >= first - 1 && gap.first <= last + 1) unseen += gap.last - gap.first + 1;
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  if (first >= 0 && clock + unseen < seconds(segment.duration))
+    broken("I14", second,
+           fmt::format("segment {} ended after {} s, and {} s unseen, of {}", index + 1, clock, unseen,
+                       seconds(segment.duration)));
+  if (segment.guaranteed_soak && soaked < seconds(segment.soak_time))
+    broken("I14", second,
+           fmt::format("segment {} was soaked for {} s of {}", index + 1, soaked, seconds(segment.soak_time)));
+}
+
+/// I14, I15.
+void Laws::judge_segments(std::int64_t second, const Sample& sample) {
+  const int index = sample.progress.segment;
+  if (!rows_.empty() && index < rows_.back().segment)
+    broken("I15", second, fmt::format("segment {} after {}", index + 1, rows_.back().segment + 1));
+  for (int ended = rows_.empty() ? index : rows_.back().segment; ended < index; ++ended)
+    judge_segment_end(second, ended);
+  const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
+  const auto& chamber = sample.chamber.value;
+  const bool in_band = chamber && segment.guaranteed_soak && abs(chamber->air - segment.target) <= segment.soak_band;
+  LogHash values;
+  values.add(sample);
+  rows_.push_back({sample.slot, index, sample.state, in_band, values.value()});
+}
+
+void Laws::completed(std::int64_t second) {
+  const int last = static_cast<int>(profile_.segments.size()) - 1;
+  if (rows_.empty() || rows_.back().segment != last) broken("I15", second, "complete before the last segment");
+  judge_segment_end(second, last);
+}
+
+void Laws::count_ticks(const Sample& sample) {
+  auto& ticks = quiet_ticks_;
+  const auto count = [](std::int64_t& ticks_so_far, bool so) { ticks_so_far = so ? ticks_so_far + 1 : 0; };
+  const auto& world = plant_.world();
+  const bool tcp = plant_.chamber().is_tcp();
+  const bool line = stands(Kind::chamber_silent, Kind::chamber_wrong_number) ||
+                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  const bool dead = stands(Kind::chamber_silent, Kind::chamber_answers_lost) ||
+                    stands(Kind::chamber_exception, Kind::chamber_exception) ||
+                    stands(Kind::chamber_foreign_unit, Kind::chamber_foreign_unit) ||
+                    (tcp && stands(Kind::chamber_wrong_number, Kind::chamber_wrong_number)) ||
+                    stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
+  count(ticks.link_bad, dead);
+  count(ticks.link_good, !line);
+  const bool good = ticks.link_good >= kLinkSettles;
+  std::size_t silent_lines = 0;
+  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i)
+    silent_lines += plant_.thermometer(i).trouble.silent || plant_.thermometer(i).trouble.gone ? 1 : 0;
+  count(ticks.thermometers_bad, silent_lines == plant_.thermometer_count());
+  count(ticks.door, good && stands(Kind::door_open, Kind::door_open));
+  count(ticks.off, good && !world.is_on());
+  count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > Kelvins{0.05});
+  const auto& limits = file_.limits;
+  const auto outside = [&](const auto& reading) {
+    return reading.value &&
+           (*reading.value < limits.thermometers_lowest || *reading.value > limits.thermometers_highest);
+  };
+  const bool air = sample.chamber.value &&
+                   (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
+  count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
+  const bool safe = abs(world.set_point() - file_.safe_set_point) <= kSame || !world.is_on();
+  const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
+  const bool lossy_alone = disturbance_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
+  count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);
+  count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
+}
+
+/// I7, I8, I9, I20.
+void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
+  const auto& ticks = quiet_ticks_;
+  const int is = severity(sample.state);
+  const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
+  const auto want = [&](bool due, RunState least, const char* cause) {
+    if (due && is < severity(least))
+      broken("I7", second, fmt::format("{}: in state {}, expected {}", cause, name(sample.state), name(least)));
+  };
+  want(ticks.link_bad > seconds(file_.limits.suspend_after) + 3, RunState::suspended, "the chamber does not answer");
+  want(ticks.link_bad > seconds(file_.limits.chamber_lost) + 15, RunState::aborting, "the chamber is lost");
+  want(ticks.thermometers_bad > 12, RunState::suspended, "every thermometer is silent");
+  want(ticks.door > 2 * file_.chamber_map.status_every + 2, RunState::suspended, "the door is open");
+  want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
+  want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
+  want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
+  const bool calm = disturbance_.standing().empty() && second - disturbance_.last_change() > kRecoversWithin;
+  if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
+    broken("I20", second, "still suspended, long after the last fault");
+  if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
+  if (ticks.lossy > 20) broken("I9", second, "a line that loses exchanges keeps the chamber from being safe");
+}
+
+/// I16: the same segment or the one that follows its end, and no second of soak that no row has.
+void Laws::judge_resumption(std::int64_t second, const Progress& at) {
+  if (rows_.empty()) {
+    if (at.segment != 0) broken("I16", second, "it does not begin with the first segment");
+    return;
+  }
+  const auto segment = rows_.back().segment;
+  if (at.segment != segment && at.segment != segment + 1)
+    broken("I16", second, fmt::format("segment {} after {}", at.segment + 1, segment + 1));
+  Duration clock{}, soaked{};
+  for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment == at.segment; ++row) {
+    if (row->state != RunState::execute) continue;
+    clock += std::chrono::seconds(1);
+    soaked += std::chrono::seconds(row->in_band ? 1 : 0);
+  }
+  const bool guaranteed = profile_.segments[static_cast<std::size_t>(at.segment)].guaranteed_soak;
+  if (at.in_segment > clock || (guaranteed && at.soaked > soaked))
+    broken("I16", second,
+           fmt::format("{} in the segment and {} of soak, the rows have {} and {}", spoken(at.in_segment),
+                       spoken(at.soaked), spoken(clock), spoken(soaked)));
+}
+
+/// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, or that were in a
+/// file that was destroyed, where it says so.
+void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten) {
+  auto given = rows_.begin();
+  auto gap = record.gaps.begin();
+  std::int64_t next = 0;
+  const auto pass_gaps = [&] {
+    for (; gap != record.gaps.end() && gap->first == next; ++gap) {
+      next = gap->last + 1;
+      if (gap->cause == kDropped || gap->cause.starts_with("lost with "))
+        while (given != rows_.end() && given->slot < next) ++given;
+    }
+  };
+  for (std::size_t i = 0; i < record.slot.size(); ++i, ++given, ++next) {
+    pass_gaps();
+    const auto& at = record.progress[i];
+    if (record.slot[i] != next || given == rows_.end() || given->slot != next)
+      return broken("I10", second, fmt::format("the record has slot {}, expected {}", record.slot[i], next));
+    if (at.segment != given->segment || record.state[i] != given->state)
+      return broken("I13", second, fmt::format("slot {} is not what was given", next));
+  }
+  pass_gaps();
+  if (next - 1 < acknowledged)
+    broken("P1", second, fmt::format("the record ends at {}, {} was acknowledged", next - 1, acknowledged));
+  if (given != rows_.end() && !left_unwritten)
+    broken("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
+}
+
+void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
+  judge_rows(second, witness);
+  judge_alarms(second, witness);
+  if (!witness.sample()) return;
+  const auto& sample = *witness.sample();
+  judge_set_points(second, sample.state);
+  judge_values(second, sample);
+  judge_state(second, sample);
+  judge_machine(second, witness, sample.state);
+  judge_channels(second, witness, sample);
+  judge_segments(second, sample);
+  count_ticks(sample);
+  judge_reactions(second, sample);
+}
+
+}  // namespace gyrotherm

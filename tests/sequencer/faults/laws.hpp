@@ -1,0 +1,106 @@
+/// What each second of a trial must obey, whatever goes wrong: judged from outside, by what the chamber was really sent
+/// and what the record was really given.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rig/rig_file.hpp"
+#include "sequencer/profile/profile.hpp"
+#include "tests/sequencer/faults/disturbance.hpp"
+#include "tests/sequencer/faults/plant.hpp"
+#include "tests/sequencer/faults/witness.hpp"
+
+namespace gyrotherm {
+
+/// "I2 at second 133: …"
+using Violations = std::vector<std::string>;
+
+/// How severe: execute 0, suspended 1, held 2, aborting and aborted 3, stopped and complete 4.
+[[nodiscard]] int severity(RunState state);
+
+/// What a row of the record says of the profile.
+struct RowBrief {
+  std::int64_t slot{};
+  int segment{};
+  RunState state{};
+  bool in_band{};          ///< of the segment's soak
+  std::uint64_t values{};  ///< hash of all that it says
+  bool operator==(const RowBrief&) const = default;
+};
+
+class Laws {
+ public:
+  /// All of them outlive it.
+  Laws(const Profile& profile, const RigFile& file, Plant& plant, const Disturbance& disturbance);
+
+  /// A program begins, at the first second or by taking up a record whose last row or gap is `last_recorded`.
+  void life_begins(std::int64_t last_recorded);
+  /// The world stands as the tick will find it.
+  void before_tick() { in_force_ = plant_.world().set_point(); }
+  /// `witness` has what this tick brought.
+  void after_tick(std::int64_t second, const WitnessStore& witness);
+  /// Seconds that passed without a program, or without a tick.
+  void no_tick() { quiet_ticks_ = {}; }
+  /// A record was taken up, and the profile goes on there.
+  void judge_resumption(std::int64_t second, const Progress& at);
+  /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
+  void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
+  /// The profile's end was reported.
+  void completed(std::int64_t second);
+  /// Whether a mishap of the kinds from `first` to `last` stands now.
+  [[nodiscard]] bool stands(MishapKind first, MishapKind last) const;
+  void broken(const char* law, std::int64_t second, const std::string& what);
+
+  [[nodiscard]] const Violations& violations() const { return violations_; }
+  [[nodiscard]] const std::vector<RowBrief>& rows() const { return rows_; }
+  [[nodiscard]] std::int64_t gap_seconds() const;
+  [[nodiscard]] const std::array<std::int64_t, 7>& seconds_in_state() const { return seconds_in_state_; }
+
+ private:
+  /// How many ticks in a row something has been so.
+  struct Ticks {
+    std::int64_t link_bad{}, link_good{}, thermometers_bad{}, door{}, limiter{}, off{}, other_set_point{}, beyond{},
+        aborting{}, lossy{}, disk_dead{};
+  };
+  /// A thermometer that gives no reading.
+  struct LostChannel {
+    std::int64_t ticks{};
+    bool told{};
+  };
+
+  void judge_set_points(std::int64_t second, RunState state);
+  void judge_rows(std::int64_t second, const WitnessStore& witness);
+  void judge_values(std::int64_t second, const Sample& sample);
+  void judge_state(std::int64_t second, const Sample& sample);
+  void judge_machine(std::int64_t second, const WitnessStore& witness, RunState state);
+  void judge_alarms(std::int64_t second, const WitnessStore& witness);
+  void judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample);
+  void judge_segments(std::int64_t second, const Sample& sample);
+  void judge_segment_end(std::int64_t second, int segment);
+  void count_ticks(const Sample& sample);
+  void judge_reactions(std::int64_t second, const Sample& sample);
+
+  const Profile& profile_;
+  const RigFile& file_;
+  Plant& plant_;
+  const Disturbance& disturbance_;
+  Celsius lowest_, highest_;
+  Violations violations_;
+  Celsius in_force_;                           ///< the chamber's set point before the tick
+  std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
+  int tries_ = 0;                              ///< of the same set point again
+  std::optional<RunState> last_state_;
+  Duration last_time_{Duration::min()};
+  std::vector<RowBrief> rows_;
+  std::vector<WitnessStore::GapSeen> gaps_;
+  std::int64_t last_slot_ = -1;  ///< that has a row or a gap
+  Ticks quiet_ticks_;
+  bool storage_told_ = false;
+  std::vector<LostChannel> lost_channels_;
+  std::array<std::int64_t, 7> seconds_in_state_{};
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,90 @@
+#include "tests/sequencer/faults/plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/random_stream.hpp"
+#include "simulator/servers/lakeshore_218_server.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
+
+Lakeshore218Session::Inputs inputs_of(const ThermometerEntry& entry, const World& world) {
+  Lakeshore218Session::Inputs inputs;
+  const auto& names = world.thermometer_names();
+  for (std::size_t i = 0; i < entry.channels.size(); ++i)
+    inputs[i] = static_cast<std::size_t>(std::ranges::find(names, entry.channels[i]) - names.begin());
+  return inputs;
+}
+
+}  // namespace
+
+Plant::Plant(const RigFile& file, const WorldParameters& parameters, const Clock& rig, std::uint64_t seed)
+    : world_(parameters, {.gyro = 0, .run = seed}),
+      registers_(file.chamber_map, world_),
+      chamber_port_(registers_, world_, rig, splitmix64(seed)),
+      frame_format_(at_one_frame_a_second(file.gyro.frame)),
+      writer_(frame_format_, world_.arcsec_per_pulse()),
+      gyro_line_(
+          rig, splitmix64(seed + 1), [](auto, Bytes&) {}, garble_burst) {
+  for (const auto& entry : file.thermometers) {
+    sessions_.push_back(std::make_unique<Lakeshore218Session>(world_, inputs_of(entry, world_)));
+    thermometers_.push_back(std::make_unique<LineEnd>(
+        rig, splitmix64(seed + 2 + sessions_.size()),
+        [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },
+        garble_text));
+  }
+}
+
+void Plant::pass_second() {
+  registers_.pass_second();
+  world_.step();
+  send_frame();
+}
+
+void Plant::send_frame() {
+  const auto pulses = world_.pulses() - gyro_origin_.pulses;
+  const auto time_us = world_.device_time_us() - gyro_origin_.device_time_us;
+  auto frame = writer_.next(static_cast<double>(pulses), time_us, 1);
+  const auto& trouble = gyro_line_.trouble;
+  if (trouble.gone || trouble.silent || gyro_line_.happens(gyro_trouble.lost)) return;
+  if (gyro_line_.happens(gyro_trouble.garbled))
+    return garble_burst(frame, gyro_line_.random()), gyro_line_.arrive(frame);
+  held_back_.insert(held_back_.end(), frame.begin(), frame.end());
+  held_frames_.push_back({pulses, time_us});
+  if (gyro_trouble.held_back) return;
+  gyro_line_.arrive(held_back_);
+  frames_.insert(frames_.end(), held_frames_.begin(), held_frames_.end());
+  held_back_.clear(), held_frames_.clear();
+  while (frames_.size() > kFramesKept) frames_.pop_front();
+}
+
+void Plant::restart_gyro() {
+  gyro_origin_ = {world_.pulses(), world_.device_time_us()};
+  writer_ = StreamWriter(frame_format_, world_.arcsec_per_pulse());
+}
+
+void Plant::restart_chamber(Celsius set_point, bool on) {
+  world_.command(set_point);
+  world_.switch_on(on);
+}
+
+void Plant::write(const char* item, double value) {
+  const auto& found = *registers_.map().find(item);
+  const auto words = encode(found, value);
+  (void)registers_.write(WriteFunction::registers, found.address, words);
+}
+
+bool Plant::was_counted(const PulseCount& count) const {
+  if (count.interval == Duration::zero()) return count.pulses == 0;
+  const auto interval_us = std::chrono::duration_cast<std::chrono::microseconds>(count.interval).count();
+  for (auto last = frames_.rbegin(); last != frames_.rend() && last - frames_.rbegin() < 4; ++last)
+    for (auto first = last; first != frames_.rend(); ++first)
+      if (last->device_time_us - first->device_time_us == interval_us && last->pulses - first->pulses == count.pulses)
+        return true;
+  return false;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,17 @@
+/// Makes a failing schedule as short as it can be and still fail.
+#pragma once
+
+#include "tests/sequencer/faults/trial.hpp"
+
+namespace gyrotherm {
+
+/// Mishaps in all of the profile's time, and a third more.
+[[nodiscard]] ScheduleOptions options_for(const Profile& profile);
+/// Every second, every few, or in batches: as the seed says.
+[[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
+
+/// The schedule of `setting`, which breaks a law, without the mishaps that the same law does not need to be broken, and
+/// with the others as short as may be.
+[[nodiscard]] Schedule reduced(const TrialGround& ground, const TrialSetting& setting);
+
+}  // namespace gyrotherm

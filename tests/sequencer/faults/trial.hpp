@@ -1,0 +1,57 @@
+/// One run of a profile on the virtual plant while a schedule of mishaps goes on: the real experiment, sampler,
+/// drivers' logic and store, in virtual time, judged every second.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "rig/rig.hpp"
+#include "sequencer/run/run_controller.hpp"
+#include "tests/sequencer/faults/disk.hpp"
+#include "tests/sequencer/faults/disturbance.hpp"
+#include "tests/sequencer/faults/ground.hpp"
+#include "tests/sequencer/faults/laws.hpp"
+#include "tests/sequencer/faults/listener.hpp"
+#include "tests/sequencer/faults/memory_wires.hpp"
+#include "tests/sequencer/faults/operators.hpp"
+#include "tests/sequencer/faults/plant.hpp"
+#include "tests/sequencer/faults/schedule.hpp"
+#include "tests/sequencer/faults/witness.hpp"
+
+namespace gyrotherm {
+
+struct TrialSetting {
+  std::uint64_t seed = 0;
+  Schedule schedule;
+  std::string folder;            ///< for the record; in memory if it can be
+  std::int64_t sync_every = 60;  ///< seconds
+};
+
+enum class Ending {
+  complete,
+  made_safe,
+  stopped,
+  ran_out_of_time,
+  never_began,
+  lost_its_record,  ///< destroyed while no program could have seen it
+};
+[[nodiscard]] const char* name(Ending ending);
+
+struct TrialReport {
+  Violations violations;
+  Ending ending = Ending::never_began;
+  std::int64_t seconds = 0;  ///< of the trial
+  std::int64_t lives = 0;    ///< of the program
+  std::uint64_t log_hash = 0;
+  std::int64_t longest_backlog = 0;  ///< seconds that waited for the disk
+  int parts = 1;                     ///< files of the record
+  std::array<std::int64_t, 7> seconds_in_state{};
+  std::vector<RowBrief> rows;
+};
+
+[[nodiscard]] TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting);
+
+}  // namespace gyrotherm

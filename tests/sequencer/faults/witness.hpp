@@ -1,0 +1,69 @@
+/// A record that is watched: the real store does the work, and what it was given is remembered.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/store.hpp"
+
+namespace gyrotherm {
+
+/// Of everything that a record was given, in order: the same from the same seed.
+class LogHash {
+ public:
+  void add(std::string_view text);
+  void add(std::int64_t number);
+  void add(double number);
+  void add(const Sample& sample);
+  void add(const Event& event);
+  [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325;  // FNV-1a
+};
+
+class WitnessStore final : public Store {
+ public:
+  /// `hash` outlives it.
+  WitnessStore(std::unique_ptr<Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
+
+  [[nodiscard]] Result<void> append(const Sample& sample, std::span<const Event> events) override;
+  [[nodiscard]] Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) override;
+  [[nodiscard]] Result<void> append_event(const Event& event) override;
+  [[nodiscard]] Result<std::int64_t> sync() override {
+    auto synced = store_->sync();
+    if (synced) acknowledged_ = *synced;
+    return synced;
+  }
+  [[nodiscard]] bool settle(Duration longest) override { return store_->settle(longest); }
+  [[nodiscard]] Result<void> finish() override { return store_->finish(); }
+  void publish(const Outlook& outlook) override { store_->publish(outlook); }
+  [[nodiscard]] StoreHealth health() const override { return store_->health(); }
+  [[nodiscard]] const RunInfo& info() const override { return store_->info(); }
+  [[nodiscard]] Result<Record> read_back() override { return store_->read_back(); }
+
+  struct GapSeen {
+    std::int64_t first{}, last{};
+    std::string cause;
+  };
+  /// Since forget().
+  [[nodiscard]] const std::optional<Sample>& sample() const { return sample_; }
+  [[nodiscard]] const std::vector<Event>& events() const { return events_; }
+  [[nodiscard]] const std::vector<GapSeen>& gaps() const { return gaps_; }
+  [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }
+  void forget() { sample_.reset(), events_.clear(), gaps_.clear(); }
+
+ private:
+  std::unique_ptr<Store> store_;
+  LogHash& hash_;
+  std::optional<Sample> sample_;
+  std::vector<Event> events_;
+  std::vector<GapSeen> gaps_;
+  std::int64_t acknowledged_ = -1;
+};
+
+}  // namespace gyrotherm

@@ -1,0 +1,191 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "tests/sequencer/profile/profiles.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::seconds;
+
+struct Wrong {
+  std::string segments;  ///< from line 4 on
+  std::string said;
+};
+
+void PrintTo(const Wrong& wrong, std::ostream* os) { *os << wrong.segments; }
+
+class Mistake : public testing::TestWithParam<Wrong> {};
+
+TEST_P(Mistake, IsToldWithItsPlace) { EXPECT_EQ(refusal(GetParam().segments), GetParam().said); }
+
+const std::string kRamp = kHold20 + "[[segment]]\nkind = \"ramp\"\n";      // goes on at line 10
+const std::string kRepeat = kHold20 + "[[segment]]\nkind = \"repeat\"\n";  // likewise
+const std::string kRandom = kHold20 +
+                            "[[segment]]\nkind = \"random\"\nseed = 1\nduration = \"1 h\"\nrates = [1, 5]\n"
+                            "hold = [\"1 s\", \"1 min\"]\n";  // goes on at line 14
+
+INSTANTIATE_TEST_SUITE_P(
+    Holds, Mistake,
+    testing::Values(
+        Wrong{"", "p.toml:1:1: there is no segment in it, expected at least one"},
+        Wrong{"[[segment]]\nkind = \"hold\"\ntime = \"1 h\"\n",
+              "p.toml:4:1: missing key \"at\", expected a temperature in the first hold"},
+        Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\n",
+              "p.toml:4:1: missing key \"time\", expected a duration like \"2 h\" or \"90 s\""},
+        Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"0 s\"\n",
+              "p.toml:7:8: \"time\" is zero, expected a time longer than zero"},
+        Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"-1 h\"\n",
+              "p.toml:7:8: \"time\" is not what it should be, expected a duration like \"2 h\" or \"90 s\""},
+        Wrong{"[[segment]]\nkind = \"hold\"\nat = -300\ntime = \"1 h\"\n",
+              "p.toml:6:6: \"at\" is -300 °C, expected -273.15 to 1000 °C"},
+        Wrong{kHold20 + "soak_band = \"0 K\"\n", "p.toml:8:13: \"soak_band\" is 0 K, expected more than 0 K"},
+        Wrong{kHold20 + "naem = 5\n", "p.toml:8:1: unknown key \"naem\", did you mean \"name\"?"},
+        Wrong{"[[segment]]\nkind = \"hodl\"\nat = 20\n",
+              "p.toml:5:8: \"hodl\" is none of hold, ramp, repeat, random; did you mean \"hold\"?"},
+        Wrong{"[[segment]]\nat = 20\n", "p.toml:4:1: missing key \"kind\", expected text"},
+        Wrong{"[defaults]\nsoak_time = \"0 s\"\n" + kHold20,
+              "p.toml:5:13: \"soak_time\" is zero, expected a time longer than zero"},
+        Wrong{"[accept]\nrandom.raw = \"much\"\n" + kHold20,
+              "p.toml:5:14: \"raw\" is not what it should be, expected a number"},
+        Wrong{"segment = 5\n",
+              "p.toml:1:1: there is no segment in it, expected at least one\n"
+              "p.toml:4:11: \"segment\" is not an array of tables, expected [[segment]]"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Ramps, Mistake,
+    testing::Values(
+        Wrong{"[[segment]]\nkind = \"ramp\"\nto = 30\nrate = 1\n",
+              "p.toml:4:1: nothing says where this ramp starts, expected a hold with \"at\" before it"},
+        Wrong{kRamp + "rate = 1\n", "p.toml:8:1: missing key \"to\", expected a temperature like 20 or \"20 °C\""},
+        Wrong{kRamp + "to = 30\n", "p.toml:8:1: neither \"rate\" nor \"time\" is given, expected one of them"},
+        Wrong{kRamp + "to = 30\nrate = 1\ntime = \"1 h\"\n",
+              "p.toml:12:8: \"rate\" and \"time\" are both given, expected one of them"},
+        Wrong{kRamp + "to = 30\nrate = 0\n",
+              "p.toml:11:8: \"rate\" is 0 °C/min, expected more than 0, at most 1000 °C/min"},
+        Wrong{kRamp + "to = 30\nrate = \"-5 °C/min\"\n",
+              "p.toml:11:8: \"rate\" is -5 °C/min, expected more than 0, at most 1000 °C/min"},
+        Wrong{kRamp + "to = 20\nrate = 1\n", "p.toml:10:6: the ramp goes nowhere: the set point is 20 °C already"},
+        Wrong{kRamp + "to = 30\nrate = 1e-9\n",
+              "p.toml:8:1: a ramp over 10 K at 1e-09 °C/min takes more than 100000000 s, the limit"},
+        Wrong{kRamp + "to = 30\nrate = 1\nguaranteed_soak = true\n", "p.toml:12:1: unknown key \"guaranteed_soak\""}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Repeats, Mistake,
+    testing::Values(
+        Wrong{kRepeat + "count = 3\n", "p.toml:8:1: there is no segment in it, expected at least one"},
+        Wrong{kRepeat + "count = 0\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:10:9: \"count\" is 0, expected 1 or more"},
+        Wrong{kRepeat + "count = -1\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:10:9: \"count\" is -1, expected 1 or more"},
+        Wrong{kRepeat + "[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:8:1: a repeat has either \"count\" or \"rates\", expected one of them"},
+        Wrong{kRepeat + "count = 1\nrates = [1]\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:8:1: a repeat has either \"count\" or \"rates\", expected one of them"},
+        Wrong{kRepeat + "rates = []\n[[segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:10:9: \"rates\" holds no rate, expected one for each pass"},
+        Wrong{kRepeat + "count = 2\n[[segment.segment]]\nkind = \"ramp\"\nto = 30\n",
+              "p.toml:11:1: neither \"rate\" nor \"time\" is given, expected one of them"},
+        Wrong{kRepeat + "count = 5\n[[segment.segment]]\nkind = \"ramp\"\nto = 20\nrate = 1\n",
+              "p.toml:13:6: the ramp goes nowhere: the set point is 20 °C already"},
+        Wrong{kRepeat + "count = 2\ncycle = true\n[[segment.segment]]\nkind = \"repeat\"\ncount = 2\ncycle = true\n"
+                        "[[segment.segment.segment]]\nkind = \"hold\"\ntime = \"1 s\"\n",
+              "p.toml:15:9: a cycle inside a cycle, expected one level of cycles"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    RandomPrograms, Mistake,
+    testing::Values(
+        Wrong{kRandom, "p.toml:8:1: \"targets\" is empty, expected rows of [low, high]"},
+        Wrong{kRandom + "targets = [[10, -10]]\n", "p.toml:14:11: \"targets\" is not a range, expected [low, high]"},
+        Wrong{kRandom + "targets = [[1, 2, 3]]\n", "p.toml:14:11: \"targets\" is not a range, expected [low, high]"},
+        Wrong{kRandom + "targets = [[0, 5000]]\n", "p.toml:14:11: \"targets\" is 5000 °C, expected -273.15 to 1000 °C"},
+        Wrong{kRandom + "targets = [[0, 10]]\nleast_step = 30\n",
+              "p.toml:15:14: no target is 30 K away from 20 °C, expected a smaller step"},
+        Wrong{
+            "[[segment]]\nkind = \"random\"\nseed = -1\nduration = \"1 h\"\nrates = [0, 5]\nhold = [\"0 s\", \"1 h\"]\n"
+            "targets = [[0, 50]]\n",
+            "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it\n"
+            "p.toml:6:8: \"seed\" is -1, expected 0 or more\n"
+            "p.toml:8:9: \"rates\" is 0 °C/min, expected more than 0, at most 1000 °C/min\n"
+            "p.toml:9:8: \"hold\" is zero, expected a time longer than zero"}));
+
+TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
+  EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
+                    "[[segment]]\nkind = \"ramp\"\nto = 30\n"),
+            "p.toml:6:6: \"at\" is not what it should be, expected a temperature like 20 or \"20 °C\"\n"
+            "p.toml:7:8: \"time\" is not what it should be, expected a duration like \"2 h\" or \"90 s\"\n"
+            "p.toml:8:1: unknown key \"soka_band\", did you mean \"soak_band\"?\n"
+            "p.toml:9:1: neither \"rate\" nor \"time\" is given, expected one of them");
+}
+
+TEST(Mistakes, AWrongSchemaIsOne) {
+  const auto p = parse_profile("schema = \"gyrotherm-profile/2\"\nname = \"p\"\n" + kHold20, "p.toml");
+  ASSERT_FALSE(p);
+  EXPECT_EQ(p.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(text(p.error()),
+            "p.toml:1:10: \"gyrotherm-profile/2\" is not understood, expected \"gyrotherm-profile/1\"");
+}
+
+/// `depth` repeats around one hold, each with `count` passes.
+std::string nested(int depth, const std::string& count) {
+  std::string segments, path = "segment";
+  for (int i = 0; i < depth; ++i, path += ".segment")
+    segments += "[[" + path + "]]\nkind = \"repeat\"\ncount = " + count + "\n";
+  return segments + "[[" + path + "]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
+}
+
+TEST(RepeatBomb, IsRefusedWithoutBeingExpanded) {
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(refusal(nested(7, "9223372036854775807")),
+            "p.toml:25:1: the profile grows beyond 20000 segments or 100000000 s here");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
+}
+
+TEST(RepeatBomb, TwentyThousandSegmentsAreStillAllowed) {
+  EXPECT_EQ(parsed(nested(1, "20000")).segments.size(), 20'000u);
+  EXPECT_NE(refusal(nested(1, "20001")), "nothing");
+}
+
+/// As many holds one behind the other.
+std::string written_out(int count) {
+  std::string segments;
+  for (int i = 0; i < count; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\n";
+  return segments;
+}
+
+TEST(SegmentBomb, IsReadInATimeThatGrowsWithItsLength) {
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(parsed(written_out(20'000)).segments.size(), 20'000u);
+  EXPECT_EQ(refusal(written_out(20'001)),
+            "p.toml:80004:1: the profile grows beyond 20000 segments or 100000000 s here");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(10));
+}
+
+TEST(SegmentBomb, OfMistakesTellsTheFirstHundred) {
+  std::string segments;
+  for (int i = 0; i < 20'000; ++i) segments += "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 s\"\nx = 1\n";
+  const auto start = std::chrono::steady_clock::now();
+  const auto told = refusal(segments);
+  EXPECT_TRUE(told.starts_with("p.toml:8:1: unknown key \"x\", did you mean \"at\"?\np.toml:13:1: unknown key"))
+      << told.substr(0, 200);
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 100);
+  EXPECT_TRUE(told.ends_with("p.toml: more mistakes than the 100 told here"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
+}
+
+TEST(RepeatBomb, TheWholeProfileHasALongestTime) {
+  EXPECT_EQ(refusal("[[segment]]\nkind = \"repeat\"\ncount = 1000\n[[segment.segment]]\nkind = \"hold\"\nat = 20\n"
+                    "time = \"1000 d\"\n"),
+            "p.toml:7:1: the profile grows beyond 20000 segments or 100000000 s here");
+}
+
+TEST(RepeatBomb, NestingHasALimit) {
+  EXPECT_EQ(parsed(nested(7, "1")).segments.size(), 1u);
+  EXPECT_EQ(refusal(nested(8, "1")), "p.toml:25:1: repeats are nested deeper than 8 levels");
+}
+
+}  // namespace
+}  // namespace gyrotherm

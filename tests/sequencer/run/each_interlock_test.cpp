@@ -1,0 +1,424 @@
+/// Each cause by itself: what raises it, what it asks for, and that nothing less does.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sequencer/interlocks/interlocks.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A rig in which everything is well, a second at a time; what is broken in it stays so.
+class Bench {
+ public:
+  Bench() {
+    sample.chamber = {ChamberState{{20}, {20}}, {}};
+    sample.thermometers.assign(9, {Celsius{22}, {}});
+    sample.gyro = {PulseCount{106, kSecond}, {}};
+    around.sent = Celsius{20};
+  }
+
+  ChamberState& chamber() { return *sample.chamber.value; }
+  void thermometer(std::size_t i, double celsius) { sample.thermometers[i].value = Celsius{celsius}; }
+
+  Verdict second(Duration elapsed = kSecond) {
+    sample.at.since_start += elapsed;
+    sample.at.utc += elapsed;
+    auto judgement = judge(limits, std::move(memory), sample, elapsed, around);
+    memory = std::move(judgement.memory);
+    alarms += static_cast<int>(judgement.raised.size());
+    over += static_cast<int>(judgement.cleared.size());
+    return judgement.verdict;
+  }
+  Verdict seconds(int count) {
+    Verdict verdict;
+    for (int i = 0; i < count; ++i) verdict = second();
+    return verdict;
+  }
+  /// The first second in which it reacts so, or −1 if none of the next `most` does.
+  int seconds_until(Reaction reaction, int most = 4000) {
+    for (int i = 1; i <= most; ++i)
+      if (second().reaction == reaction) return i;
+    return -1;
+  }
+  [[nodiscard]] bool has(Cause cause) const { return memory.watches[static_cast<std::size_t>(cause)].raised; }
+
+  InterlockLimits limits;
+  InterlockMemory memory;
+  Sample sample;
+  Circumstances around;
+  int alarms = 0, over = 0;
+};
+
+auto silence() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
+
+TEST(Cause, OneAlarmUntilItIsOver) {
+  Bench bench;
+  bench.chamber().activity = ChamberActivity::door_open;
+  bench.seconds(100);
+  EXPECT_EQ(bench.alarms, 1);
+  for (int i = 0; i < 20; ++i) {  // a door that swings
+    bench.chamber().activity = i % 2 ? ChamberActivity::door_open : ChamberActivity::running;
+    bench.seconds(4);
+  }
+  EXPECT_EQ(bench.alarms, 1);
+  bench.chamber().activity = ChamberActivity::running;
+  bench.seconds(9);
+  EXPECT_EQ(standing(bench.memory).size(), 1u);
+  bench.seconds(1);
+  EXPECT_EQ(bench.over, 1);
+  EXPECT_TRUE(standing(bench.memory).empty());
+}
+
+TEST(Cause, EachThermometerMayHaveLimitsOfItsOwn) {
+  Bench bench;
+  bench.limits.thermometers.assign(9, {});
+  bench.limits.thermometers[4] = {{-10}, {21.5}};
+  EXPECT_EQ(bench.seconds_until(Reaction::abort), 2);
+  bench = {};
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.thermometer(8, -61);
+  EXPECT_EQ(bench.seconds(2).cause, "thermometer shell reads -61.00 °C, outside -60 … 100 °C");
+}
+
+TEST(Cause, ASpikeOfOneSampleIsNoLimitPassed) {
+  Bench bench;
+  for (int i = 0; i < 100; ++i) {
+    bench.thermometer(2, i % 2 ? 22 : 850);
+    ASSERT_LT(bench.second().reaction, Reaction::abort);
+  }
+}
+
+TEST(Cause, FewerThermometersThanNeededSuspendWithinTenSeconds) {
+  Bench bench;
+  bench.limits.thermometers_needed = 8;
+  bench.sample.thermometers[0].value = silence();
+  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1);
+  bench.sample.thermometers[1].value = silence();
+  EXPECT_LE(bench.seconds_until(Reaction::suspend), 10);
+  EXPECT_EQ(bench.second().cause, "7 thermometers answer, 8 are needed for 6 s");
+}
+
+TEST(Cause, AirThatChangesFasterThanAClosedChamberCanSuspends) {
+  Bench bench;
+  bench.seconds(70);
+  for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.32}, bench.second();
+  EXPECT_FALSE(bench.has(Cause::air_rate)) << "19.2 °C in a minute";
+  for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.36}, bench.second();
+  EXPECT_TRUE(bench.has(Cause::air_rate)) << "21.6 °C in a minute";
+}
+
+TEST(Cause, AnArticleThatChangesTooFastSuspends) {
+  Bench bench;
+  bench.limits.thermometers_fastest = {1};
+  bench.seconds(70);
+  Verdict verdict;
+  for (int i = 0; i < 70; ++i) {
+    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, 22 + 0.02 * i);
+    verdict = bench.second();
+  }
+  EXPECT_EQ(verdict.reaction, Reaction::suspend);
+  EXPECT_TRUE(bench.has(Cause::thermometer_rate));
+}
+
+TEST(Cause, AThermometerFarFromTheOthersWarns) {
+  Bench bench;
+  bench.limits.disagreement = {10};
+  bench.thermometer(3, 33);
+  EXPECT_EQ(bench.seconds(59).reaction, Reaction::go_on);
+  EXPECT_EQ(bench.seconds(2).reaction, Reaction::warn);
+  EXPECT_TRUE(bench.has(Cause::disagreement));
+}
+
+TEST(Cause, AStuckThermometerWarnsWhileTheOthersMove) {
+  Bench bench;
+  bench.seconds(300);
+  EXPECT_FALSE(bench.has(Cause::stuck)) << "nothing moves";
+  for (int i = 0; i < 200; ++i) {
+    for (std::size_t t = 1; t < 9; ++t) bench.thermometer(t, 22 + 0.01 * i);
+    bench.second();
+  }
+  EXPECT_TRUE(bench.has(Cause::stuck));
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+}
+
+TEST(Cause, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack) {
+  Bench bench;
+  bench.seconds(100);
+  bench.chamber().air = {32.5};
+  EXPECT_EQ(bench.seconds(20).reaction, Reaction::go_on);
+  bench.chamber().air = {31};
+  bench.seconds(9);
+  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 1);
+  EXPECT_TRUE(bench.has(Cause::chamber_sensor));
+}
+
+TEST(Cause, AJumpIsMeasuredWhereverTheArticleIs) {
+  Bench bench;
+  for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, 35);
+  EXPECT_EQ(bench.seconds(3000).reaction, Reaction::go_on) << "it warms itself";
+  auto small = bench, large = bench;
+  small.chamber().air = {10.5};
+  EXPECT_LT(small.seconds(300).reaction, Reaction::abort);
+  large.chamber().air = {9.5};
+  EXPECT_EQ(large.seconds_until(Reaction::abort, 40), 30);
+}
+
+TEST(Cause, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
+  Bench bench;
+  bench.seconds(10);
+  auto spike = bench;
+  bench.chamber().air = {26};
+  bench.second();
+  bench.chamber().air = {32};
+  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 30);
+  spike.chamber().air = {45};
+  spike.seconds(20);
+  spike.chamber().air = {20};
+  EXPECT_LT(spike.seconds(100).reaction, Reaction::abort);
+  EXPECT_FALSE(spike.has(Cause::chamber_sensor));
+}
+
+/// The air falls to the room's within a minute, also while its reading is lost for some seconds.
+TEST(Cause, AirThatLeavesThroughTheDoorIsNoContradiction) {
+  Bench bench;
+  double air = 85;
+  for (int i = 0; i < 300; ++i) {
+    air += (22 - air) / 60;
+    bench.sample.chamber.value = ChamberState{{air}, {85}};
+    bench.around.sent = Celsius{85};
+    if (i > 20 && i < 25) bench.sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply");
+    ASSERT_LT(bench.second().reaction, Reaction::abort) << i;
+  }
+}
+
+TEST(Cause, AnArticleThatLagsIsNoContradiction) {
+  Bench bench;
+  bench.seconds(700);
+  for (int i = 0; i < 600; ++i) {  // a ramp of 5 °C/min, and an article that hardly follows
+    bench.chamber().air = bench.chamber().air + Kelvins{5.0 / 60};
+    bench.around.sent = bench.chamber().set_point = bench.chamber().air;
+    ASSERT_NE(bench.second().reaction, Reaction::abort) << i;
+  }
+}
+
+TEST(Cause, ThermometersInTheAirContradictTheChamberAtAnyTime) {
+  Bench bench;
+  bench.limits.air_thermometers = {8};
+  bench.thermometer(8, 31);
+  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 30);
+}
+
+TEST(Cause, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
+  Bench bench;
+  bench.seconds(10);
+  bench.around.sent = bench.chamber().set_point = {40};
+  const auto found = bench.seconds_until(Reaction::suspend, 3600);
+  EXPECT_GT(found, 300);
+  EXPECT_LT(found, 1200);
+  EXPECT_TRUE(bench.has(Cause::following));
+}
+
+TEST(Cause, AirThatFollowsWithALagIsWell) {
+  Bench bench;
+  double set_point = 20, air = 20, article = 20;
+  for (int i = 0; i < 4000; ++i) {
+    if (i > 300 && i < 1000) set_point += 5.0 / 60;
+    air += (set_point - air) / 240;  // twice as slow as expected
+    bench.around.sent = bench.chamber().set_point = {set_point};
+    bench.chamber().air = {air};
+    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, article += (air - article) / 3600 / 9);
+    ASSERT_EQ(bench.second().reaction, Reaction::go_on) << i;
+  }
+}
+
+TEST(Cause, AirThatDoesNotFollowNearALimitAborts) {
+  Bench bench;
+  bench.limits.air_highest = {21};
+  bench.seconds(10);
+  bench.around.sent = bench.chamber().set_point = {0};
+  EXPECT_NE(bench.seconds_until(Reaction::abort, 1200), -1);
+}
+
+TEST(Cause, AForeignSetPointIsFoundAtTheSecondPoll) {
+  Bench bench;
+  bench.seconds(10);
+  bench.chamber().set_point = {25};
+  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  const auto verdict = bench.second();
+  EXPECT_EQ(verdict.reaction, Reaction::suspend);
+  EXPECT_EQ(verdict.cause, "somebody else changed it: the chamber has the set point 25 °C, it was sent 20 °C");
+  EXPECT_EQ(bench.seconds(10'000).reaction, Reaction::suspend) << "as long as it stands";
+}
+
+TEST(Cause, ASetPointRoundedByTheControllerIsTheOneThatWasSent) {
+  Bench bench;
+  bench.chamber().set_point = {20.09};
+  EXPECT_EQ(bench.seconds(100).reaction, Reaction::go_on);
+}
+
+TEST(Cause, AChamberThatComesBackOtherwiseWasRestarted) {
+  Bench bench;
+  bench.around.sent = bench.chamber().set_point = {60};
+  bench.seconds(10);
+  const auto state = bench.chamber();
+  bench.sample.chamber.value = silence();
+  bench.seconds(3);
+  bench.sample.chamber.value = state;
+  bench.chamber().set_point = {20};
+  EXPECT_EQ(bench.second().reaction, Reaction::suspend);
+  EXPECT_TRUE(bench.has(Cause::restarted));
+  EXPECT_FALSE(bench.has(Cause::foreign_set_point));
+  bench.seconds(10);
+  EXPECT_FALSE(bench.has(Cause::foreign_set_point)) << "one alarm per cause";
+}
+
+TEST(Cause, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
+  Bench bench;
+  bench.seconds(10);
+  bench.chamber().set_point = {25};
+  bench.seconds(2);
+  const auto state = bench.chamber();
+  bench.sample.chamber.value = silence();
+  EXPECT_EQ(bench.seconds(20).reaction, Reaction::suspend);
+  bench.sample.chamber.value = state;
+  bench.seconds(10);
+  EXPECT_TRUE(bench.has(Cause::foreign_set_point));
+  EXPECT_FALSE(bench.has(Cause::restarted)) << "it would be brought back, which is fighting it";
+}
+
+TEST(Cause, AChamberThatComesBackAsItWasIsWell) {
+  Bench bench;
+  const auto state = bench.chamber();
+  bench.sample.chamber.value = silence();
+  bench.seconds(3);
+  bench.sample.chamber.value = state;
+  EXPECT_EQ(bench.seconds(10).reaction, Reaction::go_on);
+}
+
+TEST(Cause, ASwitchedOffChamberSuspends) {
+  Bench bench;
+  bench.chamber().activity = ChamberActivity::off;
+  EXPECT_EQ(bench.seconds(2).reaction, Reaction::suspend);
+}
+
+TEST(Cause, ThreeSetPointsNotTakenSuspend) {
+  Bench bench;
+  bench.around.refusals = 2;
+  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  bench.around.refusals = 3;
+  bench.around.refusal = "it reads 20 after 21 was written";
+  EXPECT_EQ(bench.second().cause, "the chamber does not take set points: it reads 20 after 21 was written");
+}
+
+TEST(Cause, AMachineThatSleptHolds) {
+  Bench bench;
+  bench.around.missed = std::chrono::seconds(120);
+  EXPECT_EQ(bench.second(std::chrono::seconds(121)).reaction, Reaction::go_on);
+  bench.around.missed = std::chrono::seconds(121);
+  EXPECT_EQ(bench.second(std::chrono::seconds(122)).reaction, Reaction::hold);
+}
+
+TEST(Cause, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
+  Bench bench;
+  bench.around.backlog = std::chrono::seconds(60);
+  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  bench.around.backlog = std::chrono::seconds(61);
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  bench.limits.policy[static_cast<std::size_t>(Cause::storage)] = Reaction::hold;
+  EXPECT_EQ(bench.second().reaction, Reaction::hold);
+  bench.around.backlog = {};
+  bench.around.rows_dropped = true;
+  EXPECT_EQ(bench.second().cause, "the record loses rows");
+}
+
+TEST(Cause, AStepOfTheWallClockWarnsAndStopsNothing) {
+  Bench bench;
+  bench.seconds(10);
+  bench.sample.at.utc += std::chrono::milliseconds(49);
+  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  bench.sample.at.utc -= std::chrono::hours(1);
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_EQ(bench.second().reaction, Reaction::go_on) << "a step is over at once";
+  EXPECT_EQ(bench.alarms, 1);
+}
+
+TEST(Cause, AControllerThatLeftItsProgramAborts) {
+  Bench bench;
+  bench.around.program = "the controller has not carried out its program";
+  EXPECT_EQ(bench.second().reaction, Reaction::abort);
+}
+
+TEST(Cause, WhatWouldDamageTheArticleCannotBeChosen) {
+  for (const auto cause : {Cause::air_limit, Cause::thermometer_limit, Cause::chamber_alarm, Cause::emergency_stop,
+                           Cause::deadline, Cause::program}) {
+    EXPECT_FALSE(may_be_chosen(cause)) << name(cause);
+    EXPECT_EQ(usual_reaction(cause), Reaction::abort) << name(cause);
+  }
+}
+
+TEST(Cause, NoiseAloneRaisesNothing) {
+  Bench bench;
+  unsigned state = 1;
+  const auto noise = [&state] {
+    return (static_cast<double>((state = state * 1664525u + 1013904223u) >> 16) / 65536 - 0.5);
+  };
+  for (int i = 0; i < 20'000; ++i) {
+    bench.chamber().air = {20 + 0.3 * noise()};
+    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, 22 + 0.1 * noise());
+    bench.second();
+  }
+  EXPECT_EQ(bench.alarms, 0);
+}
+
+TEST(Cause, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
+  Bench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.sample.thermometers[1].value = silence();
+  bench.sample.thermometers[8].value = silence();
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_EQ(standing(bench.memory), std::vector<std::string>{"no reading of thermometer B, thermometer shell"});
+  EXPECT_EQ(bench.seconds(1000).reaction, Reaction::warn);
+  EXPECT_EQ(bench.alarms, 1);
+}
+
+TEST(Cause, ALostChannelThatTheAnalysisNeedsSuspends) {
+  Bench bench;
+  bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  bench.limits.needed_thermometers = {0, 3};
+  bench.sample.thermometers[1].value = silence();
+  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1) << "B is not needed";
+  bench.sample.thermometers[3].value = silence();
+  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), 5);
+  EXPECT_EQ(bench.memory.of(Cause::needed_channel_lost).text, "no reading of thermometer D, which the analysis needs");
+  bench.limits.policy[static_cast<std::size_t>(Cause::needed_channel_lost)] = Reaction::warn;
+  EXPECT_EQ(bench.second().reaction, Reaction::warn) << "as the rig file says";
+}
+
+TEST(Cause, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
+  Bench bench;
+  bench.around.record_damage = "run.db was removed or moved by another program while it was being written";
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_TRUE(bench.has(Cause::record_damaged));
+  bench.around.guard_trouble = "the guard has ended, and is replaced";
+  bench.second();
+  EXPECT_TRUE(bench.has(Cause::unguarded));
+  EXPECT_EQ(bench.alarms, 2);
+}
+
+/// On a line that loses much, what the chamber does is known some seconds after its air.
+TEST(Cause, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
+  Bench bench;
+  bench.sample.chamber.value = silence();
+  bench.second();
+  bench.sample.chamber.value = ChamberState{{20}, {20}};
+  bench.seconds(3);
+  bench.chamber().activity = ChamberActivity::off;
+  bench.second();
+  EXPECT_GT(bench.memory.of(Cause::restarted).samples, 0);
+  EXPECT_EQ(bench.memory.of(Cause::foreign_set_point).samples, 0);
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,154 @@
+#include "sequencer/interlocks/interlocks.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gyrotherm {
+namespace {
+
+/// A second in which everything is well.
+Sample good_sample() {
+  Sample sample{.at = {},
+                .chamber = {ChamberState{{20}, {20}}, {}},
+                .thermometers = {},
+                .gyro = {PulseCount{106, kSecond}, {}},
+                .progress = {}};
+  for (int i = 0; i < 9; ++i) sample.thermometers.push_back({Celsius{22}, {}});
+  return sample;
+}
+
+auto no_reply() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
+
+/// Judges the same sample again and again; the verdict of the last second.
+Verdict after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
+  Judgement judgement;
+  for (int i = 0; i < seconds; ++i) judgement = judge(limits, judgement.memory, sample, kSecond);
+  return judgement.verdict;
+}
+
+TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, Reaction::go_on); }
+
+TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
+  auto sample = good_sample();
+  sample.chamber.value = no_reply();
+  EXPECT_EQ(after(sample, 4).reaction, Reaction::go_on);
+  EXPECT_EQ(after(sample, 5).reaction, Reaction::suspend);
+  EXPECT_EQ(after(sample, 599).reaction, Reaction::suspend);
+  EXPECT_EQ(after(sample, 600).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
+}
+
+TEST(Interlocks, ForgetASilenceThatEnded) {
+  auto silent = good_sample();
+  silent.chamber.value = no_reply();
+  Judgement judgement;
+  for (int i = 0; i < 300; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
+  judgement = judge({}, judgement.memory, good_sample(), kSecond);
+  EXPECT_EQ(judgement.verdict.reaction, Reaction::go_on);
+  for (int i = 0; i < 4; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
+  EXPECT_EQ(judgement.verdict.reaction, Reaction::go_on) << "the next one is counted from its own beginning";
+}
+
+TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
+  auto sample = good_sample();
+  for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = no_reply();
+  EXPECT_EQ(after(sample, 1000).reaction, Reaction::warn) << "where the analysis needs no other";
+  sample.thermometers[0].value = no_reply();
+  EXPECT_EQ(after(sample, 1000).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
+  auto sample = good_sample();
+  sample.thermometers[3].value = Celsius{100.5};
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::go_on);
+  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 2).cause, "a thermometer reads 100.50 °C, outside -60 … 100 °C");
+  sample = good_sample();
+  sample.chamber.value->air = {-60.5};
+  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+}
+
+/// Judges samples in turn, a second each; the last judgement.
+Judgement after_all(const std::vector<Sample>& samples, const InterlockLimits& limits = {}) {
+  Judgement judgement;
+  for (const auto& sample : samples) judgement = judge(limits, judgement.memory, sample, kSecond);
+  return judgement;
+}
+
+TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
+  const auto good = good_sample();
+  auto hot_air = good, hot_article = good, silent = good, loose = good;
+  hot_air.chamber.value->air = {101};
+  silent.chamber.value = no_reply();
+  EXPECT_EQ(after_all({hot_air, silent, hot_air}).verdict.reaction, Reaction::abort);
+  EXPECT_NE(after_all({hot_air, good, hot_air}).verdict.reaction, Reaction::abort);
+  hot_article.thermometers[3].value = Celsius{100.5};
+  loose.thermometers[3].value = no_reply();
+  EXPECT_EQ(after_all({hot_article, loose, hot_article}).verdict.reaction, Reaction::abort);
+  std::vector<Sample> long_silence(3600, loose);
+  long_silence.front() = long_silence.back() = hot_article;
+  EXPECT_EQ(after_all(long_silence).verdict.reaction, Reaction::abort) << "however long it was lost";
+  auto other_lost = good;
+  other_lost.thermometers[4].value = no_reply();
+  EXPECT_NE(after_all({hot_article, other_lost, hot_article}).verdict.reaction, Reaction::abort)
+      << "the one that was hot was read in between";
+}
+
+TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
+  auto open = good_sample(), silent = good_sample();
+  open.chamber.value->activity = ChamberActivity::door_open;
+  silent.chamber.value = no_reply();
+  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.cause, "the chamber's door is open");
+  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.reaction, Reaction::suspend);
+  EXPECT_EQ(after_all({open, silent, good_sample()}).verdict.reaction, Reaction::go_on);
+  std::vector<Sample> lost(20, silent);
+  lost.front() = open;
+  EXPECT_EQ(after_all(lost).verdict.cause, "chamber silent for 19 s");
+}
+
+TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
+  InterlockLimits limits;
+  limits.follow_time = std::chrono::seconds(30);
+  auto still = good_sample(), silent = good_sample();
+  silent.chamber.value = no_reply();
+  still.chamber.value->set_point = {60};
+  Judgement judgement = judge(limits, {}, good_sample(), kSecond);
+  int seconds = 0;
+  for (; seconds < 1000 && judgement.verdict.reaction < Reaction::suspend; ++seconds)
+    judgement = judge(limits, judgement.memory, seconds % 2 == 0 ? still : silent, kSecond);
+  Judgement each = judge(limits, {}, good_sample(), kSecond);
+  int each_seconds = 0;
+  for (; each_seconds < 1000 && each.verdict.reaction < Reaction::suspend; ++each_seconds)
+    each = judge(limits, each.memory, still, kSecond);
+  ASSERT_LT(each_seconds, 1000);
+  EXPECT_NEAR(seconds, each_seconds, 3) << "air that does not follow";
+}
+
+TEST(Interlocks, AbortAnOverdueSegment) {
+  auto sample = good_sample();
+  sample.progress.phase = Phase::overdue;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
+  auto sample = good_sample();
+  sample.chamber.value->alarms = {"filter dirty"};
+  EXPECT_EQ(after(sample, 100).reaction, Reaction::go_on) << "a note stops nothing";
+  sample.chamber.value->activity = ChamberActivity::door_open;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::suspend);
+  sample.chamber.value->must_stop = true;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).cause, "chamber alarm: filter dirty");
+  sample = good_sample();
+  sample.chamber.value->activity = ChamberActivity::emergency_stop;
+  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+}
+
+TEST(Interlocks, TheMostSevereReactionWins) {
+  auto sample = good_sample();
+  sample.gyro.value = no_reply();
+  sample.thermometers[0].value = Celsius{150};
+  EXPECT_EQ(after(sample, 10).reaction, Reaction::abort);
+}
+
+}  // namespace
+}  // namespace gyrotherm

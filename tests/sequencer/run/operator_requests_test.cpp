@@ -1,0 +1,79 @@
+#include "sequencer/run/operator_requests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::array kAll{OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop,
+                          OperatorCommand::abort};
+
+/// What the tick carries out of requests that were each made in that state if nothing spoke against them.
+std::optional<OperatorCommand> carried_out(RunState state, const std::vector<OperatorCommand>& commands) {
+  OperatorRequests requests;
+  for (const auto command : commands)
+    if (requests.objection(state, command).empty()) requests.add({command, name(command)});
+  const auto taken = requests.take();
+  return taken.carried_out ? std::optional(taken.carried_out->command) : std::nullopt;
+}
+
+TEST(OperatorRequests, AnAbortThatIsAnsweredHappensWhateverElseIsSaid) {
+  for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
+    for (const auto other : kAll) {
+      EXPECT_EQ(carried_out(state, {OperatorCommand::abort, other}), OperatorCommand::abort) << name(other);
+      EXPECT_EQ(carried_out(state, {other, OperatorCommand::abort}), OperatorCommand::abort) << name(other);
+    }
+}
+
+TEST(OperatorRequests, TheMostSevereWinsInWhateverOrderTheyCome) {
+  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::stop, OperatorCommand::pause}), OperatorCommand::stop);
+  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::stop}), OperatorCommand::stop);
+  EXPECT_EQ(carried_out(RunState::execute, {OperatorCommand::pause, OperatorCommand::resume}), OperatorCommand::pause);
+  EXPECT_EQ(carried_out(RunState::held, {OperatorCommand::resume, OperatorCommand::pause}), OperatorCommand::pause);
+  EXPECT_EQ(carried_out(RunState::held, {OperatorCommand::resume}), OperatorCommand::resume);
+}
+
+TEST(OperatorRequests, AMilderOneIsRefusedAndToldWhatComesFirst) {
+  OperatorRequests requests;
+  requests.add({OperatorCommand::abort, "ada (uid 1000)"});
+  for (const auto milder : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
+    EXPECT_EQ(requests.objection(RunState::execute, milder), "abort by ada (uid 1000) comes first, within a second");
+  EXPECT_EQ(requests.objection(RunState::execute, OperatorCommand::abort), "") << "it will be done";
+}
+
+TEST(OperatorRequests, OfEquallySevereOnesTheFirstIsCarriedOutAndTheOthersAreDropped) {
+  OperatorRequests requests;
+  requests.add({OperatorCommand::resume, "ada"});
+  requests.add({OperatorCommand::pause, "bob"});
+  requests.add({OperatorCommand::pause, "eve"});
+  const auto taken = requests.take();
+  ASSERT_TRUE(taken.carried_out);
+  EXPECT_EQ(taken.carried_out->who, "bob");
+  ASSERT_EQ(taken.dropped.size(), 2u);
+  EXPECT_EQ(taken.dropped[0].who, "ada");
+  EXPECT_EQ(taken.dropped[1].who, "eve");
+  EXPECT_EQ(requests.foremost(), nullptr);
+}
+
+TEST(OperatorRequests, WhatAStateForbidsIsRefused) {
+  const OperatorRequests none;
+  EXPECT_EQ(none.objection(RunState::execute, OperatorCommand::resume), "the run is not held: execute");
+  EXPECT_EQ(none.objection(RunState::held, OperatorCommand::pause), "the run is held already");
+  EXPECT_EQ(none.objection(RunState::aborting, OperatorCommand::stop), "the chamber is being made safe");
+  for (const auto state : {RunState::aborted, RunState::stopped, RunState::complete})
+    for (const auto command : kAll) EXPECT_FALSE(none.objection(state, command).empty()) << name(state);
+}
+
+TEST(OperatorRequests, OnlyAStopOrAnAbortEndsTheRun) {
+  for (const auto command : kAll) {
+    OperatorRequests requests;
+    requests.add({command, "ada"});
+    EXPECT_EQ(requests.end_the_run(), command >= OperatorCommand::stop) << name(command);
+  }
+  EXPECT_FALSE(OperatorRequests().end_the_run());
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,78 @@
+#include "sequencer/run/resume_rule.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/sequencer/profile/profiles.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr Celsius kMild{20};
+
+/// A soak at 60 °C, interrupted for 30 s.
+Standstill hot() { return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)}; }
+Standstill cold() {
+  return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = std::chrono::seconds(30)};
+}
+
+Reentry way(const Standstill& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
+
+TEST(ResumeRule, GoesOnAfterAShortGapWithTheAirWhereItWas) {
+  EXPECT_EQ(way(hot(), 59.8), Reentry::go_on);
+  EXPECT_EQ(way(hot(), 57.8), Reentry::go_on);
+  EXPECT_EQ(way(cold(), -38), Reentry::go_on);
+  EXPECT_EQ(judge_reentry(hot(), kMild, {59}).why, "");
+}
+
+TEST(ResumeRule, StabilisesAgainAfterADriftToTheMildSide) {
+  EXPECT_EQ(way(hot(), 57.7), Reentry::stabilise);
+  EXPECT_EQ(way(hot(), 21), Reentry::stabilise);
+  EXPECT_EQ(way(cold(), -37), Reentry::stabilise);
+  EXPECT_EQ(way(cold(), 21.9), Reentry::stabilise);
+  EXPECT_EQ(judge_reentry(hot(), kMild, {50}).why, "the air is at 50.00 °C, it was at 59.80 °C");
+}
+
+TEST(ResumeRule, AsksAfterADriftBeyondTheSegmentOnTheHostileSide) {
+  EXPECT_EQ(way(hot(), 62.1), Reentry::ask);
+  EXPECT_EQ(way(hot(), 17.9), Reentry::ask) << "beyond the mild temperature, on the other side";
+  EXPECT_EQ(way(cold(), -42.1), Reentry::ask);
+  EXPECT_EQ(way(cold(), 22.1), Reentry::ask);
+}
+
+TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
+  auto stood = hot();
+  stood.down = std::chrono::seconds(120);
+  EXPECT_EQ(way(stood, 59.8), Reentry::go_on);
+  stood.down = std::chrono::seconds(121);
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+  EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "down for 2 min 01 s, longer than 2 min 00 s");
+}
+
+TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
+  auto stood = hot();
+  stood.aborted = true;
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+  stood = hot();
+  stood.held = true;
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+}
+
+TEST(ResumeRule, StabilisesWhereTheAirWasNeverSeen) {
+  auto stood = hot();
+  stood.air.reset();
+  EXPECT_EQ(way(stood, 59.8), Reentry::stabilise);
+  EXPECT_EQ(way(stood, 70), Reentry::ask);
+}
+
+TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
+  const auto profile = parsed(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -30\nrate = 5\n");
+  const auto hold = extremes_of(profile, Holding{0, {}, {}});
+  EXPECT_EQ(hold.lowest, Celsius{20});
+  EXPECT_EQ(hold.highest, Celsius{20});
+  const auto ramp = extremes_of(profile, Ramping{1, std::chrono::seconds(10)});
+  EXPECT_EQ(ramp.lowest, Celsius{-30});
+  EXPECT_EQ(ramp.highest, Celsius{20});
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,85 @@
+#include "sequencer/run/run_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "sequencer/profile/timeline.hpp"
+#include "tests/support/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+const std::string kShort = GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml";
+
+TEST(Experiment, EverySecondOfTheProfileHasOneSample) {
+  Laboratory laboratory(kShort);
+  ASSERT_EQ(laboratory.run(), Outcome::complete);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  const auto planned = plan(laboratory.profile()).all;
+  EXPECT_EQ(static_cast<std::int64_t>(record->slot.size()), (planned.ramps + planned.holds) / std::chrono::seconds(1));
+  for (std::size_t i = 0; i < record->slot.size(); ++i) ASSERT_EQ(record->slot[i], static_cast<std::int64_t>(i));
+  EXPECT_TRUE(record->finished);
+  EXPECT_TRUE(record->gaps.empty());
+}
+
+TEST(Experiment, EveryReadingOfTheVirtualRigIsGood) {
+  Laboratory laboratory(kShort);
+  laboratory.run(3000);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  for (std::size_t i = 0; i < record->slot.size(); ++i) {
+    ASSERT_FALSE(std::isnan(record->chamber_air_c[i])) << i;
+    ASSERT_FALSE(std::isnan(record->gyro[i])) << i;
+    ASSERT_NEAR(record->gyro_interval_s[i], 1.0, 1e-3) << i;
+    for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
+  }
+}
+
+TEST(Experiment, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
+  Laboratory laboratory(kShort);
+  laboratory.run(4000);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  for (std::size_t i = 0; i < record->slot.size(); ++i)
+    ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 1e-5) << "second " << i;
+}
+
+TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
+  Laboratory laboratory(kShort);
+  laboratory.file().limits.thermometers_lowest = {10};
+  EXPECT_EQ(laboratory.run(), Outcome::made_safe);
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_FALSE(record->finished);
+  const auto& events = record->events;
+  const auto interlock =
+      std::find_if(events.begin(), events.end(), [](const auto& e) { return e.event.kind == EventKind::interlock; });
+  ASSERT_NE(interlock, events.end());
+  EXPECT_NE(std::find_if(events.begin(), events.end(),
+                         [](const auto& e) { return e.event.text.find("was sent to 20 °C") != std::string::npos; }),
+            events.end());
+}
+
+TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
+  Laboratory laboratory(kShort);
+  auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
+  ASSERT_TRUE(rig) << text(rig.error());
+  std::optional<ChamberState> before;
+  const auto refuse = [&](const ChamberAsFound& now) -> Result<Celsius> {
+    before = now.state;
+    return failure(FaultKind::interrupted, "chamber", "not now");
+  };
+  EXPECT_EQ((*rig)->prepare(refuse, nullptr).error().what, "not now");
+  ASSERT_TRUE(before);
+  EXPECT_NE(before->set_point, Celsius{60});
+  const auto asked = (*rig)->ask();
+  ASSERT_TRUE(asked.front()) << text(asked.front().error());
+  EXPECT_NE(asked.front()->find("set point 20.00 °C"), std::string::npos) << *asked.front();
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,194 @@
+#include "sequencer/run/run_state_machine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "tests/sequencer/profile/profiles.hpp"
+
+namespace gyrotherm {
+namespace {
+
+using std::chrono::seconds;
+
+const ProcedureLimits kLimits{};
+
+Happening quiet() {
+  Happening now;
+  now.elapsed = kSecond;
+  return now;
+}
+Happening seeing(Reaction reaction, const std::string& cause = "the door is open") {
+  auto now = quiet();
+  now.verdict = {reaction, cause};
+  return now;
+}
+Happening told(OperatorCommand command) {
+  auto now = quiet();
+  now.request = OperatorRequest{command, "Ada"};
+  return now;
+}
+
+Procedure after(Procedure procedure, const Happening& now, int times = 1, const ProcedureLimits& limits = kLimits) {
+  for (int i = 0; i < times; ++i) procedure = next(limits, procedure, now);
+  return procedure;
+}
+RunState state_after(const Procedure& procedure, const Happening& now, int times = 1,
+                     const ProcedureLimits& limits = kLimits) {
+  return run_state(after(procedure, now, times, limits));
+}
+
+const Procedure kSuspended = Suspended{"the door is open", {}, {}};
+const Procedure kHeld = Held{"paused by Ada", {}};
+const Procedure kReturning = Returning{"the door is open", {}};
+
+TEST(Procedure, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
+  const auto suspended = after(Execute{}, seeing(Reaction::suspend));
+  ASSERT_EQ(run_state(suspended), RunState::suspended);
+  EXPECT_EQ(cause_of(suspended), "the door is open");
+  EXPECT_EQ(state_after(suspended, quiet(), 9), RunState::suspended);
+  EXPECT_EQ(state_after(suspended, quiet(), 10), RunState::execute);
+  const auto flapping = after(after(suspended, quiet(), 9), seeing(Reaction::suspend));
+  EXPECT_EQ(state_after(flapping, quiet(), 9), RunState::suspended) << "the while begins anew";
+}
+
+TEST(Procedure, AHoldEndsByTheOperatorAlone) {
+  const auto held = after(Execute{}, seeing(Reaction::hold, "the machine slept"));
+  ASSERT_EQ(run_state(held), RunState::held);
+  EXPECT_EQ(state_after(held, quiet(), 10'000), RunState::held);
+  EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
+  auto still = told(OperatorCommand::resume);
+  still.verdict = {Reaction::hold, "the machine slept"};
+  EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
+}
+
+TEST(Procedure, APauseIsNoFailure) {
+  const auto paused = after(Execute{}, told(OperatorCommand::pause));
+  EXPECT_EQ(run_state(paused), RunState::held);
+  EXPECT_EQ(cause_of(paused), "paused by Ada");
+  EXPECT_EQ(run_state(after(kSuspended, told(OperatorCommand::pause))), RunState::held);
+}
+
+TEST(Procedure, NothingLastsLongerThanItsLimit) {
+  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7199), RunState::suspended);
+  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7200), RunState::aborting);
+  EXPECT_EQ(cause_of(after(kSuspended, seeing(Reaction::suspend), 7200)),
+            "suspended for 2 h 00 min 00 s: the door is open");
+  EXPECT_EQ(state_after(kHeld, quiet(), 43'199), RunState::held);
+  EXPECT_EQ(state_after(kHeld, quiet(), 43'200), RunState::aborting);
+  auto away = quiet();
+  away.in_place = false;
+  EXPECT_EQ(state_after(kReturning, away, 14'399), RunState::suspended);
+  EXPECT_EQ(state_after(kReturning, away, 14'400), RunState::aborting);
+}
+
+TEST(Procedure, ReturnsToTheProfileWhenTheSetPointIsAway) {
+  auto away = quiet();
+  away.in_place = false;
+  const auto returning = after(kSuspended, away, 10);
+  ASSERT_TRUE(std::holds_alternative<Returning>(returning));
+  EXPECT_EQ(run_state(returning), RunState::suspended);
+  EXPECT_EQ(state_after(returning, quiet()), RunState::execute);
+  auto resume = told(OperatorCommand::resume);
+  resume.in_place = false;
+  EXPECT_TRUE(std::holds_alternative<Returning>(after(kHeld, resume)));
+}
+
+TEST(Procedure, AnAbortIsLatchedAndWaitsForTheChamber) {
+  const auto aborting = after(Execute{}, seeing(Reaction::abort, "too hot"));
+  ASSERT_EQ(run_state(aborting), RunState::aborting);
+  EXPECT_EQ(state_after(aborting, quiet(), 1'000'000), RunState::aborting) << "as long as it takes";
+  EXPECT_EQ(state_after(aborting, told(OperatorCommand::resume)), RunState::aborting);
+  EXPECT_EQ(state_after(aborting, told(OperatorCommand::stop)), RunState::aborting);
+  auto confirmed = quiet();
+  confirmed.safe_confirmed = true;
+  const auto aborted = after(aborting, confirmed);
+  ASSERT_EQ(run_state(aborted), RunState::aborted);
+  EXPECT_TRUE(is_over(aborted));
+  EXPECT_EQ(cause_of(aborted), "too hot");
+  for (const auto command : {OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop})
+    EXPECT_EQ(state_after(aborted, told(command)), RunState::aborted);
+}
+
+TEST(Procedure, AStopLeavesTheChamberAsTheRigSays) {
+  auto confirmed = quiet();
+  confirmed.safe_confirmed = true;
+  const auto stopping = after(Execute{}, told(OperatorCommand::stop));
+  EXPECT_EQ(run_state(stopping), RunState::aborting);
+  EXPECT_EQ(state_after(stopping, confirmed), RunState::stopped);
+  ProcedureLimits limits;
+  limits.on_stop = OnStop::hold;
+  for (const auto& from : {Procedure(Execute{}), kSuspended, kHeld, kReturning})
+    EXPECT_EQ(state_after(from, told(OperatorCommand::stop), 1, limits), RunState::stopped);
+}
+
+TEST(Procedure, AStopThatIsAbortedIsAborted) {
+  const auto stopping = after(Execute{}, told(OperatorCommand::stop));
+  auto confirmed = quiet();
+  confirmed.safe_confirmed = true;
+  EXPECT_EQ(state_after(after(stopping, told(OperatorCommand::abort)), confirmed), RunState::aborted);
+  EXPECT_EQ(state_after(after(stopping, seeing(Reaction::abort)), confirmed), RunState::aborted);
+}
+
+TEST(Procedure, TheMostSevereWins) {
+  auto all = seeing(Reaction::abort, "too hot");
+  all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
+  EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
+  all = seeing(Reaction::suspend);
+  all.request = OperatorRequest{OperatorCommand::abort, "Ada"};
+  EXPECT_EQ(state_after(kHeld, all), RunState::aborting);
+  all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
+  EXPECT_EQ(state_after(Execute{}, all), RunState::held);
+  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::hold)), RunState::held);
+  EXPECT_EQ(state_after(kHeld, seeing(Reaction::suspend)), RunState::held) << "a hold is the more severe";
+}
+
+TEST(Procedure, AWarningStopsNothing) { EXPECT_EQ(state_after(Execute{}, seeing(Reaction::warn)), RunState::execute); }
+
+TEST(Procedure, CompleteStaysComplete) {
+  auto end = quiet();
+  end.complete = true;
+  const auto complete = after(Execute{}, end);
+  EXPECT_EQ(run_state(complete), RunState::complete);
+  EXPECT_EQ(state_after(complete, seeing(Reaction::abort)), RunState::complete);
+}
+
+/// Random happenings: no step leaves the table of the drawing, and all its edges are walked.
+TEST(Procedure, StatesChangeAlongTheTableAlone) {
+  std::mt19937_64 random(20261122);
+  const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };
+  std::set<std::pair<RunState, RunState>> walked;
+  ProcedureLimits limits;
+  limits.longest_suspended = limits.longest_held = limits.longest_return = seconds(30);
+  for (int run = 0; run < 2000; ++run) {
+    limits.on_stop = run % 2 == 0 ? OnStop::hold : OnStop::safe;
+    Procedure procedure = Execute{};
+    for (int i = 0; i < 60; ++i) {
+      auto now = seeing(draw(3) == 0 ? static_cast<Reaction>(draw(draw(8) == 0 ? 5 : 4)) : Reaction::go_on);
+      if (draw(12) == 0) now.request = OperatorRequest{static_cast<OperatorCommand>(draw(4)), "Ada"};
+      now.in_place = draw(3) != 0;
+      now.safe_confirmed = draw(6) == 0;
+      now.complete = draw(40) == 0;
+      const auto from = run_state(procedure);
+      procedure = next(limits, procedure, now);
+      ASSERT_TRUE(may_follow(from, run_state(procedure))) << name(from) << " → " << name(run_state(procedure));
+      walked.insert({from, run_state(procedure)});
+    }
+  }
+  for (int from = 0; from <= static_cast<int>(RunState::complete); ++from)
+    for (int to = 0; to <= static_cast<int>(RunState::complete); ++to) {
+      const std::pair edge{static_cast<RunState>(from), static_cast<RunState>(to)};
+      EXPECT_EQ(walked.contains(edge), may_follow(edge.first, edge.second))
+          << name(edge.first) << " → " << name(edge.second);
+    }
+}
+
+TEST(Procedure, NothingIsCommandedOnceItIsOver) {
+  for (const auto state : {RunState::aborted, RunState::stopped, RunState::complete}) EXPECT_FALSE(may_command(state));
+  for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
+    EXPECT_TRUE(may_command(state));
+}
+
+}  // namespace
+}  // namespace gyrotherm

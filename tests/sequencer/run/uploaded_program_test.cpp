@@ -1,0 +1,129 @@
+#include "sequencer/run/uploaded_program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tests/support/laboratory.hpp"
+
+namespace gyrotherm {
+namespace {
+
+const std::string kHour = GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml";
+
+RegisterMap shipped_map(const std::string& name) {
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
+  return parse_register_map(text.value(), name + ".toml").value();
+}
+
+/// The laboratory's profile, carried out by the controller of `map`. `before`: what happens before a slot's tick.
+Outcome upload_and_run(Laboratory& laboratory, const std::string& map, std::string& cause,
+                       const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
+  laboratory.file().chamber_map = shipped_map(map);
+  auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
+  EXPECT_TRUE(rig) << text(rig.error());
+  const auto& profile = laboratory.profile();
+  const auto program = program_of(profile);
+  EXPECT_TRUE(program) << text(program.error());
+  const auto state = begin(profile);
+  const auto prepared = (*rig)->prepare(command(profile, state), &*program);
+  EXPECT_TRUE(prepared) << text(prepared.error());
+  auto store = Store::create(laboratory.path(), laboratory.info());
+  EXPECT_TRUE(store) << text(store.error());
+  Experiment experiment(profile, **rig, **store, state, 0);
+  experiment.leave_to_the_controller();
+  Result<Outcome> outcome = Outcome::going_on;
+  for (std::int64_t slot = 0; outcome && *outcome == Outcome::going_on; ++slot) {
+    if (before) before(slot, **rig);
+    (*rig)->let_pass(1);
+    outcome = experiment.tick(slot);
+  }
+  EXPECT_TRUE((*store)->sync());
+  cause = experiment.end_cause();
+  return *outcome;
+}
+
+class EachController : public testing::TestWithParam<const char*> {};
+
+TEST_P(EachController, IsCarriedOutByTheController) {
+  Laboratory laboratory(kHour);
+  std::string cause;
+  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause), Outcome::complete) << cause;
+  const auto record = read_record(laboratory.path());
+  ASSERT_TRUE(record) << text(record.error());
+  ASSERT_EQ(record->slot.size(), 3600u);
+  for (std::size_t i = 0; i < record->slot.size(); ++i)
+    ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.11) << "second " << i;
+}
+
+TEST_P(EachController, OutranksNoInterlock) {
+  Laboratory laboratory(kHour);
+  laboratory.file().limits.thermometers_lowest = {10};
+  std::string cause;
+  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause), Outcome::made_safe);
+  EXPECT_NE(cause.find("thermometer shell reads"), std::string::npos) << cause;
+  EXPECT_NE(cause.find("was sent to 20 °C"), std::string::npos) << cause;
+}
+
+TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
+  Laboratory laboratory(kHour);
+  std::string cause;
+  // A set point ends the program, as a person at the panel would.
+  const auto end_it = [](std::int64_t slot, Rig& rig) {
+    if (slot != 400) return;
+    ASSERT_TRUE(rig.sampler().command({0}));
+  };
+  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause, end_it), Outcome::made_safe);
+  EXPECT_NE(cause.find("the controller has not carried out its program"), std::string::npos) << cause;
+}
+
+INSTANTIATE_TEST_SUITE_P(Controllers, EachController, testing::Values("watlow_f4t", "csz_ezt570i", "binder_mb2"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
+  const auto program = program_of(parse_profile(read_text_file(kHour).value(), kHour).value());
+  ASSERT_TRUE(program);
+  EXPECT_EQ(program->name, "QUALIFICATIONHOUR");
+  ASSERT_EQ(program->steps.size(), 7u);
+  EXPECT_EQ(program->steps[1].kind, StepKind::ramp);
+  EXPECT_EQ(program->steps[1].start, Celsius{20});
+  EXPECT_EQ(program->steps[1].target, Celsius{-40});
+  EXPECT_EQ(program->steps[1].duration, std::chrono::minutes(12));
+}
+
+TEST(UploadedProgram, OfSoaksWithDifferentBandsIsRefused) {
+  const std::string text = R"(schema = "gyrotherm-profile/1"
+name = "two bands"
+[[segment]]
+kind = "hold"
+at = 20
+time = "10 min"
+guaranteed_soak = true
+soak_band = 1
+[[segment]]
+kind = "hold"
+time = "10 min"
+guaranteed_soak = true
+soak_band = 2
+)";
+  const auto profile = parse_profile(text, "p.toml");
+  ASSERT_TRUE(profile) << gyrotherm::text(profile.error());
+  EXPECT_EQ(program_of(*profile).error().kind, FaultKind::usage);
+}
+
+TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
+  ProgramWatch watch;
+  const auto after = [&](ChamberActivity activity, bool last) {
+    return watch.judge({ChamberState{{20}, {20}, activity}, {}}, last, std::chrono::seconds(59));
+  };
+  EXPECT_EQ(after(ChamberActivity::program, false), "");
+  EXPECT_EQ(after(ChamberActivity::running, false), "");
+  EXPECT_NE(after(ChamberActivity::running, false), "");
+  EXPECT_EQ(after(ChamberActivity::done, true), "");
+  EXPECT_EQ(after(ChamberActivity::done, true), "");
+}
+
+}  // namespace
+}  // namespace gyrotherm

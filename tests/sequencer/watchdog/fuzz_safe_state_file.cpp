@@ -1,0 +1,52 @@
+/// Any bytes as an armed file or a trace: read, or a fault with its place; what is read is written and read back the
+/// same.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "sequencer/watchdog/made_safe_file.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace {
+
+using namespace gyrotherm;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+/// A text with a good beginning, so that what follows it is reached.
+std::string with_beginning(std::string_view bytes, std::size_t lines) {
+  const auto whole = to_text(Armed{.record = "r",
+                                   .line = "tcp://1.2.3.4",
+                                   .link = LinkKind::tcp,
+                                   .word_order = {},
+                                   .safe_set_point = {23},
+                                   .switch_off = false,
+                                   .by_program = false,
+                                   .armed_by = {.pid = 7, .started = 9, .boot = "b"},
+                                   .map_text = "m"});
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < lines; ++i) end = whole.find('\n', end) + 1;
+  return whole.substr(0, end) + std::string(bytes);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  const auto text = with_beginning(bytes, data[0] % 13);
+  if (const auto armed = parse_armed(text, "fuzz")) {
+    require(std::isfinite(armed->safe_set_point.value) && armed->armed_by.pid > 0);
+    const auto again = parse_armed(to_text(*armed), "again");
+    require(again.has_value() && *again == *armed);
+  } else {
+    require(armed.error().kind == FaultKind::bad_file && armed.error().where.starts_with("fuzz:"));
+  }
+  const auto trace = parse_made_safe(std::string(kMadeSafeSchema) + "\n" + std::string(bytes), "fuzz");
+  if (trace) require(std::isfinite(trace->set_point.value));
+  return 0;
+}

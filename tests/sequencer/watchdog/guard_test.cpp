@@ -1,0 +1,189 @@
+/// The guard's watch over a pipe, and telling one process from another.
+#include "sequencer/watchdog/guard.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <thread>
+
+#include "sequencer/watchdog/child_work.hpp"
+#include "sequencer/watchdog/notify_socket.hpp"
+#include "sequencer/watchdog/process_identity.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm {
+namespace {
+
+struct Pipe {
+  Pipe() { EXPECT_EQ(::pipe(ends), 0); }
+  ~Pipe() { ::close(ends[0]), close(); }
+  void say(const char* bytes) const { EXPECT_GT(::write(ends[1], bytes, std::string_view(bytes).size()), 0); }
+  void close() {
+    if (ends[1] >= 0) ::close(ends[1]);
+    ends[1] = -1;
+  }
+  int ends[2]{};
+};
+
+TEST(Guard, AGoodByeEndsItsWatch) {
+  Pipe pipe;
+  pipe.say("p...q");
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
+}
+
+TEST(Guard, AnEndWithoutAGoodByeIsADeath) {
+  Pipe pipe;
+  pipe.say("p..");
+  pipe.close();
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::closed);
+}
+
+TEST(Guard, SilenceIsAHangAndPreparingMayTakeLonger) {
+  Pipe pipe;
+  pipe.say(".");
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::hours(1)}),
+            WatchEnd::silent);
+  pipe.say("p");
+  EXPECT_EQ(watch(pipe.ends[0], {.silence = std::chrono::hours(1), .preparing = std::chrono::seconds(1)}),
+            WatchEnd::silent);
+}
+
+TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
+  int ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+  ASSERT_EQ(::write(ends[1], ".", 1), 1);
+  EXPECT_EQ(watch(ends[0], {.silence = std::chrono::seconds(1), .preparing = std::chrono::seconds(1)}),
+            WatchEnd::silent);
+  char heard = 0;
+  EXPECT_EQ(::recv(ends[1], &heard, 1, MSG_DONTWAIT), 1);
+  EXPECT_EQ(heard, kHeard);
+  ::close(ends[0]), ::close(ends[1]);
+}
+
+TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
+  Pipe pipe;
+  pipe.say((armed_message("some text") + ".q").c_str());
+  const auto orders = receive_armed(pipe.ends[0], std::chrono::seconds(5));
+  ASSERT_TRUE(orders) << text(orders.error());
+  EXPECT_EQ(*orders, "some text");
+  EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
+}
+
+TEST(Guard, OrdersThatAreNoneAreRefused) {
+  for (const auto* orders : {"p", "A\n", "Ax\n", "A123456789\nx", "A-1\nx", "A5\nabc", ""}) {
+    Pipe pipe;
+    if (*orders != '\0') pipe.say(orders);
+    pipe.close();
+    EXPECT_FALSE(receive_armed(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
+  }
+  Pipe silent;
+  EXPECT_EQ(receive_armed(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
+}
+
+TEST(ChildWork, TellsItsLinesAndItsEnd) {
+  ChildWork work([](const auto& tell) { tell("first"), tell("second"); });
+  EXPECT_EQ(work.next(std::chrono::seconds(5)), "first");
+  EXPECT_EQ(work.next(std::chrono::seconds(5)), "second");
+  EXPECT_FALSE(work.next(std::chrono::seconds(5)));
+  EXPECT_TRUE(work.has_ended());
+}
+
+TEST(ChildWork, OneThatHangsHoldsUpNobody) {
+  const auto began = std::chrono::steady_clock::now();
+  {
+    ChildWork work([](const auto& tell) {
+      tell("begun");
+      for (;;) ::pause();
+    });
+    EXPECT_EQ(work.next(std::chrono::seconds(5)), "begun");
+    EXPECT_FALSE(work.next(std::chrono::milliseconds(50)));
+    EXPECT_FALSE(work.has_ended());
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(5));
+}
+
+/// A child that waits to be killed.
+pid_t idle_child() {
+  const auto child = ::fork();
+  if (child == 0) {
+    ::pause();
+    ::_exit(0);
+  }
+  return child;
+}
+
+TEST(Guard, KillsTheProcessThatItKnowsEvenStopped) {
+  const auto child = idle_child();
+  const auto known = identity_of(child);
+  ASSERT_TRUE(known);
+  EXPECT_TRUE(lives(*known));
+  ::kill(child, SIGSTOP);
+  EXPECT_TRUE(kill_surely(*known, std::chrono::seconds(5)));
+  EXPECT_FALSE(lives(*known)) << "one that only waits to be reaped is dead";
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(WTERMSIG(status), SIGKILL);
+}
+
+TEST(Guard, NeverKillsALaterProcessOfTheSameNumber) {
+  const auto child = idle_child();
+  auto another = identity_of(child);
+  ASSERT_TRUE(another);
+  ++another->started;
+  EXPECT_TRUE(kill_surely(*another, std::chrono::seconds(1)));
+  auto of_another_boot = identity_of(child);
+  of_another_boot->boot += "x";
+  EXPECT_TRUE(kill_surely(*of_another_boot, std::chrono::seconds(1)));
+  EXPECT_EQ(::waitpid(child, nullptr, WNOHANG), 0) << "it lives";
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+}
+
+/// Whoever starts the program may reap it in the very moment in which the guard looks at it.
+TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
+  for (int i = 0; i < 500; ++i) {
+    const auto child = idle_child();
+    const auto known = identity_of(child);
+    std::thread reaper([child, i] {
+      ::usleep(static_cast<useconds_t>(i % 100));
+      ::kill(child, SIGKILL);
+      ::waitpid(child, nullptr, 0);
+    });
+    while (identity_of(child)) {
+    }
+    EXPECT_TRUE(known && ends(*known, std::chrono::seconds(5)));
+    reaper.join();
+  }
+}
+
+TEST(NotifySocket, TellsWhoeverListens) {
+  const TestFolder folder;
+  const auto path = folder / "notify";
+  const Descriptor listener(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  ASSERT_EQ(::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  auto socket = NotifySocket::at(path);
+  ASSERT_TRUE(socket);
+  socket->tell("READY=1");
+  char heard[64];
+  const auto size = ::recv(listener.number(), heard, sizeof heard, MSG_DONTWAIT);
+  ASSERT_GT(size, 0);
+  EXPECT_EQ(std::string(heard, static_cast<std::size_t>(size)), "READY=1");
+}
+
+TEST(NotifySocket, NobodyThereIsNoFault) {
+  auto socket = NotifySocket::at("@gyrotherm-nobody-listens");
+  ASSERT_TRUE(socket);
+  socket->tell("WATCHDOG=1");
+  EXPECT_FALSE(NotifySocket::at(std::string(200, 'x')));
+  EXPECT_FALSE(NotifySocket::at(""));
+}
+
+}  // namespace
+}  // namespace gyrotherm

@@ -1,0 +1,228 @@
+/// Making a chamber safe: what counts as confirmed, how often and how long it is tried.
+#include "sequencer/watchdog/safe_attempt.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/text_file.hpp"
+#include "sequencer/watchdog/made_safe_file.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// A chamber that takes set points until it is told to break. Each set point takes `slowness` of the clock. What it is
+/// told stands in `heard`.
+class FakeChamber final : public Chamber {
+ public:
+  struct State {
+    VirtualClock clock;
+    Duration slowness{};
+    Celsius set_point{80};
+    int silent_tries = 0;  ///< that go by before it answers
+    FaultKind silence = FaultKind::timeout;
+    bool ignores = false;  ///< acknowledges and does nothing
+    bool runs_program = false, keeps_program = false;
+    bool refuses_to_stop = false;
+    bool drifts = false;  ///< shows another set point later
+    int connections = 0;
+    std::string heard;
+  };
+  explicit FakeChamber(State& state) : state_(state) { ++state.connections; }
+  Result<std::string> identify() override { return std::string("fake"); }
+  Result<ChamberState> read() override {
+    state_.heard += "look ";
+    return ChamberState{.air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point};
+  }
+  Result<void> head_for(Celsius) override {
+    ADD_FAILURE() << "asks for limits and programs first";
+    return {};
+  }
+  Result<void> insist(Celsius target) override {
+    state_.heard += "set ";
+    state_.clock.advance(state_.slowness);
+    if (state_.silent_tries-- > 0) return failure(state_.silence, "chamber", "no reply");
+    if (state_.ignores || state_.runs_program)
+      return failure(FaultKind::mismatch, "chamber", "reads 80 after 23 was written");
+    state_.set_point = target;
+    return {};
+  }
+  Result<void> end_program() override {
+    state_.heard += "program ";
+    if (state_.keeps_program) return failure(FaultKind::refused, "chamber", "no");
+    state_.runs_program = false;
+    return {};
+  }
+  Result<void> start() override { return {}; }
+  Result<void> stop() override {
+    if (state_.refuses_to_stop) return failure(FaultKind::refused, "chamber stop", "no");
+    state_.heard += "off ";
+    return {};
+  }
+
+ private:
+  State& state_;
+};
+
+SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}}) {
+  return attempt_safe(goal, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
+                             .wait = [&](Duration time) { state.clock.advance(time); },
+                             .told = [](const auto&) {},
+                             .clock = state.clock});
+}
+
+constexpr SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
+
+TEST(MakeSafe, SendsTheSetPointBeforeItAsksAnything) {
+  FakeChamber::State state;
+  EXPECT_EQ(attempt(state).reached, SafeStage::all);
+  EXPECT_EQ(state.heard, "set program set look ");
+  EXPECT_EQ(state.set_point, (Celsius{23}));
+}
+
+TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
+  FakeChamber::State state;
+  state.ignores = true;
+  const auto ignored = attempt(state);
+  EXPECT_EQ(ignored.reached, SafeStage::nothing);
+  EXPECT_NE(ignored.details.find("reads 80 after 23 was written"), std::string::npos) << ignored.details;
+  state.ignores = false;
+  state.drifts = true;
+  const auto lost_again = attempt(state);
+  EXPECT_EQ(lost_again.reached, SafeStage::set_point) << "it was there, and is not any more";
+  EXPECT_NE(lost_again.details.find("reads 60 after 23 was written"), std::string::npos) << lost_again.details;
+}
+
+TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
+  FakeChamber::State state;
+  state.silent_tries = 5;
+  EXPECT_EQ(attempt(state).tries, 6);
+  EXPECT_EQ(state.connections, 1);
+  state.silent_tries = 2;
+  state.silence = FaultKind::disconnected;
+  EXPECT_EQ(attempt(state).reached, SafeStage::all);
+  EXPECT_EQ(state.connections, 1 + 3);
+}
+
+TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
+  FakeChamber::State state;
+  state.silent_tries = 99;
+  state.slowness = std::chrono::milliseconds(1900);
+  const auto began = state.clock.now().since_start;
+  EXPECT_EQ(attempt(state).reached, SafeStage::nothing);
+  EXPECT_LE(state.clock.now().since_start - began, kSafeWithin);
+}
+
+TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
+  FakeChamber::State state;
+  EXPECT_EQ(attempt(state, kOff).reached, SafeStage::all);
+  EXPECT_EQ(state.heard, "set program set off look ");
+  state.refuses_to_stop = true;
+  const auto refused = attempt(state, kOff);
+  EXPECT_EQ(refused.reached, SafeStage::set_point);
+  EXPECT_NE(refused.details.find("set point read back, but chamber stop: no"), std::string::npos) << refused.details;
+}
+
+TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
+  FakeChamber::State state;
+  state.runs_program = true;
+  constexpr SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
+  EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::all);
+  EXPECT_TRUE(state.heard.starts_with("program set ")) << state.heard;
+  state.keeps_program = true;
+  EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::nothing);
+}
+
+TEST(MakeSafe, TellsEachStageAsItComes) {
+  FakeChamber::State state;
+  state.silent_tries = 1;
+  std::vector<SafeStage> stages;
+  (void)attempt_safe(kOff, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
+                            .wait = [&](Duration time) { state.clock.advance(time); },
+                            .told = [&](const SafeAttempt& so_far) { stages.push_back(so_far.reached); },
+                            .clock = state.clock});
+  EXPECT_EQ(stages, (std::vector{SafeStage::nothing, SafeStage::set_point, SafeStage::all}));
+}
+
+TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
+  for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto map_text = read_text_file(entry.path().string()).value();
+    const auto map = parse_register_map(map_text, entry.path().string());
+    ASSERT_TRUE(map) << text(map.error());
+    const Armed armed{.record = "r.db",
+                      .line = map->links.front().kind == LinkKind::rtu ? "serial:/dev/ttyUSB9" : "tcp://10.0.0.7",
+                      .link = map->links.front().kind,
+                      .word_order = {},
+                      .safe_set_point = {23},
+                      .switch_off = false,
+                      .by_program = false,
+                      .armed_by = own_identity(),
+                      .map_text = map_text};
+    const auto chamber = parse_armed(to_text(armed), "text").and_then(chamber_of);
+    EXPECT_TRUE(chamber) << entry.path() << ": " << text(chamber.error());
+  }
+}
+
+TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
+  auto map_text = read_text_file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/chamber.toml").value();
+  const auto tolerance = [&] {
+    const auto chamber = chamber_of({.record = "r.db",
+                                     .line = "tcp://10.0.0.7",
+                                     .link = LinkKind::tcp,
+                                     .word_order = {},
+                                     .safe_set_point = {23},
+                                     .switch_off = false,
+                                     .by_program = false,
+                                     .armed_by = own_identity(),
+                                     .map_text = map_text});
+    EXPECT_TRUE(chamber) << text(chamber.error());
+    return chamber ? chamber->goal.tolerance : Kelvins{};
+  };
+  EXPECT_EQ(tolerance(), Kelvins{0.1});
+  const std::string set_point = "name = \"set_point\"\n";
+  const auto after = map_text.find(set_point) + set_point.size();
+  map_text.insert(after, "resolution = 1\n");
+  EXPECT_EQ(tolerance(), Kelvins{1});
+  map_text.insert(after, "tolerance = 2\n");
+  EXPECT_EQ(tolerance(), Kelvins{2});
+}
+
+TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
+  for (const auto* line : {"virtual", "hid:1", "nonsense://"})
+    EXPECT_FALSE(chamber_of({.record = "r.db",
+                             .line = line,
+                             .link = LinkKind::tcp,
+                             .word_order = {},
+                             .safe_set_point = {23},
+                             .switch_off = false,
+                             .by_program = false,
+                             .armed_by = own_identity(),
+                             .map_text = ""}))
+        << line;
+}
+
+TEST(MakeSafe, LeavesATraceThatReadsBack) {
+  const TestFolder folder;
+  const MadeSafe trace{.at = std::chrono::seconds(1767225600),
+                       .because = "the program that drove it hung",
+                       .set_point = {23},
+                       .confirmed = true,
+                       .details = "set point read back, air 61.20 °C"};
+  EXPECT_EQ(to_text(trace),
+            "gyrotherm-made-safe/1\nat: 2026-01-01T00:00:00Z\nutc_ns: 1767225600000000000\n"
+            "because: the program that drove it hung\nset_point_c: 23\nconfirmed: yes\n"
+            "details: set point read back, air 61.20 °C\n");
+  ASSERT_TRUE(leave_trace(folder / "run.db", trace));
+  const auto read = read_trace(folder / "run.db");
+  ASSERT_TRUE(read && *read);
+  EXPECT_EQ(**read, trace);
+  EXPECT_EQ(in_words(trace),
+            "made safe by the guard at 2026-01-01T00:00:00Z (the program that drove it hung): the chamber was sent to "
+            "23 °C; set point read back, air 61.20 °C");
+}
+
+}  // namespace
+}  // namespace gyrotherm

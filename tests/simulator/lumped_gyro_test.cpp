@@ -1,0 +1,75 @@
+/// The reference simulation's bias, free of noise, at scale 1.
+#include "simulator/lumped_gyro.hpp"
+
+#include <gtest/gtest.h>
+
+#include <iterator>
+
+#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/statistics.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr double kSixthDecimal = 0.5e-6 + 1e-12;
+
+std::vector<double> biases_of(const ReferenceGyroParameters& parameters, const std::vector<double>& air_c) {
+  ReferenceGyro gyro(parameters);
+  std::vector<double> biases;
+  for (const double air : air_c) {
+    biases.push_back(gyro.bias().value);
+    gyro.step({air});
+  }
+  return biases;
+}
+
+struct Anchor {
+  const char* rig;
+  double all_cycles;
+  std::vector<double> by_cycle;
+  double at_rest;
+  double random_profile;  ///< with the file's own scale
+};
+
+class ReferenceBiasLaw : public testing::TestWithParam<Anchor> {};
+
+TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
+  auto gyro = reference_of_rig(GetParam().rig);
+  gyro.bias.scale = 1;
+  std::vector<double> all;
+  const std::vector<double> rates{1, 2, 3, 5};
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    const auto cycle = clusters_of(biases_of(gyro, rate_cycle_c(rates[i])));
+    EXPECT_NEAR(standard_deviation_of(cycle), GetParam().by_cycle[i], kSixthDecimal);
+    all.insert(all.end(), cycle.begin(), cycle.end());
+  }
+  EXPECT_NEAR(standard_deviation_of(all), GetParam().all_cycles, kSixthDecimal);
+}
+
+TEST_P(ReferenceBiasLaw, RestsAt20WhereTheReferenceDoes) {
+  auto gyro = reference_of_rig(GetParam().rig);
+  gyro.bias.scale = 1;
+  EXPECT_NEAR(biases_of(gyro, {20}).front(), GetParam().at_rest, kSixthDecimal);
+}
+
+TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRandomProfile) {
+  const auto gyro = reference_of_rig(GetParam().rig);
+  const auto clusters = clusters_of(biases_of(gyro, random_profile_c()));
+  ASSERT_EQ(clusters.size(), 1440U);
+  EXPECT_NEAR(standard_deviation_of(clusters), GetParam().random_profile, kSixthDecimal);
+}
+
+TEST_P(ReferenceBiasLaw, IsScaledToTheDeviationOfThePaper) {
+  const auto scale = reference_of_rig(GetParam().rig).bias.scale;
+  EXPECT_NEAR(scale * GetParam().all_cycles, 0.025735, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rigs, ReferenceBiasLaw,
+    testing::Values(Anchor{"virtual-gradients", 0.020015, {0.017292, 0.020292, 0.021242, 0.021872}, 0.014755, 0.013748},
+                    Anchor{
+                        "virtual-reference", 0.019448, {0.016980, 0.019713, 0.020571, 0.021134}, 0.014738, 0.013706}),
+    [](const auto& rig) { return std::string(rig.index == 0 ? "FollowsGradientsAlone" : "FollowsTemperatureToo"); });
+
+}  // namespace
+}  // namespace gyrotherm

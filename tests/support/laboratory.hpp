@@ -1,0 +1,78 @@
+/// A virtual rig, a profile and a record in a folder of their own, for tests.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/store.hpp"
+#include "core/text_file.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/run/run_controller.hpp"
+#include "sequencer/run/run_info.hpp"
+
+namespace gyrotherm {
+
+class Laboratory {
+ public:
+  explicit Laboratory(const std::string& profile_path, std::uint64_t seed = 0, const std::string& rig = "virtual")
+      : seed_(seed) {
+    const auto name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ =
+        std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(name) + "-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/" + rig + ".toml");
+    EXPECT_TRUE(read) << text(read.error());
+    file_ = std::move(*read);
+    const auto written = read_text_file(profile_path);
+    EXPECT_TRUE(written);
+    auto parsed = parse_profile(*written, profile_path);
+    EXPECT_TRUE(parsed) << text(parsed.error());
+    profile_ = std::move(*parsed);
+  }
+  ~Laboratory() { std::filesystem::remove_all(folder_); }
+  Laboratory(const Laboratory&) = delete;
+  Laboratory& operator=(const Laboratory&) = delete;
+
+  [[nodiscard]] std::string path() const { return (folder_ / "run.db").string(); }
+  [[nodiscard]] const Profile& profile() const { return profile_; }
+  RigFile& file() { return file_; }
+
+  /// What a record of this profile on this rig knows.
+  [[nodiscard]] RunInfo info() const { return run_info("", profile_, file_, seed_, {}); }
+
+  /// Runs until the profile's end, or `seconds`; the outcome of the last tick.
+  Outcome run(std::int64_t seconds = 1'000'000) {
+    auto rig = Rig::assemble(file_, {.seed = {.gyro = seed_, .run = 0}, .already = {}, .replay = {}});
+    EXPECT_TRUE(rig) << text(rig.error());
+    const auto state = begin(profile_);
+    const auto prepared = (*rig)->prepare(command(profile_, state));
+    EXPECT_TRUE(prepared) << text(prepared.error());
+    auto store = Store::create(path(), info());
+    EXPECT_TRUE(store) << text(store.error());
+    Experiment experiment(profile_, **rig, **store, state, 0);
+    Result<Outcome> outcome = Outcome::going_on;
+    for (std::int64_t slot = 0; slot < seconds && outcome && *outcome == Outcome::going_on; ++slot) {
+      (*rig)->let_pass(1);
+      outcome = experiment.tick(slot);
+    }
+    EXPECT_TRUE(outcome);
+    EXPECT_TRUE((*store)->sync());
+    if (*outcome == Outcome::complete) {
+      EXPECT_TRUE((*store)->finish());
+    }
+    return *outcome;
+  }
+
+ private:
+  std::uint64_t seed_;
+  std::filesystem::path folder_;
+  RigFile file_;
+  Profile profile_;
+};
+
+}  // namespace gyrotherm

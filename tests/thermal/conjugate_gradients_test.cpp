@@ -1,0 +1,98 @@
+#include "thermal/conjugate_gradients.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <map>
+#include <random>
+
+#include "tests/thermal/small_bodies.hpp"
+#include "thermal/assembly.hpp"
+
+namespace gyrotherm {
+namespace {
+
+SparseMatrix conduction(double film) {
+  const auto mesh = box_of(GyroPart::block, even_lines(0.1, 8), even_lines(0.1, 8), even_lines(0.05, 5), {0, 4});
+  return assemble_conduction(uniform_model({2000, 500, 1.5}), mesh, {0, 0, 0, film});
+}
+
+Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  return Eigen::VectorXd::NullaryExpr(size, [&] { return normal(engine); });
+}
+
+void expect_solves(ConjugateGradients& solver, const SparseMatrix& matrix, unsigned seed) {
+  const auto right = random_vector(matrix.rows(), seed);
+  const auto solution = solver.solve(right);
+  ASSERT_TRUE(solution) << text(solution.error());
+  EXPECT_LT((matrix * solution->x - right).norm(), 1.1e-10 * right.norm()) << "seed " << seed;
+  EXPECT_GT(solution->iterations, 0);
+}
+
+TEST(ConjugateGradients, SolveForOneRightHandSideAfterAnother) {
+  const auto matrix = conduction(5);
+  auto solver = ConjugateGradients::set_up(matrix);
+  ASSERT_TRUE(solver) << text(solver.error());
+  for (unsigned seed = 1; seed <= 5; ++seed) expect_solves(*solver, matrix, seed);
+}
+
+TEST(ConjugateGradients, TwoStandBesideEachOther) {
+  const auto one = conduction(5);
+  const auto other = conduction(50);
+  auto first = ConjugateGradients::set_up(one);
+  auto second = ConjugateGradients::set_up(other);
+  ASSERT_TRUE(first && second);
+  expect_solves(*first, one, 1);
+  expect_solves(*second, other, 2);
+  expect_solves(*first, one, 3);
+}
+
+TEST(ConjugateGradients, GoOnWithAReplacedMatrix) {
+  auto solver = ConjugateGradients::set_up(conduction(5));
+  ASSERT_TRUE(solver);
+  const auto changed = conduction(6);
+  ASSERT_TRUE(solver->replace(changed));
+  expect_solves(*solver, changed, 7);
+}
+
+TEST(ConjugateGradients, HaveNothingToDoFromTheSolution) {
+  const auto matrix = conduction(5);
+  auto solver = ConjugateGradients::set_up(matrix);
+  ASSERT_TRUE(solver);
+  const auto right = random_vector(matrix.rows(), 3);
+  const auto first = solver->solve(right);
+  ASSERT_TRUE(first);
+  const auto second = solver->solve(right, first->x);
+  ASSERT_TRUE(second);
+  EXPECT_LE(second->iterations, 1);
+}
+
+TEST(ConjugateGradients, SayWhenTheyDoNotArrive) {
+  auto solver = ConjugateGradients::set_up(conduction(5), {.tolerance = 1e-10, .most_iterations = 2});
+  ASSERT_TRUE(solver);
+  const auto solution = solver->solve(random_vector(conduction(5).rows(), 1));
+  ASSERT_FALSE(solution);
+  EXPECT_EQ(solution.error().kind, FaultKind::numeric);
+  EXPECT_NE(solution.error().what.find("after 2 iterations"), std::string::npos) << solution.error().what;
+}
+
+TEST(ConjugateGradients, LeaveSignalHandlersAsTheyWere) {
+  const auto handlers = [] {
+    std::map<int, void (*)(int)> all;
+    for (const int s : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGINT, SIGTERM, SIGUSR1, SIGCHLD}) {
+      struct sigaction action {};
+      EXPECT_EQ(sigaction(s, nullptr, &action), 0);
+      all[s] = action.sa_handler;
+    }
+    return all;
+  };
+  const auto before = handlers();
+  const auto solver = ConjugateGradients::set_up(conduction(5));
+  ASSERT_TRUE(solver);
+  EXPECT_EQ(handlers(), before);
+}
+
+}  // namespace
+}  // namespace gyrotherm

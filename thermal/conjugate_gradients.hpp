@@ -1,0 +1,55 @@
+/// Solves a symmetric positive definite sparse system for one right-hand side after another: conjugate gradients, with
+/// algebraic multigrid (hypre's BoomerAMG) set up once as preconditioner, or with the diagonal where the program is
+/// built without hypre.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "thermal/reduced/thermal_system.hpp"
+
+namespace gyrotherm {
+
+struct ConjugateGradientsOptions {
+  double tolerance = 1e-10;      ///< residual's 2-norm over the right-hand side's
+  int most_iterations = 20'000;  ///< the diagonal needs thousands, multigrid tens
+};
+
+/// Serial; one instance is used by one thread at a time. The first of a process starts a message-passing library for
+/// hypre (for this process alone, no daemon) and leaves signal handlers and output streams as they were.
+class ConjugateGradients {
+ public:
+  struct Solution {
+    Eigen::VectorXd x;
+    int iterations{};
+    double relative_residual{};
+  };
+
+  /// Takes the matrix, both triangles, each row with its diagonal: move it in, its memory is freed as soon as it can
+  /// be. Fails with numeric if the preconditioner cannot be made.
+  [[nodiscard]] static Result<ConjugateGradients> set_up(SparseMatrix matrix,
+                                                         const ConjugateGradientsOptions& options = {});
+  ~ConjugateGradients();
+  ConjugateGradients(ConjugateGradients&&) noexcept;
+  ConjugateGradients& operator=(ConjugateGradients&&) noexcept;
+
+  /// Begins at `guess`. Fails with numeric if the tolerance is not reached.
+  [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right, const Eigen::VectorXd& guess);
+  /// Begins at zero.
+  [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right);
+
+  /// Goes on with a matrix of the same pattern and the preconditioner of the first: for a matrix little changed.
+  [[nodiscard]] Result<void> replace(SparseMatrix matrix);
+
+ private:
+  struct Parts;
+  explicit ConjugateGradients(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+/// "hypre BoomerAMG" or "diagonal".
+[[nodiscard]] std::string_view preconditioner_name();
+
+}  // namespace gyrotherm

@@ -1,0 +1,44 @@
+/// A gyro's parts in space: every one a box or an upright convex prism.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "thermal/gyro_model.hpp"
+#include "thermal/plan_shapes.hpp"
+
+namespace gyrotherm {
+
+/// In mm, in the cabinet's axes.
+struct Prism {
+  GyroPart part{};
+  Outline plan;
+  double z0{};
+  double z1{};
+};
+
+struct GyroParts {
+  /// Parts whose sides are all upright or level planes along the axes: grid lines lie on their faces. The bores lie
+  /// inside block and mirrors and take their place; no other two overlap.
+  std::vector<Prism> boxes;
+  Prism block;  ///< with neither hole nor bores taken out
+  std::vector<Prism> mirrors;
+  Prism hole;    ///< through the block's thickness
+  Prism dither;  ///< with the hub inside it not taken out
+  Prism hub;
+  PlanRectangle inside;  ///< of the cabinet's walls
+  double inside_z0{};
+  double inside_z1{};
+};
+
+/// All parts of the model's mode: in block mode without preamplifier, dither, hub and cabinet, in the same axes.
+[[nodiscard]] GyroParts parts_of(const GyroModel& model);
+
+/// To which part a point in mm belongs; nothing outside of everything.
+[[nodiscard]] std::optional<GyroPart> part_at(const GyroModel& model, const GyroParts& parts, double x, double y,
+                                              double z);
+
+/// Air of which gap, by height alone.
+[[nodiscard]] GyroPart air_at(const GyroModel& model, double z);
+
+}  // namespace gyrotherm

@@ -1,0 +1,50 @@
+/// The full heat equation → few states that answer alike, at every coefficient of air from −60 to 80 °C under both
+/// films, and of gaps that all conduct alike, as the worst of them does from cold to heat and up to 0.06 W/(m·K) at
+/// least.
+///
+/// Rational Krylov fields (K(c) + s C)⁻¹ B(c), one-sided projection (A. C. Antoulas, Approximation of Large-Scale
+/// Dynamical Systems, ch. 11): symmetry stays, so the small system is stable. Where to solve is chosen step by step:
+/// the coefficients, the rate and the inputs at which the fields found so far answer worst. What is found is then
+/// compressed by proper orthogonal decomposition over a dense grid of answers at imaginary rates, those to the inputs
+/// and those of the outputs' adjoints, in the norm of the heat capacity.
+#pragma once
+
+#include <functional>
+
+#include "core/progress.hpp"
+#include "core/result.hpp"
+#include "thermal/reduced/reduced_model.hpp"
+
+namespace gyrotherm {
+
+/// Residual over right-hand side at which a solution will do: what is solved for is what an answer still misses, of
+/// which four digits are enough.
+inline constexpr double kSolved = 1e-4;
+
+/// Solves A X = R, A symmetric positive definite, one column after another, to kSolved or better.
+using SolveColumns = std::function<Result<Eigen::MatrixXd>(const SparseMatrix& matrix, const Eigen::MatrixXd& right)>;
+
+struct ReductionOptions {
+  int states = 84;        ///< at most
+  int most_fields = 200;  ///< to solve for before the compression
+  double goal_k = 5e-3;   ///< largest error of an output, for 50 K of ambient or the powers
+};
+
+struct ReducedSystem {
+  ReducedModel model;
+  Eigen::MatrixXd basis;  ///< V, n × r, VᵀCV = I: a state's field is V x
+};
+
+/// `about` says what the model is of: names, air, films, powers; its matrices and its error are not read. The model's
+/// transfer_k is set, measured at coefficients and rates that took no part; the other errors are reduction_error.hpp's.
+/// Fails with numeric (goal not met: the figure, the place), as `solve` does, or with interrupted.
+[[nodiscard]] Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about,
+                                           const ReductionOptions& options, const SolveColumns& solve,
+                                           const ProgressSink& progress = {});
+
+/// What the answers are judged by, 6 × 6, one load per column: 100 K of ambient; the powers of both gain arms, of the
+/// preamplifier, of both ballasts; and those of the arms, and of the ballasts, one up and the other down. A source that
+/// is weak or off counts with a tenth of all.
+[[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about);
+
+}  // namespace gyrotherm

@@ -41,8 +41,8 @@ bool write_all(int descriptor, std::string_view text, bool impatient) {
 }  // namespace
 
 /// What the outlet and its thread share.
-struct Outlet::Desk {
-  explicit Desk(int to) : descriptor(to) {}
+struct Outlet::SharedState {
+  explicit SharedState(int to) : descriptor(to) {}
 
   const int descriptor;
   std::mutex mutex;  ///< of everything below
@@ -95,7 +95,7 @@ struct Outlet::Desk {
   }
 };
 
-Outlet::Outlet(int descriptor) : desk_(std::make_shared<Desk>(descriptor)) {}
+Outlet::Outlet(int descriptor) : desk_(std::make_shared<SharedState>(descriptor)) {}
 
 void Outlet::never_wait() {
   if (writer_.joinable()) return;

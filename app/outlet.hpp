@@ -41,8 +41,9 @@ class Outlet {
   static constexpr std::size_t kMostWaiting = 1 << 18;
 
  private:
-  struct Desk;
-  std::shared_ptr<Desk> desk_;  ///< shared with the thread, which may outlast the outlet if a write does not come back
+  struct SharedState;
+  std::shared_ptr<SharedState>
+      desk_;  ///< shared with the thread, which may outlast the outlet if a write does not come back
   std::thread writer_;
 };
 

@@ -72,14 +72,14 @@ struct ChamberState {
 
 /// Where the profile stands; enough, with the profile, to go on from here.
 enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
-struct Progress {
+struct ProfilePosition {
   int segment{};          ///< index into the expanded profile
   int cycle{-1};          ///< index of the cycle the segment belongs to, or -1
   Phase phase{};          ///< what the segment is doing
   Duration in_segment{};  ///< time spent in the segment so far
   Duration soaked{};      ///< of it, inside the soak band
   Celsius set_point;      ///< what the profile asks of the chamber now
-  auto operator<=>(const Progress&) const = default;
+  auto operator<=>(const ProfilePosition&) const = default;
 };
 
 /// How the run is being carried out, in the words of ISA-88 and PackML; milder first.
@@ -100,7 +100,7 @@ struct Sample {
   Reading<ChamberState> chamber;
   std::vector<Reading<Celsius>> thermometers;
   Reading<PulseCount> gyro;
-  Progress progress;
+  ProfilePosition progress;
   FrameCount gyro_frames{};  ///< since the rig was assembled
   RunState state{};          ///< as judged at this sample
 };

@@ -44,10 +44,10 @@ double arcsec_per_count(const TomlTable& table, const FrameFormat& frame) {
   return weight;
 }
 
-SerialFormat serial_format(const GyroEntry& entry) {
+SerialFormat serial_format(const GyroSettings& settings) {
   SerialFormat format{.baud = 115200};
-  if (!entry.stream) return format;
-  const auto& port = entry.stream->port;
+  if (!settings.stream) return format;
+  const auto& port = settings.stream->port;
   format = {.baud = static_cast<int>(port.baud), .data_bits = port.data_bits, .stop_bits = port.stop_bits};
   if (port.parity == 'O') format.parity = SerialParity::odd;
   if (port.parity == 'E') format.parity = SerialParity::even;
@@ -56,20 +56,20 @@ SerialFormat serial_format(const GyroEntry& entry) {
 
 }  // namespace
 
-Result<GyroEntry> read_gyro(const TomlTable& table, const std::string& rig_file,
-                            const std::optional<std::string>& known) {
-  GyroEntry entry;
-  entry.line = table.text("line");
-  check_line(table, entry.line);
+Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
+                               const std::optional<std::string>& known) {
+  GyroSettings settings;
+  settings.line = table.text("line");
+  check_line(table, settings.line);
   const bool located = table.has("latitude");
   const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
-  if (located) entry.info.earth_rate = earth_rate(latitude, azimuth, elevation);
-  entry.info.kind = GyroKind::pulse_count;
+  if (located) settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
+  settings.info.kind = GyroKind::pulse_count;
   if (!table.has("stream")) {
-    entry.frame = read_frame_format(table.table("frame"));
-    entry.info.scale = arcsec_per_count(table, entry.frame);
-    return entry;
+    settings.frame = read_frame_format(table.table("frame"));
+    settings.info.scale = arcsec_per_count(table, settings.frame);
+    return settings;
   }
   if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
   auto stream = read_stream(table, rig_file, known);
@@ -77,23 +77,23 @@ Result<GyroEntry> read_gyro(const TomlTable& table, const std::string& rig_file,
     table.ignore("arcsec_per_pulse");
     return failure(std::move(stream.error()));
   }
-  entry.frame = stream->frame;
-  entry.stream = std::move(*stream);
-  entry.info.scale = arcsec_per_count(table, entry.frame);
-  return entry;
+  settings.frame = stream->frame;
+  settings.stream = std::move(*stream);
+  settings.info.scale = arcsec_per_count(table, settings.frame);
+  return settings;
 }
 
-std::unique_ptr<Gyro> make_gyro(const GyroEntry& entry, const Line& line, Duration within, bool simulated) {
-  auto stream = make_stream(line, {.serial = serial_format(entry)}, kConnectWithin);
-  if (simulated) return make_simulated_gyro(entry, std::move(stream), within);
+std::unique_ptr<Gyro> make_gyro(const GyroSettings& settings, const Line& line, Duration within, bool simulated) {
+  auto stream = make_stream(line, {.serial = serial_format(settings)}, kConnectWithin);
+  if (simulated) return make_simulated_gyro(settings, std::move(stream), within);
   GyroCommands commands;
-  if (entry.stream) commands = {.start = entry.stream->start, .stop = entry.stream->stop};
-  return make_framed_gyro(entry.frame, make_pumped(std::move(stream)), within, std::move(commands));
+  if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};
+  return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
 }
 
-std::unique_ptr<Gyro> make_simulated_gyro(const GyroEntry& entry, std::unique_ptr<ByteStream> stream, Duration within,
-                                          const Clock* clock) {
-  return make_framed_gyro(at_one_frame_a_second(entry.frame), std::move(stream), within, {}, clock);
+std::unique_ptr<Gyro> make_simulated_gyro(const GyroSettings& settings, std::unique_ptr<ByteStream> stream,
+                                          Duration within, const Clock* clock) {
+  return make_framed_gyro(at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
 }
 
 }  // namespace gyrotherm

@@ -14,7 +14,7 @@
 
 namespace gyrotherm {
 
-struct GyroEntry {
+struct GyroSettings {
   std::string line;
   FrameFormat frame;
   std::optional<GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
@@ -25,15 +25,16 @@ struct GyroEntry {
 /// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees.
 /// `known`: the description's text where it is known already. Mistakes of the rig file are noted in the table; fails
 /// with bad_file if the description cannot be read or has mistakes of its own.
-[[nodiscard]] Result<GyroEntry> read_gyro(const TomlTable& table, const std::string& rig_file,
-                                          const std::optional<std::string>& known);
+[[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
+                                             const std::optional<std::string>& known);
 
 /// The driver on `line`; one read may take `within`. A real gyro is sent the stream's commands, and its line is read
 /// all the time; a simulated one sends one frame a second by itself.
-[[nodiscard]] std::unique_ptr<Gyro> make_gyro(const GyroEntry& entry, const Line& line, Duration within,
+[[nodiscard]] std::unique_ptr<Gyro> make_gyro(const GyroSettings& settings, const Line& line, Duration within,
                                               bool simulated);
 /// The driver of a simulated one whose wire is there already; `clock`: of a wire with a time of its own.
-[[nodiscard]] std::unique_ptr<Gyro> make_simulated_gyro(const GyroEntry& entry, std::unique_ptr<ByteStream> stream,
-                                                        Duration within, const Clock* clock = nullptr);
+[[nodiscard]] std::unique_ptr<Gyro> make_simulated_gyro(const GyroSettings& settings,
+                                                        std::unique_ptr<ByteStream> stream, Duration within,
+                                                        const Clock* clock = nullptr);
 
 }  // namespace gyrotherm

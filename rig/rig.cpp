@@ -40,7 +40,7 @@ Lines lines_of(const VirtualInstruments& instruments, std::size_t thermometers) 
 Lines lines_of(const RigFile& file) {
   const auto checked = [](const std::string& line) { return parse_line(line).value(); };
   Lines lines{.chamber = checked(file.chamber_line), .thermometers = {}, .gyro = checked(file.gyro.line)};
-  for (const auto& entry : file.thermometers) lines.thermometers.push_back(checked(entry.line));
+  for (const auto& settings : file.thermometers) lines.thermometers.push_back(checked(settings.line));
   return lines;
 }
 
@@ -58,17 +58,17 @@ class Drivers {
 class DriversOnLines final : public Drivers {
  public:
   /// `world`: of a virtual rig; it outlives this.
-  DriversOnLines(Lines lines, VirtualInstruments* world) : lines_(std::move(lines)), world_(world) {}
+  DriversOnLines(Lines lines, VirtualInstruments* laboratory) : lines_(std::move(lines)), laboratory_(laboratory) {}
 
   std::unique_ptr<Registers> registers(const RegisterMap& map) override {
     return make_modbus(lines_.chamber, map.link.modbus);
   }
-  std::unique_ptr<Pauses> pauses() override { return world_ ? virtual_pauses() : real_pauses(); }
+  std::unique_ptr<Pauses> pauses() override { return laboratory_ ? virtual_pauses() : real_pauses(); }
   std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
-    const auto& entry = file.thermometers[index];
-    if (world_ && entry.kind == VirtualThermometerKind::mcc_usb_temp)
-      return make_usb_temp(entry, place, world_->usb_temp(index));
-    return make_thermometer(entry, place, lines_.thermometers[index], file.simulated);
+    const auto& settings = file.thermometers[index];
+    if (laboratory_ && settings.kind == VirtualThermometerKind::mcc_usb_temp)
+      return make_usb_temp(settings, place, laboratory_->usb_temp(index));
+    return make_thermometer(settings, place, lines_.thermometers[index], file.simulated);
   }
   std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
     return make_gyro(file.gyro, lines_.gyro, within, file.simulated);
@@ -76,7 +76,7 @@ class DriversOnLines final : public Drivers {
 
  private:
   Lines lines_;
-  VirtualInstruments* world_;
+  VirtualInstruments* laboratory_;
 };
 
 class DriversOnWires final : public Drivers {
@@ -86,13 +86,13 @@ class DriversOnWires final : public Drivers {
   std::unique_ptr<Registers> registers(const RegisterMap& map) override { return wires_.chamber(map); }
   std::unique_ptr<Pauses> pauses() override { return wires_.pauses(); }
   std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
-    const auto& entry = file.thermometers[index];
-    if (entry.kind == VirtualThermometerKind::mcc_usb_temp) {
+    const auto& settings = file.thermometers[index];
+    if (settings.kind == VirtualThermometerKind::mcc_usb_temp) {
       auto wire = wires_.usb_temp(index);
-      return make_usb_temp(entry, place, std::move(wire.line), wire.clock);
+      return make_usb_temp(settings, place, std::move(wire.line), wire.clock);
     }
     auto wire = wires_.thermometer(index);
-    return make_thermometer(entry, place, std::move(wire.line), true, wire.clock);
+    return make_thermometer(settings, place, std::move(wire.line), true, wire.clock);
   }
   std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
     auto wire = wires_.gyro();
@@ -262,19 +262,19 @@ class RealRig final : public AssembledRig {
 };
 
 /// The world is a base, for the instruments' wires end in it: it comes before them and goes after them.
-struct OwnedWorld {
-  std::unique_ptr<VirtualInstruments> world_;
+struct OwnedLaboratory {
+  std::unique_ptr<VirtualInstruments> laboratory_;
 };
 
-class VirtualRig final : private OwnedWorld, public AssembledRig {
+class VirtualRig final : private OwnedLaboratory, public AssembledRig {
  public:
-  VirtualRig(const RigFile& file, Duration already, Lines lines, std::unique_ptr<VirtualInstruments> world)
-      : OwnedWorld{std::move(world)},
-        AssembledRig(file, std::make_unique<DriversOnLines>(std::move(lines), world_.get())),
+  VirtualRig(const RigFile& file, Duration already, Lines lines, std::unique_ptr<VirtualInstruments> laboratory)
+      : OwnedLaboratory{std::move(laboratory)},
+        AssembledRig(file, std::make_unique<DriversOnLines>(std::move(lines), laboratory_.get())),
         clock_(already - kSecond) {}
 
   void let_pass(std::int64_t seconds) override {
-    world_->advance(static_cast<int>(seconds));
+    laboratory_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
   const Clock& clock() const override { return clock_; }
@@ -299,20 +299,22 @@ class WiredRig final : public AssembledRig {
   Wires& wires_;
 };
 
-VirtualThermometer virtual_thermometer(const ThermometerEntry& entry) {
-  VirtualThermometer thermometer{
-      .channels = entry.channels, .kind = entry.kind, .addresses = entry.addresses, .checksum = entry.checksum};
-  if (entry.type) thermometer.type = *entry.type;
+VirtualThermometer virtual_thermometer(const ThermometerSettings& settings) {
+  VirtualThermometer thermometer{.channels = settings.channels,
+                                 .kind = settings.kind,
+                                 .addresses = settings.addresses,
+                                 .checksum = settings.checksum};
+  if (settings.type) thermometer.type = *settings.type;
   return thermometer;
 }
 
 }  // namespace
 
-Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
+Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, LaboratorySeed seed,
                                                           const ServeOptions& how) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
-  const auto parameters = parse_world(file.text, file.file, file.gyro_model.text);
+  const auto parameters = parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (!parameters) return failure(parameters.error());
   VirtualInstrumentsOptions options{.chamber = file.chamber_map,
                                     .thermometers = {},
@@ -321,17 +323,17 @@ Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, W
                                     .frames = how.frames,
                                     .ptys = how.ptys};
   if (file.gyro.stream) options.gyro_commands = file.gyro.stream->start;
-  for (const auto& entry : file.thermometers) options.thermometers.push_back(virtual_thermometer(entry));
-  return VirtualInstruments::start(World(*parameters, seed), std::move(options));
+  for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
+  return VirtualInstruments::start(VirtualLaboratory(*parameters, seed), std::move(options));
 }
 
 Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
   if (!file.simulated) return std::make_unique<RealRig>(file, start.already);
-  auto world = serve_virtual(file, start.seed);
-  if (!world) return failure(world.error());
-  (*world)->replay(start.replay);
-  auto lines = lines_of(**world, file.thermometers.size());
-  return std::make_unique<VirtualRig>(file, start.already, std::move(lines), std::move(*world));
+  auto laboratory = serve_virtual(file, start.seed);
+  if (!laboratory) return failure(laboratory.error());
+  (*laboratory)->replay(start.replay);
+  auto lines = lines_of(**laboratory, file.thermometers.size());
+  return std::make_unique<VirtualRig>(file, start.already, std::move(lines), std::move(*laboratory));
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

@@ -22,15 +22,15 @@ struct ServeOptions {
   FramePace frames{};
   bool ptys = false;
 };
-/// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like parse_world
-/// and VirtualInstruments::start, and with usage if the rig is not virtual.
-[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, WorldSeed seed,
+/// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like
+/// parse_laboratory and VirtualInstruments::start, and with usage if the rig is not virtual.
+[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, LaboratorySeed seed,
                                                                         const ServeOptions& how = {});
 
 /// How a rig comes to its first second.
 struct RigStart {
-  WorldSeed seed;      ///< virtual rig
-  Duration already{};  ///< how long the run has lasted when its next second begins (resume)
+  LaboratorySeed seed;  ///< virtual rig
+  Duration already{};   ///< how long the run has lasted when its next second begins (resume)
   std::vector<Celsius>
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };

@@ -101,7 +101,7 @@ std::vector<std::size_t> columns_of_analysis(const RigFile& rig) {
 /// All lines virtual, or none.
 void settle_simulated(const TomlTable& root, RigFile& rig) {
   std::vector<std::string> lines{rig.chamber_line, rig.gyro.line};
-  for (const auto& entry : rig.thermometers) lines.push_back(entry.line);
+  for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
   if (count != 0 && !rig.simulated)
@@ -134,7 +134,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_safe(root->table("safe"), rig);
   rig.limits = read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
   rig.limits.needed_thermometers = columns_of_analysis(rig);
-  rig.procedure = read_procedure_limits(*root);
+  rig.run_limits = read_run_limits(*root);
   if (gyro)
     settle_simulated(*root, rig);
   else
@@ -160,8 +160,8 @@ Result<RigFile> read_rig(const std::string& file) {
 
 std::vector<Channel> channels_of(const RigFile& rig) {
   std::vector<Channel> channels;
-  for (const auto& entry : rig.thermometers)
-    channels.insert(channels.end(), entry.calibrated.begin(), entry.calibrated.end());
+  for (const auto& settings : rig.thermometers)
+    channels.insert(channels.end(), settings.calibrated.begin(), settings.calibrated.end());
   return channels;
 }
 

@@ -31,13 +31,13 @@ struct RigFile {
   ChamberLimits chamber_limits;
   Celsius safe_set_point;
   std::optional<Limiter> limiter;  ///< the chamber's own
-  std::vector<ThermometerEntry> thermometers;
-  GyroEntry gyro;
+  std::vector<ThermometerSettings> thermometers;
+  GyroSettings gyro;
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
   bool safe_off{};  ///< safe is to be switched off, too
   InterlockLimits limits;
-  ProcedureLimits procedure;
+  RunLimits run_limits;
   bool simulated{};          ///< every line is "virtual"; mixed rigs are refused
   GyroModelUsed gyro_model;  ///< of a virtual rig
 };
@@ -50,7 +50,7 @@ struct NamedTexts {
 };
 
 /// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to
-/// `file`. The rest of [virtual] is checked by parse_world.
+/// `file`. The rest of [virtual] is checked by parse_laboratory.
 [[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
 [[nodiscard]] Result<RigFile> read_rig(const std::string& file);
 

@@ -33,36 +33,36 @@ SerialFormat serial_format(Kind kind) {
   return {};
 }
 
-std::size_t inputs_of(const ThermometerEntry& entry) {
-  switch (entry.kind) {
+std::size_t inputs_of(const ThermometerSettings& settings) {
+  switch (settings.kind) {
     case Kind::lakeshore_218: return kLakeshore218Inputs;
     case Kind::mcc_usb_temp: return kMccInputs;
-    case Kind::dcon: return kDconInputs * entry.addresses.size();
+    case Kind::dcon: return kDconInputs * settings.addresses.size();
     case Kind::pt12: return kPt12Inputs;
   }
   return 0;
 }
 
 /// Notes a mistake if the instrument cannot be on it.
-void check_line_of(const TomlTable& table, const ThermometerEntry& entry) {
-  const auto line = parse_line(entry.line);
-  if (entry.kind != Kind::mcc_usb_temp) return check_line(table, entry.line);
+void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
+  const auto line = parse_line(settings.line);
+  if (settings.kind != Kind::mcc_usb_temp) return check_line(table, settings.line);
   if (!line) return table.mistake("line", line.error().what);
-  if (!std::holds_alternative<HidLine>(*line) && entry.line != kVirtualLine)
+  if (!std::holds_alternative<HidLine>(*line) && settings.line != kVirtualLine)
     table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
 }
 
-void read_dcon(const TomlTable& table, ThermometerEntry& entry) {
-  if (table.has("addresses")) entry.addresses.clear();
+void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
+  if (table.has("addresses")) settings.addresses.clear();
   for (const double address : table.numbers("addresses")) {
     if (!(address >= 0 && address <= 255 && address == static_cast<std::uint8_t>(address)))
       table.mistake("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
     else
-      entry.addresses.push_back(static_cast<std::uint8_t>(address));
+      settings.addresses.push_back(static_cast<std::uint8_t>(address));
   }
-  if (entry.addresses.empty()) table.mistake("addresses", "expected at least one address");
-  entry.checksum = table.boolean("checksum", false) ? DconChecksum::on : DconChecksum::off;
-  if (table.has("type")) entry.type = one_of(kDconTypes, table, "type");
+  if (settings.addresses.empty()) table.mistake("addresses", "expected at least one address");
+  settings.checksum = table.boolean("checksum", false) ? DconChecksum::on : DconChecksum::off;
+  if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
 }
 
 std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
@@ -110,21 +110,23 @@ void read_offsets(const TomlTable& table, std::vector<Channel>& channels) {
 }
 
 /// "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3": inputs count from 1.
-std::string input_in_words(const ThermometerEntry& entry, std::size_t number, std::size_t input) {
-  const auto who = fmt::format("{} {} at {}", entry.driver, number, entry.line);
-  if (entry.kind != Kind::dcon || entry.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
-  const auto module = std::min(input / kDconInputs, entry.addresses.size() - 1);
-  return fmt::format("{}, module {:02X}, input {}", who, entry.addresses[module], input % kDconInputs + 1);
+std::string input_in_words(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
+  const auto who = fmt::format("{} {} at {}", settings.driver, number, settings.line);
+  if (settings.kind != Kind::dcon || settings.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
+  const auto module = std::min(input / kDconInputs, settings.addresses.size() - 1);
+  return fmt::format("{}, module {:02X}, input {}", who, settings.addresses[module], input % kDconInputs + 1);
 }
 
-void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen, ThermometerEntry& entry) {
-  entry.channels = table.texts("channels");
-  if (entry.channels.empty() || entry.channels.size() > inputs_of(entry))
-    table.mistake("channels", fmt::format("{} channels, expected 1 to {}", entry.channels.size(), inputs_of(entry)));
-  for (std::size_t i = 0; i < entry.channels.size(); ++i) {
-    const auto& name = entry.channels[i];
+void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen,
+                   ThermometerSettings& settings) {
+  settings.channels = table.texts("channels");
+  if (settings.channels.empty() || settings.channels.size() > inputs_of(settings))
+    table.mistake("channels",
+                  fmt::format("{} channels, expected 1 to {}", settings.channels.size(), inputs_of(settings)));
+  for (std::size_t i = 0; i < settings.channels.size(); ++i) {
+    const auto& name = settings.channels[i];
     if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", name));
-    entry.calibrated.push_back({.name = name, .instrument = input_in_words(entry, number, i), .offset = {}});
+    settings.calibrated.push_back({.name = name, .instrument = input_in_words(settings, number, i), .offset = {}});
   }
 }
 
@@ -137,33 +139,33 @@ void check_line(const TomlTable& table, const std::string& line) {
     table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
 }
 
-ThermometerEntry read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
-  ThermometerEntry entry;
-  entry.place = table.place();
-  entry.kind = one_of(kDrivers, table, "driver");
-  entry.driver = kDrivers[static_cast<std::size_t>(entry.kind)].first;
-  entry.line = table.text("line");
-  check_line_of(table, entry);
-  if (entry.kind == Kind::dcon) read_dcon(table, entry);
-  if (entry.kind == Kind::mcc_usb_temp && table.has("sensor")) entry.sensor = read_sensor(table.table("sensor"));
-  read_channels(table, number, seen, entry);
-  read_offsets(table, entry.calibrated);
-  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, entry.calibrated);
-  read_certificate(table, entry.calibrated);
-  return entry;
+ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
+  ThermometerSettings settings;
+  settings.place = table.place();
+  settings.kind = one_of(kDrivers, table, "driver");
+  settings.driver = kDrivers[static_cast<std::size_t>(settings.kind)].first;
+  settings.line = table.text("line");
+  check_line_of(table, settings);
+  if (settings.kind == Kind::dcon) read_dcon(table, settings);
+  if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
+  read_channels(table, number, seen, settings);
+  read_offsets(table, settings.calibrated);
+  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, settings.calibrated);
+  read_certificate(table, settings.calibrated);
+  return settings;
 }
 
-std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place, const Line& line,
-                                              bool simulated) {
+std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
+                                              const Line& line, bool simulated) {
   if (const auto* hid = std::get_if<HidLine>(&line))
-    return make_usb_temp(entry, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
-  return make_thermometer(entry, place, make_stream(line, {.serial = serial_format(entry.kind)}, kConnectWithin),
+    return make_usb_temp(settings, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
+  return make_thermometer(settings, place, make_stream(line, {.serial = serial_format(settings.kind)}, kConnectWithin),
                           simulated);
 }
 
-std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
                                               std::unique_ptr<ByteStream> stream, bool simulated, const Clock* clock) {
-  switch (entry.kind) {
+  switch (settings.kind) {
     case Kind::lakeshore_218: {
       Lakeshore218Timing timing{.clock = clock};
       if (simulated) timing.pause = {};
@@ -177,15 +179,15 @@ std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, con
     case Kind::dcon:
     case Kind::mcc_usb_temp: break;
   }
-  DconOptions options{.checksum = entry.checksum, .type = entry.type, .clock = clock};
+  DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};
-  return make_dcon_modules(std::move(stream), place, entry.addresses, options);
+  return make_dcon_modules(std::move(stream), place, settings.addresses, options);
 }
 
-std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
+std::unique_ptr<Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
                                            std::unique_ptr<HidReports> reports, const Clock* clock) {
   MccOptions options{.clock = clock};
-  for (std::size_t i = 0; i < std::min(entry.channels.size(), kMccInputs); ++i) options.sensors[i] = entry.sensor;
+  for (std::size_t i = 0; i < std::min(settings.channels.size(), kMccInputs); ++i) options.sensors[i] = settings.sensor;
   return make_mcc_usb_temp(std::move(reports), place, options);
 }
 

@@ -21,7 +21,7 @@ namespace gyrotherm {
 inline constexpr std::string_view kVirtualLine = "virtual";
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
 
-struct ThermometerEntry {
+struct ThermometerSettings {
   std::string driver;             ///< "lakeshore_218", "dcon", "pt12", "mcc_usb_temp"
   VirtualThermometerKind kind{};  ///< the same
   std::string line;
@@ -41,19 +41,20 @@ void check_line(const TomlTable& table, const std::string& line);
 /// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all
 /// channels without their own; and those of the driver: addresses, checksum and type (dcon), [thermometer.sensor]
 /// (mcc_usb_temp). `seen`: the channels of the rig so far.
-[[nodiscard]] ThermometerEntry read_thermometer(const TomlTable& table, std::size_t number,
-                                                std::set<std::string>& seen);
+[[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
+                                                   std::set<std::string>& seen);
 
 /// The driver, on `line`. `place` names the instrument in its faults; a simulated one needs no pauses.
-[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
-                                                            const Line& line, bool simulated);
+[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings,
+                                                            const std::string& place, const Line& line, bool simulated);
 /// The driver of one that is spoken to in bytes, whose wire is there already; `clock`: of a wire with a time of its
 /// own.
-[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerEntry& entry, const std::string& place,
+[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings,
+                                                            const std::string& place,
                                                             std::unique_ptr<ByteStream> stream, bool simulated,
                                                             const Clock* clock = nullptr);
 /// The driver of a USB-TEMP whose wire is there already; likewise.
-[[nodiscard]] std::unique_ptr<Thermometer> make_usb_temp(const ThermometerEntry& entry, const std::string& place,
+[[nodiscard]] std::unique_ptr<Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
                                                          std::unique_ptr<HidReports> reports,
                                                          const Clock* clock = nullptr);
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/quantity.hpp"
-#include "simulator/injected_faults.hpp"
+#include "simulator/laboratory_faults.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {
@@ -17,7 +17,7 @@ class ChamberPlant {
   /// Lets one second pass. Switched off, heater and cooler run down and air and wall drift towards the room.
   void step(Celsius set_point, bool on);
   /// From the next step on.
-  void suffer(const PlantFaults& faults) { faults_ = faults; }
+  void inject(const PlantFaults& faults) { faults_ = faults; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
   [[nodiscard]] Celsius sensed() const;                                  ///< behind the sensor's lag, or what it shows

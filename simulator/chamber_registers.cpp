@@ -19,11 +19,11 @@ bool is_block(WriteFunction function) { return function == WriteFunction::regist
 
 }  // namespace
 
-ChamberRegisters::ChamberRegisters(RegisterMap map, World& world)
-    : map_(std::move(map)), world_(world), image_(map_), memory_(map_, image_) {
+ChamberRegisters::ChamberRegisters(RegisterMap map, VirtualLaboratory& laboratory)
+    : map_(std::move(map)), laboratory_(laboratory), image_(map_), memory_(map_, image_) {
   find_live_items();
   find_addresses();
-  if (map_.simulated.turns_on.empty() && !map_.control) world_.switch_on(true);
+  if (map_.simulated.turns_on.empty() && !map_.control) laboratory_.switch_on(true);
 }
 
 void ChamberRegisters::find_live_items() {
@@ -77,22 +77,22 @@ double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
       case ProgramRun::Stage::done: return "done";
       case ProgramRun::Stage::none: break;
     }
-    return world_.is_on() ? "on" : "off";
+    return laboratory_.is_on() ? "on" : "off";
   }();
   auto found = shows.values.find(state);
   if (found == shows.values.end() && run_.runs()) found = shows.values.find("running");
-  if (found == shows.values.end()) found = shows.values.find(world_.is_on() ? "on" : "off");
+  if (found == shows.values.end()) found = shows.values.find(laboratory_.is_on() ? "on" : "off");
   return found == shows.values.end() ? 0 : found->second;
 }
 
 std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const {
   const auto& item = *live.item;
   switch (live.role) {
-    case Role::air: return image_.words_at(item, world_.air_as_measured().value);
-    case Role::set_point: return image_.words_at(item, world_.set_point().value);
-    case Role::output: return image_.words_at(item, world_.output_percent());
+    case Role::air: return image_.words_at(item, laboratory_.air_as_measured().value);
+    case Role::set_point: return image_.words_at(item, laboratory_.set_point().value);
+    case Role::output: return image_.words_at(item, laboratory_.output_percent());
     case Role::mode: {
-      const auto code = world_.is_on() ? map_.control->on : map_.control->off;
+      const auto code = laboratory_.is_on() ? map_.control->on : map_.control->off;
       return image_.words_at(item, static_cast<double>(code));
     }
     case Role::clock: return encode_date(item.date, civil_time_of(kVirtualEpoch + std::chrono::seconds(seconds_)));
@@ -119,7 +119,7 @@ tl::expected<void, ModbusException> ChamberRegisters::read(ReadFunction function
   for (const auto& live : live_) {
     const int from = image_address(*live.item), to = from + word_count(*live.item);
     if (to <= first || from >= end || !live.item->readable) continue;
-    if (live.role == Role::sentinel && world_.is_on()) continue;
+    if (live.role == Role::sentinel && laboratory_.is_on()) continue;
     const auto own = live_words(live);
     for (int at = std::max(from, first); at < std::min(to, end); ++at)
       words[base + static_cast<std::size_t>(at - first)] = own[static_cast<std::size_t>(at - from)];
@@ -129,7 +129,7 @@ tl::expected<void, ModbusException> ChamberRegisters::read(ReadFunction function
 
 bool ChamberRegisters::accepts(const RegisterItem& item, double value) const {
   if (!std::isfinite(value)) return false;
-  if (item.name == "set_point") return world_.accepts({value});
+  if (item.name == "set_point") return laboratory_.accepts({value});
   if (item.codes.empty() || !item.otherwise.empty() || item.type == RegisterType::bits) return true;
   return std::ranges::any_of(item.codes, [&](const auto& entry) {
     return std::ranges::any_of(entry.second, [&](auto code) { return static_cast<double>(code) == value; });
@@ -182,14 +182,14 @@ void ChamberRegisters::apply(const Assignment& assignment) {
 
 void ChamberRegisters::take_effect(const RegisterItem& item, double value) {
   const auto& unit = map_.simulated;
-  if (item.name == "set_point") world_.command({value});
+  if (item.name == "set_point") laboratory_.command({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);  // it is kept inside, and shows zero
   if (unit.turns_on.empty() && map_.control && item.name == map_.control->commanded)
-    world_.switch_on(value == static_cast<double>(map_.control->on));
-  if (any_holds(unit.turns_on, item, value)) world_.switch_on(true);
+    laboratory_.switch_on(value == static_cast<double>(map_.control->on));
+  if (any_holds(unit.turns_on, item, value)) laboratory_.switch_on(true);
   if (any_holds(unit.turns_off, item, value)) {
-    world_.switch_on(false);
+    laboratory_.switch_on(false);
     run_.end();
   }
   if (any_holds(unit.creates_program, item, value)) memory_.clear();
@@ -206,19 +206,19 @@ void ChamberRegisters::take_effect(const RegisterItem& item, double value) {
 }
 
 void ChamberRegisters::start_program() {
-  auto program = memory_.program(world_.set_point());
+  auto program = memory_.program(laboratory_.set_point());
   if (!program) return;
   const auto* step = map_.find(map_.simulated.program_step);
   const int first = step ? static_cast<int>(image_.value(*step)) - map_.memory->first_step : 0;
-  world_.switch_on(true);
+  laboratory_.switch_on(true);
   run_.start(std::move(*program), first);
 }
 
 void ChamberRegisters::pass_second() {
   ++seconds_;
   if (!run_.runs()) return;
-  const auto set_point = run_.next_set_point(world_.air_as_measured());
-  if (world_.accepts(set_point)) world_.command(set_point);
+  const auto set_point = run_.next_set_point(laboratory_.air_as_measured());
+  if (laboratory_.accepts(set_point)) laboratory_.command(set_point);
 }
 
 }  // namespace gyrotherm

@@ -25,7 +25,7 @@ enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_addres
 class ChamberRegisters {
  public:
   /// `world` must outlive this.
-  ChamberRegisters(RegisterMap map, World& world);
+  ChamberRegisters(RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
   [[nodiscard]] const RegisterMap& map() const { return map_; }
@@ -71,7 +71,7 @@ class ChamberRegisters {
   void start_program();
 
   RegisterMap map_;
-  World& world_;
+  VirtualLaboratory& laboratory_;
   RegisterImage image_;
   MemoryImage memory_;
   ProgramRun run_;

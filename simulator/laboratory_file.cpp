@@ -88,19 +88,21 @@ ThermometerParameters read_thermometers(const TomlTable& table) {
           .days_since_calibration = not_negative(table, "days_since_calibration", 0)};
 }
 
-SpreadParameters read_spread(const TomlTable& table, bool is_twin) {
+SpreadParameters read_spread(const TomlTable& table, bool is_reduced) {
   SpreadParameters s{.bias = not_negative(table, "bias"),
                      .offset_k = not_negative(table, "offset_k"),
                      .gain = not_negative(table, "gain", 0),
                      .time_constant = not_negative(table, "time_constant", 0),
                      .turn_on_deg_per_h = not_negative(table, "turn_on_deg_per_h")};
-  if (is_twin) return s;
+  if (is_reduced) return s;
   s.capacity = not_negative(table, "capacity");
   s.film = not_negative(table, "film");
   return s;
 }
 
-bool has_twin(const TomlTable& table) { return table.choice("body", {"reference", "twin"}, "reference") == "twin"; }
+bool has_reduced_gyro(const TomlTable& table) {
+  return table.choice("body", {"reference", "twin"}, "reference") == "twin";
+}
 
 }  // namespace
 
@@ -109,7 +111,7 @@ Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string
   const auto root = TomlTable::parse(rig_text, file);
   if (!root) return failure(root.error());
   const auto table = root->table("virtual");
-  if (!has_twin(table)) return GyroModelUsed{};
+  if (!has_reduced_gyro(table)) return GyroModelUsed{};
   const auto thermal = table.table("thermal");
   const auto named = thermal.text("gyro");
   GyroModelUsed used{.name = std::filesystem::path(named).stem().stem().string(),
@@ -122,8 +124,8 @@ Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string
   return used;
 }
 
-Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file,
-                                    const std::optional<std::string>& gyro_model_text) {
+Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const std::string& file,
+                                              const std::optional<std::string>& gyro_model_text) {
   const auto root = TomlTable::parse(rig_text, file);
   if (!root) return failure(root.error());
   for (const auto& key : root->keys()) {
@@ -132,24 +134,24 @@ Result<WorldParameters> parse_world(std::string_view rig_text, const std::string
   if (!root->has("virtual"))
     return failure(FaultKind::bad_file, root->place(), "no [virtual] table: a rig of real instruments");
   const auto table = root->table("virtual");
-  const bool is_twin = has_twin(table);
-  WorldParameters world{.plant = read_plant(table.table("plant")),
-                        .body = {},
-                        .gyro = read_readout(table.table("gyro")),
-                        .thermometers = read_thermometers(table.table("thermometers")),
-                        .spread = read_spread(table.table("spread"), is_twin)};
-  if (is_twin)
-    world.body = read_twin_gyro(table);
+  const bool is_reduced = has_reduced_gyro(table);
+  LaboratoryParameters laboratory{.plant = read_plant(table.table("plant")),
+                                  .body = {},
+                                  .gyro = read_readout(table.table("gyro")),
+                                  .thermometers = read_thermometers(table.table("thermometers")),
+                                  .spread = read_spread(table.table("spread"), is_reduced)};
+  if (is_reduced)
+    laboratory.body = read_reduced_gyro(table);
   else
-    world.body = read_reference_gyro(table);
+    laboratory.body = read_lumped_gyro(table);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
-  if (!is_twin) return world;
+  if (!is_reduced) return laboratory;
   const auto used = gyro_model_of(rig_text, file, gyro_model_text);
   if (!used) return failure(used.error());
   auto model = parse_reduced_model(used->text, used->name);
   if (!model) return failure(model.error());
-  std::get<TwinGyroParameters>(world.body).model = std::move(*model);
-  return world;
+  std::get<ReducedGyroParameters>(laboratory.body).model = std::move(*model);
+  return laboratory;
 }
 
 }  // namespace gyrotherm

@@ -21,10 +21,10 @@ namespace gyrotherm {
 [[nodiscard]] std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least);
 
 /// [virtual.network] and [virtual.bias] of a rig whose body is "reference".
-[[nodiscard]] ReferenceGyroParameters read_reference_gyro(const TomlTable& table);
+[[nodiscard]] LumpedGyroParameters read_lumped_gyro(const TomlTable& table);
 
 /// [virtual.thermal] with its spread, and [virtual.bias] of a rig whose body is "twin". The model is left
 /// empty: another file has it.
-[[nodiscard]] TwinGyroParameters read_twin_gyro(const TomlTable& table);
+[[nodiscard]] ReducedGyroParameters read_reduced_gyro(const TomlTable& table);
 
 }  // namespace gyrotherm

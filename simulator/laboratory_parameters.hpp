@@ -53,7 +53,7 @@ struct NetworkParameters {
 };
 
 /// [virtual.bias] of the reference simulation (reference_gyro.hpp has the formula).
-struct ReferenceBias {
+struct LumpedBias {
   double scale = 1;                     ///< s, of everything below
   double linear_deg_per_h_per_k{};      ///< k1
   double quadratic_deg_per_h_per_k2{};  ///< k2
@@ -65,9 +65,9 @@ struct ReferenceBias {
 };
 
 /// body = "reference": the reference simulation's gyro.
-struct ReferenceGyroParameters {
+struct LumpedGyroParameters {
   NetworkParameters network;
-  ReferenceBias bias;
+  LumpedBias bias;
 };
 
 /// How the left and the right half of a gyro's thermal body differ; the finite elements make them alike.
@@ -79,7 +79,7 @@ struct UnequalArms {
 };
 
 /// body = "twin": the finite-element gyro, reduced, and the physics of its bias.
-struct TwinGyroParameters {
+struct ReducedGyroParameters {
   ReducedModel model;
   double start_c{};  ///< chamber temperature at which the gyro rests at the start
   GyroFilm film{};
@@ -129,9 +129,9 @@ struct SpreadParameters {
   double turn_on_deg_per_h{};  ///< standard deviation of the gyro's constant offset
 };
 
-struct WorldParameters {
+struct LaboratoryParameters {
   PlantParameters plant;
-  std::variant<ReferenceGyroParameters, TwinGyroParameters> body;
+  std::variant<LumpedGyroParameters, ReducedGyroParameters> body;
   ReadoutParameters gyro;
   ThermometerParameters thermometers;
   SpreadParameters spread;

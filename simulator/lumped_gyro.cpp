@@ -9,7 +9,7 @@ namespace {
 
 enum Place : std::size_t { A, B, C, D, E };
 
-double gradient_part(const ReferenceBias& bias, BlockTemperatures t) {
+double gradient_part(const LumpedBias& bias, BlockTemperatures t) {
   double sum = 0;
   for (std::size_t x = 1; x < kBlockPlaces; ++x) sum += bias.gradient_deg_per_h_per_k[x - 1] * (t[A] - t[x]);
   return sum;
@@ -21,7 +21,7 @@ double block_mean_c(BlockTemperatures block_c) {
   return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockPlaces;
 }
 
-DegreesPerHour reference_bias(const ReferenceBias& bias, BlockTemperatures t) {
+DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {
   const double x = block_mean_c(t) - 20;
   const double absolute = bias.linear_deg_per_h_per_k * x + bias.quadratic_deg_per_h_per_k2 * x * x;
   const double wave = bias.wave_deg_per_h * std::sin(2 * std::numbers::pi * x / bias.wave_period_k);

@@ -92,8 +92,8 @@ NetworkParameters read_network(const TomlTable& table) {
   return n;
 }
 
-ReferenceBias read_bias(const TomlTable& table) {
-  ReferenceBias b;
+LumpedBias read_bias(const TomlTable& table) {
+  LumpedBias b;
   b.scale = table.number("scale");
   b.linear_deg_per_h_per_k = table.number("linear_deg_per_h_per_k");
   b.quadratic_deg_per_h_per_k2 = table.number("quadratic_deg_per_h_per_k2");
@@ -108,7 +108,7 @@ ReferenceBias read_bias(const TomlTable& table) {
 
 }  // namespace
 
-ReferenceGyroParameters read_reference_gyro(const TomlTable& table) {
+LumpedGyroParameters read_lumped_gyro(const TomlTable& table) {
   return {.network = read_network(table.table("network")), .bias = read_bias(table.table("bias"))};
 }
 

@@ -34,14 +34,14 @@ ReducedModel with_unequal_arms(ReducedModel model, const UnequalArms& arms) {
   return model;
 }
 
-TwinGyro::TwinGyro(const TwinGyroParameters& parameters)
-    : twin_(with_unequal_arms(parameters.model, parameters.arms),
-            {.start = {parameters.start_c}, .film = parameters.film}),
-      bias_(parameters.bias, twin_.outputs_c()) {}
+ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters)
+    : reduced_(with_unequal_arms(parameters.model, parameters.arms),
+               {.start = {parameters.start_c}, .film = parameters.film}),
+      bias_(parameters.bias, reduced_.outputs_c()) {}
 
-void TwinGyro::step(Celsius air) {
-  twin_.step(air);
-  bias_.step(twin_.outputs_c());
+void ReducedGyro::step(Celsius air) {
+  reduced_.step(air);
+  bias_.step(reduced_.outputs_c());
 }
 
 }  // namespace gyrotherm

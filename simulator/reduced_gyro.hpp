@@ -16,20 +16,20 @@ namespace gyrotherm {
 [[nodiscard]] ReducedModel with_unequal_arms(ReducedModel model, const UnequalArms& arms);
 
 /// The thermometers see A…H and the shell; the bias sees the twin's gain arms, mirrors and block alone.
-class TwinGyro final : public VirtualGyro {
+class ReducedGyro final : public VirtualGyro {
  public:
   /// Starts at rest, switched on, in air at the parameters' start temperature.
-  explicit TwinGyro(const TwinGyroParameters& parameters);
+  explicit ReducedGyro(const ReducedGyroParameters& parameters);
 
   void step(Celsius air) override;
-  [[nodiscard]] PlaceTemperatures places_c() const override { return twin_.outputs_c().first<kThermalPlaces>(); }
+  [[nodiscard]] PlaceTemperatures places_c() const override { return reduced_.outputs_c().first<kThermalPlaces>(); }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
 
   [[nodiscard]] const BiasParts& bias_parts() const { return bias_.parts(); }
-  [[nodiscard]] InnerTemperatures inner_c() const { return twin_.outputs_c(); }
+  [[nodiscard]] InnerTemperatures inner_c() const { return reduced_.outputs_c(); }
 
  private:
-  ThermalTwin twin_;
+  ReducedTransient reduced_;
   GyroBias bias_;
 };
 

@@ -58,10 +58,10 @@ ThermalSpread read_thermal_spread(const TomlTable& table) {
 
 }  // namespace
 
-TwinGyroParameters read_twin_gyro(const TomlTable& table) {
+ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   const auto thermal = table.table("thermal");
   (void)thermal.text("gyro");  // read by gyro_model_of
-  TwinGyroParameters p;
+  ReducedGyroParameters p;
   p.start_c = thermal.celsius("start").value;
   p.film = thermal.choice("film", {"chamber", "still"}) == "still" ? GyroFilm::still : GyroFilm::chamber;
   p.arms = {.gain_left_over_right = positive(thermal, "gain_left_over_right"),

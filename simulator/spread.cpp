@@ -8,7 +8,7 @@
 namespace gyrotherm {
 namespace {
 
-void scatter_bias(ReferenceBias& bias, double sigma, RandomStream random) {
+void scatter_bias(LumpedBias& bias, double sigma, RandomStream random) {
   for (double* coefficient : {&bias.linear_deg_per_h_per_k, &bias.quadratic_deg_per_h_per_k2, &bias.wave_deg_per_h,
                               &bias.arm_deg_per_h_per_k}) {
     *coefficient *= random.log_normal(sigma);
@@ -29,14 +29,14 @@ void scatter_bias(BiasPhysics& bias, double sigma, RandomStream random) {
   for (auto& play : bias.plays) play.deg_per_h *= random.log_normal(sigma);
 }
 
-void scatter_body(ReferenceGyroParameters& gyro, const SpreadParameters& spread, std::uint64_t seed) {
+void scatter_body(LumpedGyroParameters& gyro, const SpreadParameters& spread, std::uint64_t seed) {
   RandomStream capacity(seed, RandomPurpose::capacity_spread);
   RandomStream film(seed, RandomPurpose::film_spread);
   for (double& c : gyro.network.capacity_j_per_k) c *= capacity.log_normal(spread.capacity);
   for (double& g : gyro.network.film_w_per_k) g *= film.log_normal(spread.film);
 }
 
-void scatter_body(TwinGyroParameters& gyro, const SpreadParameters& /*spread*/, std::uint64_t seed) {
+void scatter_body(ReducedGyroParameters& gyro, const SpreadParameters& /*spread*/, std::uint64_t seed) {
   RandomStream random(seed, RandomPurpose::thermal_spread);
   RandomStream leads(seed, RandomPurpose::lead_spread);
   for (double* lead : {&gyro.arms.left_lead_w_per_k, &gyro.arms.right_lead_w_per_k})
@@ -57,7 +57,7 @@ void scatter_thermometers(ThermometerParameters& thermometers, const SpreadParam
 
 }  // namespace
 
-WorldParameters draw_gyro(WorldParameters type, std::uint64_t seed) {
+LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
   if (seed == 0) return type;
   const auto spread = type.spread;
   RandomStream turn_on(seed, RandomPurpose::turn_on);

@@ -11,6 +11,6 @@ namespace gyrotherm {
 /// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
 /// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
 /// a twin's model is perturbed (twin_spread.hpp).
-[[nodiscard]] WorldParameters draw_gyro(WorldParameters type, std::uint64_t seed);
+[[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
 
 }  // namespace gyrotherm

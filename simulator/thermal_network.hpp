@@ -25,7 +25,7 @@ struct NetworkEquations {
 class ThermalNetwork final {
  public:
   /// Starts at rest at the network's start temperature. `network` must hold the nodes A…H and "air", and every node
-  /// must have a way to the chamber (parse_world checks both).
+  /// must have a way to the chamber (parse_laboratory checks both).
   explicit ThermalNetwork(const NetworkParameters& network);
 
   void step(Celsius air);

@@ -33,11 +33,11 @@ std::size_t inputs_of(const VirtualThermometer& thermometer) {
   return 0;
 }
 
-Result<Places> places_of(const VirtualThermometer& thermometer, const World& world) {
+Result<Places> places_of(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
   if (thermometer.channels.size() > inputs_of(thermometer))
     return failure(FaultKind::usage, "virtual thermometer",
                    fmt::format("more than {} channels", inputs_of(thermometer)));
-  const auto& names = world.thermometer_names();
+  const auto& names = laboratory.thermometer_names();
   Places places;
   for (const auto& channel : thermometer.channels) {
     const auto found = std::ranges::find(names, channel);
@@ -68,19 +68,21 @@ std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const 
 }
 
 /// Nothing for an instrument that is no server.
-MakeSession session_of(const VirtualThermometer& thermometer, const Places& places, const World& world) {
+MakeSession session_of(const VirtualThermometer& thermometer, const Places& places,
+                       const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
     case VirtualThermometerKind::lakeshore_218:
-      return [&world, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
-        return std::make_unique<Lakeshore218Session>(world, inputs);
+      return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
+        return std::make_unique<Lakeshore218Session>(laboratory, inputs);
       };
     case VirtualThermometerKind::pt12:
-      return [&world, inputs = on_inputs<Pt12Session::Inputs>(places)] {
-        return std::make_unique<Pt12Session>(world, inputs);
+      return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(places)] {
+        return std::make_unique<Pt12Session>(laboratory, inputs);
       };
     case VirtualThermometerKind::dcon:
-      return
-          [&world, modules = modules_of(thermometer, places)] { return std::make_unique<DconSession>(world, modules); };
+      return [&laboratory, modules = modules_of(thermometer, places)] {
+        return std::make_unique<DconSession>(laboratory, modules);
+      };
     case VirtualThermometerKind::mcc_usb_temp: return {};
   }
   return {};
@@ -117,8 +119,8 @@ FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
 
 class Servers final : public VirtualInstruments {
  public:
-  Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places, std::vector<Descriptor> listeners,
-          std::vector<Pty> ptys);
+  Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, std::vector<Places> places,
+          std::vector<Descriptor> listeners, std::vector<Pty> ptys);
 
   void pass(Duration time) override;
   void replay(std::span<const Celsius> set_points) override;
@@ -129,7 +131,7 @@ class Servers final : public VirtualInstruments {
   [[nodiscard]] std::uint16_t gyro_port() const override { return gyro_port_; }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<HidReports> usb_temp(std::size_t index) override {
-    return std::make_unique<VirtualUsbTemp>(world_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
+    return std::make_unique<VirtualUsbTemp>(laboratory_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
   }
 
  private:
@@ -138,7 +140,7 @@ class Servers final : public VirtualInstruments {
     std::int64_t pulses{};
     std::int64_t device_time_us{};
   };
-  [[nodiscard]] Stand stand() const { return {world_.pulses(), world_.device_time_us()}; }
+  [[nodiscard]] Stand stand() const { return {laboratory_.pulses(), laboratory_.device_time_us()}; }
   void step();
   /// When the next frame is due, seconds since the start.
   [[nodiscard]] double next_frame() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
@@ -147,7 +149,7 @@ class Servers final : public VirtualInstruments {
   void serve(const std::string& instrument, Pty line, const MakeSession& session);
 
   std::mutex guard_;  ///< of the world and what reads it
-  World world_;
+  VirtualLaboratory laboratory_;
   ChamberRegisters chamber_;
   std::vector<Places> places_;  ///< of each thermometer
   std::uint16_t chamber_port_{}, gyro_port_{};
@@ -161,13 +163,13 @@ class Servers final : public VirtualInstruments {
   ReplyServer replies_;  ///< last: its thread ends before what it uses
 };
 
-Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Places> places,
+Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, std::vector<Places> places,
                  std::vector<Descriptor> listeners, std::vector<Pty> ptys)
-    : world_(std::move(world)),
-      chamber_(std::move(options.chamber), world_),
+    : laboratory_(std::move(laboratory)),
+      chamber_(std::move(options.chamber), laboratory_),
       places_(std::move(places)),
       gyro_port_(port_of(listeners.back())),
-      gyro_(std::move(listeners.back()), StreamWriter(gyro_format(options), world_.arcsec_per_pulse()),
+      gyro_(std::move(listeners.back()), StreamWriter(gyro_format(options), laboratory_.arcsec_per_pulse()),
             std::move(options.gyro_commands)),
       frames_a_second_(options.frames == FramePace::full_rate && options.gyro.rate_hz > 0 ? options.gyro.rate_hz : 1),
       replies_(guard_) {
@@ -179,7 +181,7 @@ Servers::Servers(World world, VirtualInstrumentsOptions options, std::vector<Pla
     serve("chamber", std::move(*pty++), [this] { return std::make_unique<ModbusRtuSession>(chamber_, LinkKind::rtu); });
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
-    const auto session = session_of(options.thermometers[i], places_[i], world_);
+    const auto session = session_of(options.thermometers[i], places_[i], laboratory_);
     thermometer_ports_.push_back(session ? serve(instrument, std::move(*listener++), session) : std::uint16_t{0});
     if (session && options.ptys) serve(instrument, std::move(*pty++), session);
   }
@@ -206,7 +208,7 @@ void Servers::serve(const std::string& instrument, Pty line, const MakeSession& 
 void Servers::step() {
   before_ = stand();
   chamber_.pass_second();
-  world_.step();
+  laboratory_.step();
   after_ = stand();
   ++seconds_;
 }
@@ -234,21 +236,22 @@ void Servers::pass(Duration time) {
 
 void Servers::replay(std::span<const Celsius> set_points) {
   const std::scoped_lock lock(guard_);
-  world_.switch_on(true);
+  laboratory_.switch_on(true);
   for (const auto set_point : set_points) {
-    world_.command(set_point);
-    world_.step();
-    gyro_.skip(static_cast<double>(world_.pulses()));
+    laboratory_.command(set_point);
+    laboratory_.step();
+    gyro_.skip(static_cast<double>(laboratory_.pulses()));
   }
 }
 
 }  // namespace
 
-Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(World world, VirtualInstrumentsOptions options) {
+Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLaboratory laboratory,
+                                                                      VirtualInstrumentsOptions options) {
   std::vector<Places> places;
   std::size_t servers = 2;  // chamber and gyro
   for (const auto& thermometer : options.thermometers) {
-    auto found = places_of(thermometer, world);
+    auto found = places_of(thermometer, laboratory);
     if (!found) return failure(std::move(found.error()));
     places.push_back(std::move(*found));
     servers += thermometer.kind == VirtualThermometerKind::mcc_usb_temp ? 0 : 1;
@@ -257,7 +260,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(World worl
   if (!listeners) return failure(std::move(listeners.error()));
   auto ptys = open_ptys(options.ptys ? servers : 0);
   if (!ptys) return failure(std::move(ptys.error()));
-  return std::make_unique<Servers>(std::move(world), std::move(options), std::move(places), std::move(*listeners),
+  return std::make_unique<Servers>(std::move(laboratory), std::move(options), std::move(places), std::move(*listeners),
                                    std::move(*ptys));
 }
 

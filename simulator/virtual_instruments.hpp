@@ -56,7 +56,7 @@ class VirtualInstruments {
  public:
   /// Fails with disconnected if a port cannot be bound, or usage if a channel is not a thermometer of the world or an
   /// instrument has too many.
-  [[nodiscard]] static Result<std::unique_ptr<VirtualInstruments>> start(World world,
+  [[nodiscard]] static Result<std::unique_ptr<VirtualInstruments>> start(VirtualLaboratory laboratory,
                                                                          VirtualInstrumentsOptions options);
   virtual ~VirtualInstruments() = default;
 

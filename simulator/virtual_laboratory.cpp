@@ -16,13 +16,13 @@ namespace {
 
 const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
 
-std::unique_ptr<VirtualGyro> make_gyro(const ReferenceGyroParameters& p) { return std::make_unique<ReferenceGyro>(p); }
-std::unique_ptr<VirtualGyro> make_gyro(const TwinGyroParameters& p) { return std::make_unique<TwinGyro>(p); }
+std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p) { return std::make_unique<LumpedGyro>(p); }
+std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p) { return std::make_unique<ReducedGyro>(p); }
 
 }  // namespace
 
-struct World::Parts {
-  Parts(const WorldParameters& drawn, std::uint64_t noise_seed);
+struct VirtualLaboratory::Parts {
+  Parts(const LaboratoryParameters& drawn, std::uint64_t noise_seed);
   void measure_air();
   void show_thermometers();
 
@@ -39,7 +39,7 @@ struct World::Parts {
   std::array<double, kThermalPlaces> shown_with_faults_c{};  ///< by thermometers with faults
 };
 
-World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
+VirtualLaboratory::Parts::Parts(const LaboratoryParameters& drawn, std::uint64_t noise_seed)
     : plant_parameters(drawn.plant),
       plant(drawn.plant),
       gyro(std::visit([](const auto& body) { return make_gyro(body); }, drawn.body)),
@@ -50,12 +50,12 @@ World::Parts::Parts(const WorldParameters& drawn, std::uint64_t noise_seed)
   measure_air();
 }
 
-void World::Parts::measure_air() {
+void VirtualLaboratory::Parts::measure_air() {
   const double shown_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
   measured_air = {to_resolution(shown_c, plant_parameters.sensor_resolution_k)};
 }
 
-void World::Parts::show_thermometers() {
+void VirtualLaboratory::Parts::show_thermometers() {
   const auto sound_c = thermometers.readings_c();
   for (std::size_t i = 0; i < shown_with_faults_c.size(); ++i) {
     const auto& fault = (*thermometer_faults)[i];
@@ -63,25 +63,25 @@ void World::Parts::show_thermometers() {
   }
 }
 
-World::World(const WorldParameters& parameters, WorldSeed seed)
+VirtualLaboratory::VirtualLaboratory(const LaboratoryParameters& parameters, LaboratorySeed seed)
     : parts_(std::make_unique<Parts>(draw_gyro(parameters, seed.gyro), splitmix64(seed.gyro ^ splitmix64(seed.run)))) {}
-World::~World() = default;
-World::World(World&&) noexcept = default;
-World& World::operator=(World&&) noexcept = default;
+VirtualLaboratory::~VirtualLaboratory() = default;
+VirtualLaboratory::VirtualLaboratory(VirtualLaboratory&&) noexcept = default;
+VirtualLaboratory& VirtualLaboratory::operator=(VirtualLaboratory&&) noexcept = default;
 
-bool World::accepts(Celsius set_point) const {
+bool VirtualLaboratory::accepts(Celsius set_point) const {
   const auto& plant = parts_->plant_parameters;
   return set_point.value >= plant.lowest_c && set_point.value <= plant.highest_c;
 }
 
-void World::command(Celsius set_point) {
+void VirtualLaboratory::command(Celsius set_point) {
   assert(accepts(set_point));
   parts_->set_point = set_point;
 }
 
-void World::switch_on(bool on) { parts_->on = on; }
+void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
-void World::step() {
+void VirtualLaboratory::step() {
   auto& p = *parts_;
   p.readout.step(p.gyro->bias());
   p.gyro->step(p.plant.air());
@@ -91,24 +91,24 @@ void World::step() {
   if (p.thermometer_faults) p.show_thermometers();
 }
 
-void World::suffer(const WorldFaults& faults) {
-  parts_->plant.suffer(faults.plant);
+void VirtualLaboratory::inject(const LaboratoryFaults& faults) {
+  parts_->plant.inject(faults.plant);
   parts_->thermometer_faults = faults.thermometers;
   parts_->show_thermometers();
 }
 
-Celsius World::set_point() const { return parts_->set_point; }
-bool World::is_on() const { return parts_->on; }
-Celsius World::air_as_measured() const { return parts_->measured_air; }
-double World::output_percent() const { return parts_->plant.output_percent(); }
-std::span<const double> World::thermometers_as_measured_c() const {
+Celsius VirtualLaboratory::set_point() const { return parts_->set_point; }
+bool VirtualLaboratory::is_on() const { return parts_->on; }
+Celsius VirtualLaboratory::air_as_measured() const { return parts_->measured_air; }
+double VirtualLaboratory::output_percent() const { return parts_->plant.output_percent(); }
+std::span<const double> VirtualLaboratory::thermometers_as_measured_c() const {
   if (parts_->thermometer_faults) return parts_->shown_with_faults_c;
   return parts_->thermometers.readings_c();
 }
-const std::vector<std::string>& World::thermometer_names() const { return kThermometerNames; }
-std::int64_t World::pulses() const { return parts_->readout.pulses(); }
-std::int64_t World::device_time_us() const { return parts_->readout.device_time_us(); }
-double World::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
-DegreesPerHour World::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
+const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { return kThermometerNames; }
+std::int64_t VirtualLaboratory::pulses() const { return parts_->readout.pulses(); }
+std::int64_t VirtualLaboratory::device_time_us() const { return parts_->readout.device_time_us(); }
+double VirtualLaboratory::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
+DegreesPerHour VirtualLaboratory::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
 
 }  // namespace gyrotherm

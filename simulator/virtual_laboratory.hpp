@@ -16,8 +16,8 @@
 
 namespace gyrotherm {
 
-struct WorldParameters;  // simulator/laboratory_parameters.hpp
-struct WorldFaults;      // simulator/injected_faults.hpp
+struct LaboratoryParameters;  // simulator/laboratory_parameters.hpp
+struct LaboratoryFaults;      // simulator/laboratory_faults.hpp
 
 /// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
 /// rig file holds whole.
@@ -29,27 +29,27 @@ struct GyroModelUsed {
 
 /// What the [virtual] table of a rig file names. `known`: the reduced gyro's text where it is already known (resume:
 /// the record's copy); otherwise the file is read, relative to `file`. Fails with bad_file if it cannot be read; other
-/// mistakes are for parse_world to tell.
+/// mistakes are for parse_laboratory to tell.
 [[nodiscard]] Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
                                                   const std::optional<std::string>& known = {});
 
 /// Reads the [virtual] table of a rig file (the rest of the file is someone else's), and the reduced gyro that it names
 /// like gyro_model_of. Fails with bad_file, every mistake with its place.
-[[nodiscard]] Result<WorldParameters> parse_world(std::string_view rig_text, const std::string& file,
-                                                  const std::optional<std::string>& gyro_model_text = {});
+[[nodiscard]] Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const std::string& file,
+                                                            const std::optional<std::string>& gyro_model_text = {});
 
 /// Which gyro, and which of its runs: two runs of one gyro share its physics and none of its noise.
-struct WorldSeed {
+struct LaboratorySeed {
   std::uint64_t gyro{};  ///< 0 is the gyro of the file exactly; any other draws another gyro of the same type
   std::uint64_t run{};   ///< draws the noise
 };
 
-class World {
+class VirtualLaboratory {
  public:
-  World(const WorldParameters& parameters, WorldSeed seed);
-  ~World();
-  World(World&&) noexcept;
-  World& operator=(World&&) noexcept;
+  VirtualLaboratory(const LaboratoryParameters& parameters, LaboratorySeed seed);
+  ~VirtualLaboratory();
+  VirtualLaboratory(VirtualLaboratory&&) noexcept;
+  VirtualLaboratory& operator=(VirtualLaboratory&&) noexcept;
 
   /// Whether the controller can be told this.
   [[nodiscard]] bool accepts(Celsius set_point) const;
@@ -57,7 +57,7 @@ class World {
   void command(Celsius set_point);
   void switch_on(bool on);
   /// Breaks what `faults` says, and mends what it does not: the chamber from the next step on, thermometers at once.
-  void suffer(const WorldFaults& faults);
+  void inject(const LaboratoryFaults& faults);
   /// Lets one second pass.
   void step();
 

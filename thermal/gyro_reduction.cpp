@@ -4,7 +4,7 @@
 
 #include "thermal/assembly.hpp"
 #include "thermal/conjugate_gradients.hpp"
-#include "thermal/reduction_error.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 
 namespace gyrotherm {
 

@@ -6,7 +6,7 @@
 #include "core/progress.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
-#include "thermal/reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 
 namespace gyrotherm {
 

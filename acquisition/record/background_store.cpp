@@ -29,8 +29,8 @@ using std::chrono::steady_clock;
 
 /// What the store and its two workers share: the one writes the record, the other one the status file, so that it goes
 /// on telling when a write to the record does not come back. Only the first touches the writer, until it has ended.
-struct Desk {
-  Desk(RecordWriter record_writer, RunStatus run_status, const StoreOptions& options)
+struct SharedState {
+  SharedState(RecordWriter record_writer, RunStatus run_status, const StoreOptions& options)
       : retry(options.retry),
         backlog(static_cast<std::size_t>(options.most_rows)),
         status(std::move(run_status)),
@@ -67,14 +67,14 @@ Result<void> write(RecordWriter& writer, std::span<const EntryPointer> entries, 
 }
 
 /// Why the disk takes no rows: it said so, or says nothing.
-std::string trouble_of(const Desk& desk) {
+std::string trouble_of(const SharedState& desk) {
   if (!desk.trouble.empty() || !desk.busy_since) return desk.trouble;
   const auto busy_for = steady_clock::now() - *desk.busy_since;
   return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
 }
 
 /// The status as the disk has it.
-RunStatus told_of(const Desk& desk) {
+RunStatus told_of(const SharedState& desk) {
   RunStatus status = desk.status;
   status.acknowledged = desk.acknowledged;
   status.backlog_s = std::max(desk.status.slot, desk.acknowledged) - desk.acknowledged;
@@ -85,7 +85,7 @@ RunStatus told_of(const Desk& desk) {
 }
 
 /// One transaction; called and returns with the lock.
-void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
+void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
   desk.wanted = false;
   desk.busy_since = steady_clock::now();
   const auto most = desk.trouble.empty() ? kMostAtOnce : kProbe;
@@ -112,7 +112,7 @@ void write_once(Desk& desk, std::unique_lock<std::mutex>& lock) {
 }
 
 /// The work of the worker that writes the record.
-void serve(Desk& desk) {
+void serve(SharedState& desk) {
   block_signals();
   std::unique_lock lock(desk.mutex);
   while (!desk.stop || (desk.wanted && desk.trouble.empty())) {
@@ -130,7 +130,7 @@ void serve(Desk& desk) {
 }
 
 /// The work of the one that writes the status file.
-void tell(Desk& desk) {
+void tell(SharedState& desk) {
   block_signals();
   std::unique_lock lock(desk.mutex);
   for (;;) {
@@ -152,7 +152,8 @@ void tell(Desk& desk) {
 class BackgroundStore final : public OrderedStore {
  public:
   BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, const StoreOptions& options)
-      : OrderedStore(std::move(info), status), desk_(std::make_shared<Desk>(std::move(writer), status, options)) {}
+      : OrderedStore(std::move(info), status),
+        desk_(std::make_shared<SharedState>(std::move(writer), status, options)) {}
   ~BackgroundStore() override { stop(); }
   BackgroundStore(const BackgroundStore&) = delete;
   BackgroundStore& operator=(const BackgroundStore&) = delete;
@@ -163,9 +164,9 @@ class BackgroundStore final : public OrderedStore {
   StoreHealth health() const override;
   Result<Record> read_back() override;
 
-  void employ() {
+  void start_workers() {
     worker_ = std::thread([desk = desk_] { serve(*desk); });
-    teller_ = std::thread([desk = desk_] { tell(*desk); });
+    status_writer_ = std::thread([desk = desk_] { tell(*desk); });
   }
   /// Instead of the workers.
   void attend();
@@ -173,10 +174,10 @@ class BackgroundStore final : public OrderedStore {
  private:
   Result<void> take(Entry entry) override;
   bool stop();
-  [[nodiscard]] bool await(Duration longest, bool Desk::*end, std::thread& thread);
+  [[nodiscard]] bool await(Duration longest, bool SharedState::*end, std::thread& thread);
 
-  std::shared_ptr<Desk> desk_;
-  std::thread worker_, teller_;
+  std::shared_ptr<SharedState> desk_;
+  std::thread worker_, status_writer_;
   bool finished_{};
 };
 
@@ -218,7 +219,7 @@ bool BackgroundStore::settle(Duration longest) {
 }
 
 /// A thread that hangs in the disk is left behind there; false then.
-bool BackgroundStore::await(Duration longest, bool Desk::*end, std::thread& thread) {
+bool BackgroundStore::await(Duration longest, bool SharedState::*end, std::thread& thread) {
   {
     std::unique_lock lock(desk_->mutex);
     if (!desk_->progress.wait_for(lock, longest, [&] { return *desk_.*end; })) {
@@ -239,8 +240,8 @@ bool BackgroundStore::stop() {
   }
   desk_->work.notify_one();
   desk_->news.notify_one();
-  const bool written = await(kLongestFarewell, &Desk::writing_ended, worker_);
-  const bool told = await(kLongestTelling, &Desk::telling_ended, teller_);
+  const bool written = await(kLongestFarewell, &SharedState::writing_ended, worker_);
+  const bool told = await(kLongestTelling, &SharedState::telling_ended, status_writer_);
   return written && told;
 }
 
@@ -251,14 +252,14 @@ Result<void> BackgroundStore::finish() {
                    fmt::format("{} s are not on the disk: {}", now.backlog_s, now.trouble));
   }
   if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-  const bool employed = worker_.joinable();
+  const bool is_working = worker_.joinable();
   if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
   finished_ = true;
   if (auto done = desk_->writer.finish(); !done) return done;
   auto told = told_of(*desk_);
   told.finished = true;
   told.being_written = false;
-  if (employed) (void)write_status(told);
+  if (is_working) (void)write_status(told);
   const auto& writer = desk_->writer;
   if (!writer.is_spoiled()) return {};
   return failure(FaultKind::storage, status().path,
@@ -286,7 +287,7 @@ Result<Record> BackgroundStore::read_back() {
 std::unique_ptr<Store> make_background_store(RecordWriter writer, RunInfo info, RunStatus status,
                                              const StoreOptions& options) {
   auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
-  store->employ();
+  store->start_workers();
   return store;
 }
 

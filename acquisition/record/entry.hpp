@@ -25,7 +25,7 @@ struct SampleRow {
   std::vector<double> thermometers_c{};
   double gyro{kMissing};
   std::optional<Duration> interval{};
-  std::optional<Progress> progress{};
+  std::optional<ProfilePosition> progress{};
   std::optional<RunState> state{};
 };
 

@@ -65,7 +65,7 @@ std::string_view name_at(const std::vector<std::string>& names, int index) {
   return index >= 0 && static_cast<std::size_t>(index) < names.size() ? std::string_view(names[index]) : "";
 }
 
-void add_progress(Buffer& out, const Record& record, const Progress& progress,
+void add_progress(Buffer& out, const Record& record, const ProfilePosition& progress,
                   const std::vector<std::string>& segments) {
   add_text(out, name_at(segments, progress.segment));
   add_text(out, name_at(record.info.cycles, progress.cycle));

@@ -38,7 +38,7 @@ struct Record {
   std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
   std::vector<double> gyro;                         ///< pulses, or the foreign number
   std::vector<double> gyro_interval_s;
-  std::vector<Progress> progress;
+  std::vector<ProfilePosition> progress;
   std::vector<RunState> state;         ///< execute throughout an older record, and one that was imported
   std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none
   std::vector<Gap> gaps;

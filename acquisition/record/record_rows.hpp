@@ -30,8 +30,8 @@ struct StoredRow {
   std::vector<double> thermometers_c;
   double gyro{};
   double interval_s{};
-  Progress progress;  ///< its set point is NaN in an imported record
-  RunState state{};   ///< older records have none
+  ProfilePosition progress;  ///< its set point is NaN in an imported record
+  RunState state{};          ///< older records have none
 };
 
 /// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or

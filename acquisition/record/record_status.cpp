@@ -50,7 +50,7 @@ RunStatus first_status(const std::string& path, const RunInfo& info) {
   return status;
 }
 
-void show_progress(RunStatus& status, const RunInfo& info, const Progress& progress) {
+void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress) {
   status.phase = progress.phase;
   status.segment_index = progress.segment;
   const auto segment = static_cast<std::size_t>(progress.segment);

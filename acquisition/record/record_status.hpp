@@ -14,7 +14,7 @@ namespace gyrotherm {
 [[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
 
 /// Puts a sample's place in the profile into the status.
-void show_progress(RunStatus& status, const RunInfo& info, const Progress& progress);
+void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
 void show_outlook(RunStatus& status, const Outlook& outlook);
 

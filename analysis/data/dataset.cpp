@@ -54,7 +54,7 @@ void place_in_profile(Dataset& dataset, const Record& record) {
   const auto segments = static_cast<int>(dataset.segments.size());
   const auto cycles = static_cast<int>(dataset.cycles.size());
   for (std::size_t i = 0; i < record.progress.size(); ++i) {
-    const Progress& at = record.progress[i];
+    const ProfilePosition& at = record.progress[i];
     const auto row = static_cast<Eigen::Index>(i);
     if (at.segment >= 0 && at.segment < segments) dataset.segment(row) = at.segment;
     if (at.cycle >= 0 && at.cycle < cycles) dataset.cycle(row) = at.cycle;

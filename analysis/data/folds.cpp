@@ -187,23 +187,24 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
   return plan;
 }
 
-Lesson within(const Lesson& lesson, const std::vector<Eigen::Index>& rows) {
-  std::vector<Eigen::Index> number(static_cast<std::size_t>(lesson.clusters.start_s.size()), -1);
+TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows) {
+  std::vector<Eigen::Index> number(static_cast<std::size_t>(training_set.clusters.start_s.size()), -1);
   for (std::size_t i = 0; i < rows.size(); ++i) number[rows[i]] = static_cast<Eigen::Index>(i);
-  Lesson left{.clusters = pick(lesson.clusters, rows), .folds = {.folds = {}, .statement = lesson.folds.statement}};
-  for (const FoldRows& fold : lesson.folds.folds) {
+  TrainingSet left{.clusters = pick(training_set.clusters, rows),
+                   .folds = {.folds = {}, .statement = training_set.folds.statement}};
+  for (const FoldRows& fold : training_set.folds.folds) {
     FoldRows kept{.held_out = renumbered(fold.held_out, number), .training = renumbered(fold.training, number)};
     if (!kept.held_out.empty() && !kept.training.empty()) left.folds.folds.push_back(std::move(kept));
   }
   return left;
 }
 
-Result<Lesson> with_two_folds(Lesson lesson) {
-  if (lesson.folds.folds.size() >= 2) return lesson;
-  auto plan = plan_folds({lesson.clusters}, {.kind = FoldKind::blocks, .guard_minutes = {}});
+Result<TrainingSet> with_two_folds(TrainingSet training_set) {
+  if (training_set.folds.folds.size() >= 2) return training_set;
+  auto plan = plan_folds({training_set.clusters}, {.kind = FoldKind::blocks, .guard_minutes = {}});
   if (!plan) return failure(plan.error());
-  lesson.folds = std::move(*plan);
-  return lesson;
+  training_set.folds = std::move(*plan);
+  return training_set;
 }
 
 }  // namespace gyrotherm

@@ -50,17 +50,17 @@ struct FoldPlan {
 [[nodiscard]] Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options = {});
 
 /// Clusters to learn from, and how they are held out among themselves where something has to be chosen on them alone.
-struct Lesson {
+struct TrainingSet {
   Clusters clusters;
   FoldPlan folds;
 };
 
 /// What the lesson leaves at these rows (rising): its folds without the other clusters, and without the folds that have
 /// then nothing on one side.
-[[nodiscard]] Lesson within(const Lesson& lesson, const std::vector<Eigen::Index>& rows);
+[[nodiscard]] TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Index>& rows);
 
 /// The lesson as it is if it has two folds, as a choice on held-out clusters needs; else with its clusters cut into
 /// blocks. Fails with usage if they are too few for that.
-[[nodiscard]] Result<Lesson> with_two_folds(Lesson lesson);
+[[nodiscard]] Result<TrainingSet> with_two_folds(TrainingSet training_set);
 
 }  // namespace gyrotherm

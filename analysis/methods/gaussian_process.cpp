@@ -76,7 +76,7 @@ std::string particulars_of(const Covariance& covariance, const std::vector<Term>
 
 }  // namespace
 
-Result<Fit> fit_gaussian_process(const TrainingSet& set, const HyperParameters&, const MethodOptions& options) {
+Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double mean = set.y.mean();
   const Eigen::VectorXd y = set.y.array() - mean;

@@ -13,7 +13,7 @@ namespace gyrotherm {
 /// from all. The prediction falls back to the training mean far from what was seen. Effective parameters: the trace.
 /// particulars: lengths, and the predictive standard deviation. Fails with numeric if no start has a positive definite
 /// covariance.
-[[nodiscard]] Result<Fit> fit_gaussian_process(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters& parameters,
                                                const MethodOptions& options);
 
 }  // namespace gyrotherm

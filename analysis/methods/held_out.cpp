@@ -58,7 +58,7 @@ bool any_finite(const std::vector<Eigen::VectorXd>& errors) {
 
 }  // namespace
 
-Result<void> check_set(const TrainingSet& set, Eigen::Index fewest) {
+Result<void> check_set(const FitInput& set, Eigen::Index fewest) {
   if (set.x.cols() == 0) return wrong_training("no input");
   if (set.x.rows() != set.y.size()) {
     return wrong_training(fmt::format("{} rows of inputs and {} targets", set.x.rows(), set.y.size()));
@@ -104,7 +104,7 @@ Least least_of(const std::vector<Eigen::VectorXd>& errors) {
 }
 
 Result<Choice> choose_among(std::span<const HyperParameters> candidates,
-                            Result<Fit> (*fit)(const TrainingSet&, const HyperParameters&, const MethodOptions&),
+                            Result<Fit> (*fit)(const FitInput&, const HyperParameters&, const MethodOptions&),
                             std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
   const Trial refit = [&](const Fold& fold, std::size_t i) -> Result<Eigen::MatrixXd> {
     const auto fitted = fit({fold.train_x, fold.train_y, fold.terms}, candidates[i], options);

@@ -12,7 +12,7 @@
 namespace gyrotherm {
 
 /// Fails with usage: fewer than `fewest` samples, shapes that differ, no input, a value that is not finite.
-[[nodiscard]] Result<void> check_set(const TrainingSet& set, Eigen::Index fewest);
+[[nodiscard]] Result<void> check_set(const FitInput& set, Eigen::Index fewest);
 
 /// What several candidates, learnt together from the fold's training rows, say of its held-out rows: rows × candidates.
 /// Candidates are many where one decomposition serves many, as along a regularisation path.
@@ -34,7 +34,7 @@ struct Least {
 
 /// Of candidates that are each fitted anew: the one with the least held-out error.
 [[nodiscard]] Result<Choice> choose_among(std::span<const HyperParameters> candidates,
-                                          Result<Fit> (*fit)(const TrainingSet&, const HyperParameters&,
+                                          Result<Fit> (*fit)(const FitInput&, const HyperParameters&,
                                                              const MethodOptions&),
                                           std::span<const Fold> folds, const MethodOptions& options,
                                           const ProgressSink& progress);

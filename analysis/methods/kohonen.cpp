@@ -73,7 +73,7 @@ Result<Choice> choose_kohonen(std::span<const Fold> folds, const MethodOptions& 
   return choice;
 }
 
-Result<Fit> fit_kohonen(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const auto map = make_map(set.x, options.seed);
   if (!map) return failure(map.error());

@@ -15,7 +15,7 @@ namespace gyrotherm {
 
 /// A map of 10 × 10 nodes. Effective parameters: the units taken and the constant; that they were picked is not
 /// counted. Fails with usage if the samples do not differ.
-[[nodiscard]] Result<Fit> fit_kohonen(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters,
                                       const MethodOptions& options);
 
 }  // namespace gyrotherm

@@ -12,7 +12,7 @@ namespace gyrotherm {
 /// Column-pivoted QR with a constant; the shortest weights where inputs are dependent. Inputs that depend on the others
 /// to one part in 10⁹ count as dependent. Effective parameters: the rank. Fails with usage if there are not more
 /// samples than coefficients.
-[[nodiscard]] Result<Fit> fit_linear(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_linear(const FitInput& set, const HyperParameters& parameters,
                                      const MethodOptions& options);
 
 }  // namespace gyrotherm

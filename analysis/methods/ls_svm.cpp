@@ -112,7 +112,7 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
   return choice;
 }
 
-Result<Fit> fit_ls_svm(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions&) {
+Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
   const auto machine = solve_ls_svm(gaussian_kernel(set.x, set.x, sigma), set.y, gamma);

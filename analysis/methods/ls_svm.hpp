@@ -37,7 +37,7 @@ struct LsSvm {
                                            const ProgressSink& progress);
 
 /// Effective parameters: the trace. particulars: the closed-form leave-one-out error.
-[[nodiscard]] Result<Fit> fit_ls_svm(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters,
                                      const MethodOptions& options);
 
 }  // namespace gyrotherm

@@ -52,7 +52,7 @@ struct Choice {
 };
 
 /// What one fit learns from. Inputs are scaled; targets are in units of their training STD from their training mean.
-struct TrainingSet {
+struct FitInput {
   const SampleMatrix& x;
   const Eigen::VectorXd& y;
   const std::vector<Term>& terms;  ///< of the columns of x
@@ -73,7 +73,7 @@ struct Method {
   /// is an error for a method that has something to choose.
   Result<Choice> (*choose)(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress);
   /// Fails with usage (too few samples, values that are not finite) or numeric.
-  Result<Fit> (*fit)(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options);
+  Result<Fit> (*fit)(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
   /// out.
   Eigen::VectorXd (*filter)(const Clusters& training) = nullptr;

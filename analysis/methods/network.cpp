@@ -73,7 +73,7 @@ Result<Choice> choose_network(std::span<const Fold> folds, const MethodOptions& 
   return failure(FaultKind::numeric, "network", "more than half of the starts have no finite held-out error");
 }
 
-Result<Fit> fit_network(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const int hidden = static_cast<int>(value_of(parameters, "hidden units"));
   const auto start = static_cast<std::size_t>(value_of(parameters, "start"));

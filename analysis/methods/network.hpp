@@ -17,7 +17,7 @@ namespace gyrotherm {
 
 /// Effective parameters: all weights, at most the samples; fewer steps make them less. Fails with usage if there is one
 /// sample only.
-[[nodiscard]] Result<Fit> fit_network(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters,
                                       const MethodOptions& options);
 
 }  // namespace gyrotherm

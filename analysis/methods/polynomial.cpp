@@ -47,7 +47,7 @@ Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOption
   return choose_among(candidates_of(folds.front().terms), fit_polynomial, folds, options, progress);
 }
 
-Result<Fit> fit_polynomial(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   const auto columns =
       columns_of(set.terms, static_cast<int>(value_of(parameters, "order")), value_of(parameters, "rate terms") != 0);
   const SampleMatrix taken = set.x(Eigen::all, columns);

@@ -14,7 +14,7 @@ namespace gyrotherm {
 /// Takes the inputs whose number of temperatures and gradients multiplied is at most m, those with a rate only if asked
 /// for; the others keep the weight 0. Fits like fit_linear: inputs are standardised powers, which is the same
 /// polynomial as in T mapped to [−1, 1]. Fails with usage if no input remains.
-[[nodiscard]] Result<Fit> fit_polynomial(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters,
                                          const MethodOptions& options);
 
 }  // namespace gyrotherm

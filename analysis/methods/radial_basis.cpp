@@ -48,7 +48,7 @@ Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOpti
   return choice;
 }
 
-Result<Fit> fit_radial_basis(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   auto units = place_units(set.x, static_cast<int>(value_of(parameters, "centres")), options.seed);
   if (!units) return failure(units.error());

@@ -16,7 +16,7 @@ namespace gyrotherm {
 
 /// Effective parameters: the trace for these centres; that they were placed is not counted. Fails with usage if there
 /// are fewer different samples than centres.
-[[nodiscard]] Result<Fit> fit_radial_basis(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& parameters,
                                            const MethodOptions& options);
 
 }  // namespace gyrotherm

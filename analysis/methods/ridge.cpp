@@ -31,7 +31,7 @@ Result<Choice> choose_ridge(std::span<const Fold> folds, const MethodOptions& op
   return choice;
 }
 
-Result<Fit> fit_ridge(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions&) {
+Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double lambda = value_of(parameters, "lambda");
   const RidgePath path(set.x, set.y);

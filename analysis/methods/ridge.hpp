@@ -16,7 +16,7 @@ namespace gyrotherm {
                                           const ProgressSink& progress);
 
 /// Minimises ‖y − Zw − b‖² + λn‖w‖². Effective parameters: the trace.
-[[nodiscard]] Result<Fit> fit_ridge(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters,
                                     const MethodOptions& options);
 
 }  // namespace gyrotherm

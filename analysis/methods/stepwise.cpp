@@ -95,7 +95,7 @@ bool drop_worst(const Subsets& regression, Subset& subset) {
 
 }  // namespace
 
-Result<Fit> fit_stepwise(const TrainingSet& set, const HyperParameters&, const MethodOptions&) {
+Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 3); !sound) return failure(sound.error());
   const Subsets regression(set.x, set.y);
   Subset subset;

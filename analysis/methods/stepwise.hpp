@@ -18,7 +18,7 @@ inline constexpr double kFToRemove = 2.71;
 /// those already taken, is not asked. Inputs not taken keep the weight 0; particulars names those taken. Effective
 /// parameters: those taken and the constant; that they were picked is not counted. Fails with usage if there are not
 /// three samples more than inputs that enter.
-[[nodiscard]] Result<Fit> fit_stepwise(const TrainingSet& set, const HyperParameters& parameters,
+[[nodiscard]] Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters& parameters,
                                        const MethodOptions& options);
 
 }  // namespace gyrotherm

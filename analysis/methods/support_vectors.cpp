@@ -8,7 +8,7 @@
 namespace gyrotherm {
 namespace {
 
-SvrModel model_of(const TrainingSet& set, const SvrSolution& solution, const SvrParameters& parameters) {
+SvrModel model_of(const FitInput& set, const SvrSolution& solution, const SvrParameters& parameters) {
   std::vector<Eigen::Index> support;
   for (Eigen::Index i = 0; i < solution.beta.size(); ++i) {
     if (solution.beta(i) != 0) support.push_back(i);
@@ -22,7 +22,7 @@ SvrModel model_of(const TrainingSet& set, const SvrSolution& solution, const Svr
 }
 
 // The tighter certificate if it can be had, else the common one.
-Result<SvrSolution> solve(const TrainingSet& set, const SvrParameters& parameters, const MethodOptions& options) {
+Result<SvrSolution> solve(const FitInput& set, const SvrParameters& parameters, const MethodOptions& options) {
   SvrOptions common = options.tuning.svr;
   if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
     SvrOptions tight = common;
@@ -46,7 +46,7 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
   return choice;
 }
 
-Result<Fit> fit_svr(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions& options) {
+Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   if (set.x.rows() < 2) {
     return failure(FaultKind::usage, "support vector regression",
                    fmt::format("{} samples, needs at least two", set.x.rows()));

@@ -10,7 +10,6 @@ namespace gyrotherm {
                                         const ProgressSink& progress);
 
 /// Fails like solve_svr. Effective parameters: the support vectors that are not at their bound (Gunter, Zhu 2007).
-[[nodiscard]] Result<Fit> fit_svr(const TrainingSet& set, const HyperParameters& parameters,
-                                  const MethodOptions& options);
+[[nodiscard]] Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
 
 }  // namespace gyrotherm

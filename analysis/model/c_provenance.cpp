@@ -20,7 +20,7 @@ std::string trained_on(const TrainingRecord& record) {
                      record.clusters, record.from_s, record.to_s);
 }
 
-std::string reduced(const Reduction& reduction) {
+std::string reduced(const ReducedSetSummary& reduction) {
   return fmt::format(
       "Reduced from {} to {} vectors: changes of at most {:.3g} deg/h, rms {:.3g}, on {} training means, never more "
       "than {:.3g}; the figures are those of the full function.",

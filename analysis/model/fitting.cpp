@@ -4,7 +4,7 @@
 
 namespace gyrotherm {
 
-Result<Preparation> prepare(const InputPlan& plan, const Lesson& training) {
+Result<Preparation> prepare(const InputPlan& plan, const TrainingSet& training) {
   auto chosen = choose_inputs(plan, training);
   if (!chosen) return failure(chosen.error());
   const auto inputs = evaluate(chosen->terms, training.clusters);

@@ -22,7 +22,7 @@ struct Preparation {
 
 /// Fails with usage if an input or the bias does not vary over the training clusters, or as choose_inputs does. The
 /// lesson's folds are for a selection that holds out; nothing else asks them.
-[[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const Lesson& training);
+[[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const TrainingSet& training);
 
 /// Scaled inputs of any clusters.
 [[nodiscard]] Result<SampleMatrix> scaled_inputs(const Preparation& preparation, const Clusters& clusters);

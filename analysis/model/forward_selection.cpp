@@ -25,11 +25,11 @@ struct Step {
 /// Fixed inputs first, then the candidates.
 struct Field {
   SampleMatrix x;
-  const Lesson& lesson;
+  const TrainingSet& training_set;
   std::size_t fixed;
 
   [[nodiscard]] SurfaceTrial trial_of(const Columns& columns) const {
-    return try_surface(x(Eigen::all, columns), lesson.clusters.bias_deg_per_h, lesson.folds);
+    return try_surface(x(Eigen::all, columns), training_set.clusters.bias_deg_per_h, training_set.folds);
   }
 };
 
@@ -76,7 +76,7 @@ double error_of_mean_square(const SurfaceTrial& trial, const Clusters& clusters)
 std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
   if (path.empty()) return 0;
   const SurfaceTrial& best = path.back().trial;
-  const double enough = best.mean_square + error_of_mean_square(best, field.lesson.clusters);
+  const double enough = best.mean_square + error_of_mean_square(best, field.training_set.clusters);
   if (field.fixed > 0 && start.mean_square <= enough) return 0;
   std::size_t kept = 1;
   while (path[kept - 1].trial.mean_square > enough) ++kept;
@@ -86,14 +86,14 @@ std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial
 }  // namespace
 
 Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                 const Lesson& lesson, int most) {
-  const auto divided = with_two_folds(lesson);
+                                 const TrainingSet& training_set, int most) {
+  const auto divided = with_two_folds(training_set);
   if (!divided) return failure(divided.error());
   std::vector<Term> terms = fixed;
   terms.insert(terms.end(), candidates.begin(), candidates.end());
-  auto x = evaluate(terms, lesson.clusters);
+  auto x = evaluate(terms, training_set.clusters);
   if (!x) return failure(x.error());
-  const Field field{.x = std::move(*x), .lesson = *divided, .fixed = fixed.size()};
+  const Field field{.x = std::move(*x), .training_set = *divided, .fixed = fixed.size()};
   Columns at_first(fixed.size());
   std::iota(at_first.begin(), at_first.end(), Eigen::Index{0});
   const SurfaceTrial start = field.trial_of(at_first);

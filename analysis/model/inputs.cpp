@@ -198,10 +198,10 @@ Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const 
   });
 }
 
-Result<ChosenInputs> choose_inputs(const InputPlan& plan, const Lesson& lesson) {
+Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& training_set) {
   ChosenInputs chosen;
   if (!plan.candidates.empty()) {
-    auto selection = select_inputs(plan.rule, plan.fixed, plan.candidates, lesson);
+    auto selection = select_inputs(plan.rule, plan.fixed, plan.candidates, training_set);
     if (!selection) return failure(selection.error());
     chosen.selection = std::move(*selection);
     chosen.terms = chosen.selection.terms;

@@ -47,6 +47,6 @@ struct ChosenInputs {
 };
 
 /// The terms for one training set. Fails with usage if none is left or as select_inputs does.
-[[nodiscard]] Result<ChosenInputs> choose_inputs(const InputPlan& plan, const Lesson& lesson);
+[[nodiscard]] Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& training_set);
 
 }  // namespace gyrotherm

@@ -12,7 +12,7 @@
 #include "analysis/data/statistics.hpp"
 #include "analysis/methods/function.hpp"
 #include "analysis/methods/method.hpp"
-#include "analysis/model/reduction.hpp"
+#include "analysis/model/reduced_set_summary.hpp"
 #include "analysis/model/selection.hpp"
 #include "analysis/svm/tuning.hpp"
 #include "core/result.hpp"
@@ -40,11 +40,11 @@ struct Model {
   double target_mean_deg_per_h{};
   double target_std_deg_per_h{};
   Function function;
-  HyperParameters hyper_parameters;    ///< as chosen on the held-out folds
-  double effective_parameters{};       ///< of the function; see Fit
-  double residual_std_deg_per_h{};     ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
-  std::string particulars;             ///< see Fit
-  std::optional<Reduction> reduction;  ///< of vectors; the figures below are those of the full function
+  HyperParameters hyper_parameters;  ///< as chosen on the held-out folds
+  double effective_parameters{};     ///< of the function; see Fit
+  double residual_std_deg_per_h{};   ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
+  std::string particulars;           ///< see Fit
+  std::optional<ReducedSetSummary> reduction;  ///< of vectors; the figures below are those of the full function
   std::vector<TrainingRecord> trained_on;
   Selection selection;           ///< multi-point only
   TuningSummary tuning;          ///< support vector methods only; else "was not run"

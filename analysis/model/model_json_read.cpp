@@ -208,7 +208,7 @@ TrainingRecord record_of(const Node& node) {
           node.at("to_s").number()};
 }
 
-Reduction reduction_of(const Node& node) {
+ReducedSetSummary reduced_set_of(const Node& node) {
   return {node.at("vectors_before").integer(),
           node.at("vectors").integer(),
           node.at("bound_deg_per_h").not_negative(),
@@ -336,7 +336,7 @@ Model model_of(const Node& root) {
   model.target_std_deg_per_h = root.at("target").at("std_deg_per_h").positive();
   read_function(root, model);
   model.trained_on = list(root.at("trained_on"), record_of);
-  if (root.has("reduction")) model.reduction = reduction_of(root.at("reduction"));
+  if (root.has("reduction")) model.reduction = reduced_set_of(root.at("reduction"));
   if (root.has("selection")) model.selection = selection_of(root.at("selection"));
   model.quick = root.at("quick").boolean();
   model.folds = root.at("folds").text();

@@ -149,7 +149,7 @@ OrderedJson json_of(const Figures& figures) {
           {"count", figures.count}};
 }
 
-OrderedJson json_of(const Reduction& reduction) {
+OrderedJson json_of(const ReducedSetSummary& reduction) {
   return {{"vectors_before", reduction.vectors_before},
           {"vectors", reduction.vectors},
           {"bound_deg_per_h", reduction.bound_deg_per_h},

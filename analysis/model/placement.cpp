@@ -38,9 +38,9 @@ struct Judged {
 
 class Study {
  public:
-  Study(Lesson lesson, std::optional<Clusters> unseen, const ProgressSink& progress)
-      : lesson_(std::move(lesson)), unseen_(std::move(unseen)), progress_(progress) {
-    everything_.resize(lesson_.clusters.thermometers.size());
+  Study(TrainingSet training_set, std::optional<Clusters> unseen, const ProgressSink& progress)
+      : training_set_(std::move(training_set)), unseen_(std::move(unseen)), progress_(progress) {
+    everything_.resize(training_set_.clusters.thermometers.size());
     std::iota(everything_.begin(), everything_.end(), std::size_t{0});
   }
 
@@ -49,7 +49,7 @@ class Study {
  private:
   [[nodiscard]] std::vector<std::string> names(const Set& set) const {
     std::vector<std::string> names;
-    for (const std::size_t thermometer : set) names.push_back(lesson_.clusters.thermometers[thermometer]);
+    for (const std::size_t thermometer : set) names.push_back(training_set_.clusters.thermometers[thermometer]);
     return names;
   }
   [[nodiscard]] SampleMatrix inputs(const Set& set, const Clusters& clusters) const {
@@ -65,7 +65,7 @@ class Study {
 
   static constexpr std::size_t kManyThermometers = 12;
 
-  Lesson lesson_;
+  TrainingSet training_set_;
   std::optional<Clusters> unseen_;
   ProgressSink progress_;
   Set everything_;
@@ -73,9 +73,10 @@ class Study {
 };
 
 Judged Study::judge(const Set& set) const {
-  Judged judged{.trial = try_surface(inputs(set, lesson_.clusters), lesson_.clusters.bias_deg_per_h, lesson_.folds),
+  Judged judged{.trial = try_surface(inputs(set, training_set_.clusters), training_set_.clusters.bias_deg_per_h,
+                                     training_set_.folds),
                 .held_out = {}};
-  judged.held_out = figures_of(judged.trial.residual, lesson_.clusters);
+  judged.held_out = figures_of(judged.trial.residual, training_set_.clusters);
   return judged;
 }
 
@@ -108,7 +109,7 @@ LeftOut Study::left_out(const Set& kept) const {
     return (judged.trial.residual.array() - judged.held_out.mean).square();
   };
   // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
-  const Figures excess = figures_of((squares(rest) - squares(with)).matrix(), lesson_.clusters);
+  const Figures excess = figures_of((squares(rest) - squares(with)).matrix(), training_set_.clusters);
   Set gone;
   std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
   LeftOut result{.left_out = names(gone),
@@ -120,7 +121,7 @@ LeftOut Study::left_out(const Set& kept) const {
   if (unseen_) {
     const std::array lambda = {rest.trial.lambda};
     const Eigen::VectorXd predicted = surface_predictions(
-        inputs(kept, lesson_.clusters), lesson_.clusters.bias_deg_per_h, inputs(kept, *unseen_), lambda);
+        inputs(kept, training_set_.clusters), training_set_.clusters.bias_deg_per_h, inputs(kept, *unseen_), lambda);
     result.unseen = figures_of(unseen_->bias_deg_per_h - predicted, *unseen_);
   }
   return result;
@@ -162,7 +163,7 @@ Result<void> Study::eliminate(Placement& placement) {
 
 Result<Placement> Study::conduct() {
   Placement placement;
-  placement.folds = lesson_.folds.statement;
+  placement.folds = training_set_.folds.statement;
   if (const auto judged = judge_all({everything_}); !judged) return failure(judged.error());
   placement.all = left_out(everything_);
   const auto alone = sets_without(everything_, 1);

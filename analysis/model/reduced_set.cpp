@@ -143,7 +143,7 @@ Result<SampleMatrix> clusters_in_lengths(const Model& model, const Clusters& tra
   return SampleMatrix(scaled.array().rowwise() / full.lengths.array());
 }
 
-Result<void> check(const Model& model, const ReductionGoal& goal) {
+Result<void> check(const Model& model, const ReducedSetGoal& goal) {
   if (model.reduction) return refusal("it has been reduced before: begin with the full model");
   if (goal.vectors.has_value() == goal.max_change_deg_per_h.has_value()) {
     return refusal("expected either how many vectors to keep or how much a prediction may change");
@@ -158,7 +158,7 @@ Result<void> check(const Model& model, const ReductionGoal& goal) {
 
 }  // namespace
 
-Result<Model> reduce(const Model& model, const Clusters& training, const ReductionGoal& goal) {
+Result<Model> reduce(const Model& model, const Clusters& training, const ReducedSetGoal& goal) {
   if (const auto checked = check(model, goal); !checked) return failure(checked.error());
   const auto full = gaussians_of(model);
   if (!full) return failure(full.error());
@@ -169,9 +169,9 @@ Result<Model> reduce(const Model& model, const Clusters& training, const Reducti
   const double enough = goal.max_change_deg_per_h.value_or(0) / model.target_std_deg_per_h;
 
   Model smaller = model;
-  smaller.reduction = Reduction{.vectors_before = static_cast<int>(all),
-                                .vectors = static_cast<int>(all),
-                                .clusters = static_cast<int>(clusters->rows())};
+  smaller.reduction = ReducedSetSummary{.vectors_before = static_cast<int>(all),
+                                        .vectors = static_cast<int>(all),
+                                        .clusters = static_cast<int>(clusters->rows())};
   if (most == all && goal.vectors) return smaller;
   Pursuit pursuit(*full, *clusters);
   const auto near_enough = [&] { return pursuit.taken() > 0 && pursuit.largest_at_clusters() <= enough; };

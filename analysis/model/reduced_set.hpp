@@ -16,7 +16,7 @@
 namespace gyrotherm {
 
 /// One of the two.
-struct ReductionGoal {
+struct ReducedSetGoal {
   std::optional<int> vectors = {};                  ///< at most so many, at least 1
   std::optional<double> max_change_deg_per_h = {};  ///< as few as keep every training cluster within this, above 0
 };
@@ -25,6 +25,6 @@ struct ReductionGoal {
 /// function. Where all vectors are needed it keeps them as they are, at no loss. Fails with usage: a goal that is none,
 /// a function that is no sum of Gaussians of one width, a model that has been reduced before, clusters without its
 /// thermometers or without a value.
-[[nodiscard]] Result<Model> reduce(const Model& model, const Clusters& training, const ReductionGoal& goal);
+[[nodiscard]] Result<Model> reduce(const Model& model, const Clusters& training, const ReducedSetGoal& goal);
 
 }  // namespace gyrotherm

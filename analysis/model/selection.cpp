@@ -93,18 +93,18 @@ Selection select_by_correlation(const std::vector<Term>& candidates, const std::
 }
 
 Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Term>& fixed,
-                                const std::vector<Term>& candidates, const Lesson& lesson) {
+                                const std::vector<Term>& candidates, const TrainingSet& training_set) {
   if (candidates.empty()) return failure(FaultKind::usage, "selection", "there is nothing to select from");
   switch (rule.kind) {
-    case SelectionKind::forward: return select_forward(fixed, candidates, lesson, rule.most);
-    case SelectionKind::redundancy: return select_independent(fixed, candidates, lesson.clusters, rule.tolerance);
+    case SelectionKind::forward: return select_forward(fixed, candidates, training_set, rule.most);
+    case SelectionKind::redundancy: return select_independent(fixed, candidates, training_set.clusters, rule.tolerance);
     case SelectionKind::correlation: break;
   }
-  const auto inputs = evaluate(candidates, lesson.clusters);
+  const auto inputs = evaluate(candidates, training_set.clusters);
   if (!inputs) return failure(inputs.error());
   std::vector<double> r;
   for (Eigen::Index j = 0; j < inputs->cols(); ++j)
-    r.push_back(pearson(inputs->col(j), lesson.clusters.bias_deg_per_h));
+    r.push_back(pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
   constexpr int kLeastRank = 2;  // one gradient is no choice
   return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, rank_of(candidates)));
 }

@@ -39,7 +39,7 @@ struct Selection {
 /// From the candidates, beside the fixed terms that are taken anyway. Fails with usage if there is no candidate, or if
 /// a term needs a thermometer that the clusters lack. All values are finite.
 [[nodiscard]] Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Term>& fixed,
-                                              const std::vector<Term>& candidates, const Lesson& lesson);
+                                              const std::vector<Term>& candidates, const TrainingSet& training_set);
 
 /// correlation, given each candidate's r: those with |r| > threshold. Where they span fewer dimensions than
 /// `least_rank`, the candidates that do not depend on the ones before them are taken instead, and the selection says
@@ -52,7 +52,7 @@ struct Selection {
 /// standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3), reckoned with the
 /// effective number of the squared residuals. A lesson of fewer than two folds is cut into blocks.
 [[nodiscard]] Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                               const Lesson& lesson, int most);
+                                               const TrainingSet& training_set, int most);
 
 /// redundancy: QR with column pivoting of the standardised candidates, after the fixed terms have been projected out.
 /// Candidates are kept while more than `tolerance` of their STD is their own; what remains is a combination of those

@@ -17,13 +17,13 @@ namespace gyrotherm {
 namespace {
 
 /// Everything the fits share.
-struct Workshop {
+struct TrainingContext {
   std::vector<Clusters> records;  ///< those of their clusters that have every input
   Eigen::Index without_input{};   ///< clusters that were left out
-  Lesson lesson;                  ///< of all records, one after the other
+  TrainingSet training_set;       ///< of all records, one after the other
   Clusters learnt;                ///< its clusters as the method learns from them
   InputPlan inputs;
-  std::vector<Split> splits;
+  std::vector<FoldData> splits;
   Preparation all;
 };
 
@@ -41,7 +41,7 @@ Result<void> check_distinct(const std::vector<Dataset>& datasets) {
 }
 
 /// All clusters with their folds, and then without those that lack an input.
-Result<void> lay_out(Workshop& shop, const std::vector<Clusters>& records, const TrainingOptions& options) {
+Result<void> lay_out(TrainingContext& context, const std::vector<Clusters>& records, const TrainingOptions& options) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
   auto folds = options.fold_plan ? Result<FoldPlan>(*options.fold_plan) : plan_folds(records, options.folds);
@@ -49,44 +49,44 @@ Result<void> lay_out(Workshop& shop, const std::vector<Clusters>& records, const
   std::vector<Eigen::Index> rows;
   Eigen::Index first = 0;
   for (const Clusters& record : records) {
-    const auto whole = rows_with_inputs(shop.inputs, record);
+    const auto whole = rows_with_inputs(context.inputs, record);
     if (!whole) return failure(whole.error());
     for (const Eigen::Index row : *whole) rows.push_back(first + row);
-    shop.records.push_back(pick(record, *whole));
+    context.records.push_back(pick(record, *whole));
     first += record.start_s.size();
   }
-  shop.without_input = first - static_cast<Eigen::Index>(rows.size());
-  shop.lesson = within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
+  context.without_input = first - static_cast<Eigen::Index>(rows.size());
+  context.training_set = within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
   if (!rows.empty()) return {};
   return failure(FaultKind::usage, "training", "no cluster has a value of every input");
 }
 
-Result<Workshop> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
-                        const TrainingOptions& options, const Method& method, const ProgressSink& progress) {
+Result<TrainingContext> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
+                               const TrainingOptions& options, const Method& method, const ProgressSink& progress) {
   if (datasets.empty() || datasets.size() != records.size()) {
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
-  Workshop shop;
+  TrainingContext context;
   auto inputs = plan_inputs(inputs_of(options, method), datasets.front(), options.select);
   if (!inputs) return failure(inputs.error());
-  shop.inputs = std::move(*inputs);
-  if (const auto laid = lay_out(shop, records, options); !laid) return failure(laid.error());
-  auto splits = split_at_folds(shop.lesson, shop.inputs, method, progress);
+  context.inputs = std::move(*inputs);
+  if (const auto laid = lay_out(context, records, options); !laid) return failure(laid.error());
+  auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
-  shop.splits = std::move(*splits);
-  shop.learnt = as_learnt_by(method, shop.lesson.clusters);
-  auto all = prepare(shop.inputs, {.clusters = shop.learnt, .folds = shop.lesson.folds});
+  context.splits = std::move(*splits);
+  context.learnt = as_learnt_by(method, context.training_set.clusters);
+  auto all = prepare(context.inputs, {.clusters = context.learnt, .folds = context.training_set.folds});
   if (!all) return failure(all.error());
-  shop.all = std::move(*all);
-  return shop;
+  context.all = std::move(*all);
+  return context;
 }
 
 /// The model to keep asks for a tight certificate and settles for the common one.
-Result<Model> fit_to_keep(const Workshop& shop, Recipe recipe, const ProgressSink& progress) {
+Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
-  recipe.options.tight_gap = kTightGap;
+  estimator.options.tight_gap = kTightGap;
   if (!keep_going(progress, "fitting", 0)) return failure(FaultKind::interrupted, "training", "stopped on request");
-  return fit(shop.all, shop.learnt, recipe);
+  return fit(context.all, context.learnt, estimator);
 }
 
 TuningOptions tuning_options_of(const TrainingOptions& options) {
@@ -126,13 +126,13 @@ Result<void> judge_in_sample(Model& model, const Clusters& clusters) {
   return {};
 }
 
-void collect_warnings(Model& model, const Workshop& shop, const std::vector<std::string>& of_choice,
+void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& of_choice,
                       const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
-  if (shop.without_input > 0) {
+  if (context.without_input > 0) {
     model.warnings.push_back(
         fmt::format("clusters without a temperature rate, the first of a run or after a gap, were left out: {} of {}",
-                    shop.without_input, shop.without_input + shop.lesson.clusters.start_s.size()));
+                    context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
   for (std::size_t i = 0; i < datasets.size(); ++i) {
@@ -145,20 +145,20 @@ void collect_warnings(Model& model, const Workshop& shop, const std::vector<std:
 }
 
 /// What held-out clusters say of the recipe, the nested answer too where it is asked for.
-Result<void> judge_held_out(Model& model, const Workshop& shop, const Recipe& recipe, bool nested,
-                            const ProgressSink& progress) {
-  const Clusters& clusters = shop.lesson.clusters;
-  auto residual = leave_out_residual(shop.splits, clusters.start_s.size(), recipe, progress);
+Result<void> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
+                            bool nested, const ProgressSink& progress) {
+  const Clusters& clusters = context.training_set.clusters;
+  auto residual = leave_out_residual(context.splits, clusters.start_s.size(), estimator, progress);
   if (!residual) return failure(residual.error());
-  model.folds = shop.lesson.folds.statement;
+  model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = figures_of(*residual, clusters);
   model.leave_cycle_out_residual = std::move(*residual);
   if (!nested) return {};
-  if (recipe.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
+  if (estimator.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
     model.nested_leave_cycle_out = model.leave_cycle_out;
     return {};
   }
-  const auto unseen = nested_residual(shop.lesson, shop.splits, shop.inputs, recipe, progress);
+  const auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
   model.nested_leave_cycle_out = figures_of(*unseen, clusters);
   return {};
@@ -169,30 +169,32 @@ Result<Model> train_here(const std::vector<Dataset>& datasets, const std::vector
   const auto method = find_method(options.method);
   if (!method) return failure(method.error());
   if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
-  const auto shop = set_up(datasets, clusters, options, **method, progress);
-  if (!shop) return failure(shop.error());
+  const auto context = set_up(datasets, clusters, options, **method, progress);
+  if (!context) return failure(context.error());
 
   const TuningOptions tuning_options = tuning_options_of(options);
-  Recipe recipe{**method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed, .quick = options.quick}};
-  auto choice = choose(shop->splits, recipe, progress);
+  EstimatorOptions estimator{
+      **method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed, .quick = options.quick}};
+  auto choice = choose(context->splits, estimator, progress);
   if (!choice) return failure(choice.error());
-  recipe.parameters = choice->parameters;
-  auto model = fit_to_keep(*shop, recipe, progress);
+  estimator.parameters = choice->parameters;
+  auto model = fit_to_keep(*context, estimator, progress);
   if (!model) return model;
-  if (const auto judged = judge_held_out(*model, *shop, recipe, options.nested, progress); !judged) {
+  if (const auto judged = judge_held_out(*model, *context, estimator, options.nested, progress); !judged) {
     return failure(judged.error());
   }
   model->program_version = options.program_version;
   model->method = (*method)->name;
   model->inputs = inputs_of(options, **method);
   model->hyper_parameters = choice->parameters;
-  model->cluster_length_s = shop->lesson.clusters.length_s;
+  model->cluster_length_s = context->training_set.clusters.length_s;
   if (choice->tuning) model->tuning = *choice->tuning;
   model->tuning_options = tuning_options;
   model->quick = options.quick;
-  record_sources(*model, datasets, shop->records);
-  if (const auto judged = judge_in_sample(*model, shop->lesson.clusters); !judged) return failure(judged.error());
-  collect_warnings(*model, *shop, choice->warnings, datasets, clusters);
+  record_sources(*model, datasets, context->records);
+  if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
+    return failure(judged.error());
+  collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;
 }
 

@@ -151,8 +151,8 @@ Result<RigFile> check_rig(Console& console, const CheckArguments& options, Findi
   auto rig = read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
-    if (const auto world = parse_world(rig->text, rig->file, rig->gyro_model.text); !world)
-      return failure(world.error());
+    if (const auto laboratory = parse_laboratory(rig->text, rig->file, rig->gyro_model.text); !laboratory)
+      return failure(laboratory.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig;

@@ -8,8 +8,8 @@
 #include "acquisition/record/live_rows.hpp"
 #include "analysis/model/stream.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
 #include "app/interrupt.hpp"
+#include "app/recorded_run.hpp"
 #include "app/standard_input.hpp"
 
 namespace gyrotherm {

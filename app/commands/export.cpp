@@ -1,7 +1,7 @@
 #include "acquisition/record/export.hpp"
 
 #include "app/command.hpp"
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -12,7 +12,7 @@ struct ExportArguments {
 };
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
-  const auto done = check_evidence(console, options.run, options.unverified).and_then([&] {
+  const auto done = check_recorded_run(console, options.run, options.unverified).and_then([&] {
     return export_record(options.run, options.out);
   });
   return done ? Result<Exit>(Exit::done) : failure(done.error());

@@ -4,7 +4,7 @@
 
 #include "analysis/model/c_export.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -22,9 +22,9 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
 }
 
 Result<void> export_data(Console& console, const ExportModelArguments& options, const Model& model) {
-  const auto evidence = load_evidence(console, options.run, {.range = {}, .unverified = options.unverified});
-  if (!evidence) return failure(evidence.error());
-  const auto rows = to_libsvm_data(model, evidence->clusters);
+  const auto recorded = load_recorded_run(console, options.run, {.range = {}, .unverified = options.unverified});
+  if (!recorded) return failure(recorded.error());
+  const auto rows = to_libsvm_data(model, recorded->clusters);
   if (!rows) return failure(rows.error());
   return put(console, options.out, *rows);
 }

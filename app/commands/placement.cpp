@@ -7,8 +7,8 @@
 #include "analysis/model/training.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
 #include "app/interrupt.hpp"
+#include "app/recorded_run.hpp"
 #include "report/json_pieces.hpp"
 
 namespace gyrotherm {
@@ -35,13 +35,13 @@ struct Confirmed {
   std::vector<Figures> unseen;  ///< one per unseen record
 };
 
-Result<Records> load(Console& console, const std::vector<std::string>& paths, const EvidenceOptions& options) {
+Result<Records> load(Console& console, const std::vector<std::string>& paths, const RecordedRunOptions& options) {
   Records records;
   for (const auto& path : paths) {
-    auto evidence = load_evidence(console, path, options);
-    if (!evidence) return failure(evidence.error());
-    records.datasets.push_back(std::move(evidence->dataset));
-    records.clusters.push_back(std::move(evidence->clusters));
+    auto recorded = load_recorded_run(console, path, options);
+    if (!recorded) return failure(recorded.error());
+    records.datasets.push_back(std::move(recorded->dataset));
+    records.clusters.push_back(std::move(recorded->clusters));
   }
   return records;
 }

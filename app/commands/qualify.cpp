@@ -12,9 +12,9 @@
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/commands/qualify_report.hpp"
-#include "app/evidence.hpp"
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
+#include "app/recorded_run.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/timings.hpp"
 #include "core/sha256.hpp"
@@ -54,13 +54,13 @@ Result<void> record(Console& console, const Run& run, const RigFile& rig, std::u
 }
 
 Result<void> load(Console& console, Run& run) {
-  if (auto checked = check_evidence(console, run.path, false); !checked) return checked;
+  if (auto checked = check_recorded_run(console, run.path, false); !checked) return checked;
   const auto rows = read_record(run.path);
   if (!rows) return failure(rows.error());
   auto dataset = make_dataset(*rows, run.path);
   auto clusters = make_clusters(dataset);
   if (!clusters) return failure(clusters.error());
-  run.evidence = {std::move(dataset), std::move(*clusters)};
+  run.recorded = {std::move(dataset), std::move(*clusters)};
   run.sha256 = sha256(to_csv(*rows));
   return {};
 }
@@ -84,12 +84,12 @@ Result<TrainedModel> train_model(Console& console, const QualifyArguments& optio
     return console.sink()(fmt::format("{}: {}", task.stage, stage), fraction);
   };
   const auto began = std::chrono::steady_clock::now();
-  auto model = train({rate.evidence.dataset}, {rate.evidence.clusters}, training, sink);
+  auto model = train({rate.recorded.dataset}, {rate.recorded.clusters}, training, sink);
   if (!model) return failure(model.error());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  auto on_rate = verify(*model, rate.evidence.dataset, rate.evidence.clusters);
+  auto on_rate = verify(*model, rate.recorded.dataset, rate.recorded.clusters);
   if (!on_rate) return failure(on_rate.error());
-  auto on_random = verify(*model, random.evidence.dataset, random.evidence.clusters);
+  auto on_random = verify(*model, random.recorded.dataset, random.recorded.clusters);
   if (!on_random) return failure(on_random.error());
   return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};
 }
@@ -152,7 +152,7 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
   return Run{.stage = stage,
              .path = fmt::format("{}/{}.db", out, stage),
              .profile = std::move(*read),
-             .evidence = {},
+             .recorded = {},
              .sha256 = {}};
 }
 

@@ -18,15 +18,15 @@ namespace {
 
 ReportedRun reported(const QualificationRun& run, const std::vector<TrainedModel>& models,
                      Verification TrainedModel::*on) {
-  return {.dataset = run.evidence.dataset,
-          .clusters = run.evidence.clusters,
+  return {.dataset = run.recorded.dataset,
+          .clusters = run.recorded.clusters,
           .three_point = models[0].*on,
           .multi_point = models[1].*on,
           .multi_point_t = models[2].*on,
           .record_sha256 = run.sha256,
           .profile_sha256 = sha256(run.profile.text),
-          .noise = noise_of_holds(run.evidence.dataset),
-          .compensated_noise = noise_of_compensated_holds(run.evidence.dataset, run.evidence.clusters,
+          .noise = noise_of_holds(run.recorded.dataset),
+          .compensated_noise = noise_of_compensated_holds(run.recorded.dataset, run.recorded.clusters,
                                                           (models[2].*on).residual_deg_per_h)};
 }
 
@@ -96,7 +96,7 @@ Result<void> check_accept(const Profile& profile, const std::string& file) {
 }
 
 AssembledReport assemble_report(const Qualification& all) {
-  const auto correlation = correlate(all.rate.evidence.clusters, all.rate.evidence.dataset.gradients);
+  const auto correlation = correlate(all.rate.recorded.clusters, all.rate.recorded.dataset.gradients);
   const auto& model = all.rig.gyro_model;
   ReportInput input{.rig = {.name = all.rig.name,
                             .title = all.rig.title,
@@ -132,7 +132,7 @@ std::string result_table(const Qualification& all) {
   };
   const auto number = [](double std) { return fmt::format("{:.5f}", std); };
   const auto floor = [&](const QualificationRun& run) {
-    return number(noise_floor(run.evidence.clusters, run.evidence.dataset.segments).deg_per_h);
+    return number(noise_floor(run.recorded.clusters, run.recorded.dataset.segments).deg_per_h);
   };
   const auto trained = [&](const TrainedModel& row_of) {
     const Model& model = row_of.model;

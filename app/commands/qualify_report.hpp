@@ -7,7 +7,7 @@
 
 #include "analysis/model/model.hpp"
 #include "analysis/model/verification.hpp"
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 #include "core/result.hpp"
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
@@ -19,7 +19,7 @@ struct QualificationRun {
   std::string stage;  ///< "rate" or "random"
   std::string path;
   Profile profile;
-  Evidence evidence;
+  RecordedRun recorded;
   std::string sha256;  ///< of the record's rows as `export` writes them
 };
 

@@ -4,7 +4,7 @@
 
 #include "analysis/model/reduced_set.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -13,22 +13,22 @@ namespace {
 struct ReduceArguments {
   std::string model, out, clusters;
   std::vector<std::string> runs;
-  ReductionGoal goal;
+  ReducedSetGoal goal;
   bool unverified = false;
 };
 
-std::string words(const Reduction& r) {
+std::string words(const ReducedSetSummary& r) {
   return fmt::format(
       "kept {} of {} vectors\n"
       "  change of the predictions: max {:.3g}, rms {:.3g} °/h over {} clusters; for any input at most {:.3g} °/h\n",
       r.vectors, r.vectors_before, r.max_change_deg_per_h, r.rms_change_deg_per_h, r.clusters, r.bound_deg_per_h);
 }
 
-std::string without_training(const Model& model, const Evidence& evidence) {
+std::string without_training(const Model& model, const RecordedRun& recorded) {
   for (const TrainingRecord& record : model.trained_on) {
-    if (record.run_id == evidence.dataset.run_id) return {};
+    if (record.run_id == recorded.dataset.run_id) return {};
   }
-  return evidence.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
+  return recorded.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
 }
 
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
@@ -38,10 +38,10 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!range) return failure(range.error());
   std::vector<Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
-    if (!evidence) return failure(evidence.error());
-    if (const auto warning = without_training(*model, *evidence); !warning.empty()) console.say("warning: " + warning);
-    clusters.push_back(std::move(evidence->clusters));
+    auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
+    if (!recorded) return failure(recorded.error());
+    if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
+    clusters.push_back(std::move(recorded->clusters));
   }
   const auto all = concatenate(clusters);
   if (!all) return failure(all.error());

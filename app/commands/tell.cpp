@@ -18,9 +18,9 @@ struct TellArguments {
 };
 
 Result<Exit> speak(Console& console, const TellArguments& options) {
-  const auto telling = telling_of(options.word, options.note);
-  if (!telling) return failure(telling.error());
-  const auto answer = tell(options.run, *telling, kAnswerWithin);
+  const auto request = request_of(options.word, options.note);
+  if (!request) return failure(request.error());
+  const auto answer = tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)

@@ -4,8 +4,8 @@
 
 #include "analysis/model/training.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
 #include "app/interrupt.hpp"
+#include "app/recorded_run.hpp"
 #include "core/text_file.hpp"
 
 namespace gyrotherm {
@@ -74,10 +74,10 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   std::vector<Dataset> datasets;
   std::vector<Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
-    if (!evidence) return failure(evidence.error());
-    datasets.push_back(std::move(evidence->dataset));
-    clusters.push_back(std::move(evidence->clusters));
+    auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
+    if (!recorded) return failure(recorded.error());
+    datasets.push_back(std::move(recorded->dataset));
+    clusters.push_back(std::move(recorded->clusters));
   }
   watch_for_interrupts(SecondInterrupt::ends);
   const auto model = train(datasets, clusters, *training, console.sink());

@@ -5,7 +5,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 #include "plot/format.hpp"
 #include "report/json_pieces.hpp"
 
@@ -97,11 +97,11 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
   for (const auto& run : options.runs) {
-    const auto evidence = load_evidence(console, run, {.range = *range, .unverified = options.unverified});
-    if (!evidence) return failure(evidence.error());
-    const auto verification = verify(*model, evidence->dataset, evidence->clusters, {.outside = *outside});
+    const auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
+    if (!recorded) return failure(recorded.error());
+    const auto verification = verify(*model, recorded->dataset, recorded->clusters, {.outside = *outside});
     if (!verification) return failure(verification.error());
-    const auto& [dataset, clusters] = *evidence;
+    const auto& [dataset, clusters] = *recorded;
     const Noises noises{noise_of_holds(dataset),
                         noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h)};
     console.data(console.json ? json(run, *verification, noises) : words(run, *verification, noises));

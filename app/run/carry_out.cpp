@@ -27,37 +27,38 @@ namespace {
 constexpr Duration kLongestLastWrite = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
 
 /// Ends a run as its outcome says.
-Result<void> conclude(const UnderWay& run, Outcome outcome) {
-  run.custody.release();  // complete, or the chamber has shown its safe set point
-  if (outcome == Outcome::made_safe) {
+Result<void> conclude(const UnderWay& run, RunOutcome outcome) {
+  run.ownership.release();  // complete, or the chamber has shown its safe set point
+  if (outcome == RunOutcome::made_safe) {
     await_disk(run);
-    return failure(FaultKind::interlock, run.path, run.experiment.end_cause());
+    return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
   }
-  if (outcome == Outcome::stopped) run.console.say(fmt::format("{}: {}", run.path, run.experiment.end_cause()));
+  if (outcome == RunOutcome::stopped) run.console.say(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
   if (auto finished = run.store.finish(); !finished) return finished;
-  run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.experiment.next_slot()));
+  run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
   return {};
 }
 
 /// The operator has stopped it: the chamber stays where it is.
 tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
-  run.custody.release();
-  const auto chamber = run.experiment.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
+  run.ownership.release();
+  const auto chamber =
+      run.run_controller.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
   return failure(FaultKind::interrupted, run.path,
                  fmt::format("stopped after {} s, the chamber {}; \"gyrotherm resume {}\" goes on",
-                             run.experiment.next_slot(), chamber, run.path));
+                             run.run_controller.next_slot(), chamber, run.path));
 }
 
 Result<void> drive(const UnderWay& run) {
   const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
-  const bool goes_to_its_end = outcome && *outcome != Outcome::made_safe;  // and is told there what is wrong with it
+  const bool goes_to_its_end = outcome && *outcome != RunOutcome::made_safe;  // and is told there what is wrong with it
   if (const auto damage = run.store.health().damage; !damage.empty() && !goes_to_its_end)
     run.console.say("warning: " + damage);
   if (outcome) return conclude(run, *outcome);
   if (outcome.error().kind == FaultKind::interrupted) return interrupted_run(run);
-  if (outcome.error().kind != FaultKind::interlock) run.experiment.make_safe(text(outcome.error()));
-  if (run.experiment.is_safe()) run.custody.release();
-  return failure(outcome.error().kind, run.path, run.experiment.end_cause());
+  if (outcome.error().kind != FaultKind::interlock) run.run_controller.make_safe(text(outcome.error()));
+  if (run.run_controller.is_safe()) run.ownership.release();
+  return failure(outcome.error().kind, run.path, run.run_controller.end_cause());
 }
 
 /// How long ago the record's last second was, by the clock on the wall, which may have been set while the run went on.
@@ -67,11 +68,11 @@ Duration time_since_last(const Record& record) {
 
 /// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe, but where a program
 /// had died and left it so.
-tl::unexpected<Fault> not_begun(Custody& custody, const Rig& rig, Fault why) {
-  if (rig.is_as_found() && custody.took_over())
+tl::unexpected<Fault> not_begun(ChamberOwnership& ownership, const Rig& rig, Fault why) {
+  if (rig.is_as_found() && ownership.took_over())
     why.what += "; the chamber is as it was when its program had died, and is made safe";
   else if (rig.is_as_found())
-    custody.release();
+    ownership.release();
   else
     why.what += "; the chamber could not be put back to where it was found, and is made safe";
   return failure(std::move(why));
@@ -80,7 +81,7 @@ tl::unexpected<Fault> not_begun(Custody& custody, const Rig& rig, Fault why) {
 /// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
 Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, const std::string& path, bool accepted) {
   const auto goal = command(on.profile, on.state);
-  const auto verdict = on.last_slot < 0 ? ReentryVerdict{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  const auto verdict = on.last_slot < 0 ? ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
@@ -88,11 +89,11 @@ Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, c
 }
 
 /// Says, here and in the record, which calibrations are past their day.
-void warn_of_calibrations(Console& console, Experiment& experiment, const Rig& rig) {
+void warn_of_calibrations(Console& console, RunController& run_controller, const Rig& rig) {
   const auto channels = channels_of(rig.file());
   for (const auto& line : overdue_calibrations(channels, rig.clock().now().utc)) {
     console.say("warning: " + line);
-    experiment.note(EventKind::note, line);
+    run_controller.note(EventKind::note, line);
   }
 }
 
@@ -157,8 +158,8 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
-  auto custody = Custody::take(file, path, upload);
-  if (!custody) return failure(custody.error());
+  auto ownership = ChamberOwnership::take(file, path, upload);
+  if (!ownership) return failure(ownership.error());
   auto rig =
       Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
@@ -177,25 +178,25 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
     if (!store) return failure(store.error());
     const auto goal = command(profile, first), air = found.state.air;
     entry = entry_at(goal, air, upload || is_in_place(air, goal, {}), file.chamber_limits);
-    return custody->arm().map([&] { return entry.set_point; });
+    return ownership->arm().map([&] { return entry.set_point; });
   };
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) {
-    auto why = not_begun(*custody, **rig, names.error());
+    auto why = not_begun(*ownership, **rig, names.error());
     if (store && *store) remove_unbegun(std::move(*store), path);
     return why;
   }
-  custody->beat({});
+  ownership->heartbeat({});
   for (const auto& who : *names) console.detail(who);
-  Experiment experiment(profile, **rig, **store, first, 0);
-  experiment.note(EventKind::started, profile.name);
-  if (entry.away) experiment.begin_away(entry.set_point, "the air is not where the profile begins", {});
+  RunController run_controller(profile, **rig, **store, first, 0);
+  run_controller.note(EventKind::started, profile.name);
+  if (entry.away) run_controller.begin_away(entry.set_point, "the air is not where the profile begins", {});
   if (upload) {
-    experiment.leave_to_the_controller();
-    experiment.note(EventKind::note, "the controller carries the profile out: " + names->back());
+    run_controller.leave_to_the_controller();
+    run_controller.note(EventKind::note, "the controller carries the profile out: " + names->back());
   }
-  warn_of_calibrations(console, experiment, **rig);
-  return drive({console, profile, experiment, **rig, **store, *custody, path});
+  warn_of_calibrations(console, run_controller, **rig);
+  return drive({console, profile, run_controller, **rig, **store, *ownership, path});
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
@@ -207,8 +208,8 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto lost = lost_end(path);  // before the record is written again
   std::optional<OneCore> one_core;
   on->rig.simulated ? void(one_core.emplace()) : console.never_wait();
-  auto custody = Custody::take(on->rig, path);
-  if (!custody) return failure(custody.error());
+  auto ownership = ChamberOwnership::take(on->rig, path);
+  if (!ownership) return failure(ownership.error());
   auto rig = Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
   EntryPoint entry;
@@ -220,24 +221,24 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
     store = Store::reopen(path, {.background = !on->rig.simulated});
     if (!store) return failure(store.error());
-    return custody->arm().map([&] { return entry.set_point; });
+    return ownership->arm().map([&] { return entry.set_point; });
   };
-  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*custody, **rig, names.error());
-  custody->beat({});
+  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());
+  ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
-  Experiment experiment(on->profile, **rig, **store, on->state, first);
+  RunController run_controller(on->profile, **rig, **store, on->state, first);
   const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
-  experiment.note(EventKind::resumed, text);
-  if (entry.away) experiment.begin_away(entry.set_point, on->why_stopped, on->stood.air);
+  run_controller.note(EventKind::resumed, text);
+  if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);
   if (lost && *lost) {
     console.say(fmt::format("warning: {}: {}", path, in_words(**lost)));
-    experiment.note(EventKind::fault, "the record " + in_words(**lost));
+    run_controller.note(EventKind::fault, "the record " + in_words(**lost));
   }
-  warn_of_calibrations(console, experiment, **rig);
+  warn_of_calibrations(console, run_controller, **rig);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
-  return drive({console, on->profile, experiment, **rig, **store, *custody, path});
+  return drive({console, on->profile, run_controller, **rig, **store, *ownership, path});
 }
 
 }  // namespace gyrotherm

@@ -12,8 +12,8 @@
 #include "app/interrupt.hpp"
 #include "app/run/display.hpp"
 #include "core/clock.hpp"
+#include "sequencer/run/carry_out_request.hpp"
 #include "sequencer/run/control_socket.hpp"
-#include "sequencer/run/obey.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -26,31 +26,31 @@ constexpr int kTicksPerLook = 64;                           ///< how often the w
 
 /// Where the run stands, with what the disk has to say.
 Outlook outlook_of(const UnderWay& run) {
-  auto outlook = run.experiment.outlook();
+  auto outlook = run.run_controller.outlook();
   if (auto health = run.store.health(); !health.trouble.empty())
     outlook.faults.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
   return outlook;
 }
 
 /// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
-std::optional<TellSocket> ears_of(const UnderWay& run) {
-  auto socket = TellSocket::open(run.path);
+std::optional<ControlSocket> ears_of(const UnderWay& run) {
+  auto socket = ControlSocket::open(run.path);
   if (socket) return std::move(*socket);
   run.console.say("warning: " + text(socket.error()));
   return {};
 }
 
-void listen(const UnderWay& run, std::optional<TellSocket>& ears) {
-  if (!ears) return;
-  ears->listen([&](const Telling& telling, const std::string& who) {
-    auto answer = obey(run.experiment, telling, who);
+void listen(const UnderWay& run, std::optional<ControlSocket>& control_socket) {
+  if (!control_socket) return;
+  control_socket->listen([&](const ControlRequest& request, const std::string& who) {
+    auto answer = carry_out(run.run_controller, request, who);
     run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
     return answer;
   });
 }
 
 Result<void> sync(const UnderWay& run) {
-  run.store.publish(run.experiment.outlook());
+  run.store.publish(run.run_controller.outlook());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
   if (!run.console.json || *last < 0) return {};
@@ -61,7 +61,7 @@ Result<void> sync(const UnderWay& run) {
   return {};
 }
 
-Result<Outcome> stopped(const UnderWay& run) {
+Result<RunOutcome> stopped(const UnderWay& run) {
   if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
       !noted)
     return failure(noted.error());
@@ -73,25 +73,25 @@ Result<Outcome> stopped(const UnderWay& run) {
 /// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
 /// obeyed, and it is said why.
 bool must_stay(const UnderWay& run) {
-  if (run.experiment.is_told_to_end()) {
+  if (run.run_controller.is_told_to_end()) {
     run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
     return true;
   }
-  if (run.experiment.run_state() != RunState::aborting || stops() > 1) return false;
+  if (run.run_controller.run_state() != RunState::aborting || stops() > 1) return false;
   run.console.say(
       "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
   return true;
 }
 
 /// The operator does not wait for the chamber: somebody else goes on trying.
-Result<Outcome> left_to_the_guard(const UnderWay& run) {
+Result<RunOutcome> left_to_the_guard(const UnderWay& run) {
   await_disk(run);
-  return failure(FaultKind::interlock, "", run.experiment.end_cause());
+  return failure(FaultKind::interlock, "", run.run_controller.end_cause());
 }
 
 /// Alarms and changes of state are told at once, each by itself: who is not there now reads them later.
 void tell_events(const UnderWay& run) {
-  for (const auto& event : run.experiment.last_events()) switch (event.kind) {
+  for (const auto& event : run.run_controller.last_events()) switch (event.kind) {
       case EventKind::fault:
       case EventKind::recovered:
       case EventKind::interlock:
@@ -112,7 +112,7 @@ class RealTime {
     timer_.callOnTimeout([this] { tick(); });
   }
 
-  Result<Outcome> run() {
+  Result<RunOutcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
     QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
     QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
@@ -134,7 +134,7 @@ class RealTime {
   }
 
   /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
-  void end(Result<Outcome> result) {
+  void end(Result<RunOutcome> result) {
     ended_ = true;
     timer_.stop();
     result_ = std::move(result);
@@ -142,7 +142,7 @@ class RealTime {
   }
 
   /// What is acknowledged a moment later is told too.
-  Result<Outcome> with_its_last_second(Result<Outcome> outcome) {
+  Result<RunOutcome> with_its_last_second(Result<RunOutcome> outcome) {
     await_disk(run_);
     if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
     return outcome;
@@ -153,10 +153,10 @@ class RealTime {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();
     forgive_hangups();
-    if (run_.rig.file().procedure.on_hangup == OnHangup::go_on)
-      run_.experiment.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
-    else if (run_.experiment.objection(OperatorCommand::abort).empty())
-      run_.experiment.tell(OperatorCommand::abort, "the terminal, which was closed");
+    if (run_.rig.file().run_limits.on_hangup == OnHangup::go_on)
+      run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
+    else if (run_.run_controller.objection(OperatorCommand::abort).empty())
+      run_.run_controller.tell(OperatorCommand::abort, "the terminal, which was closed");
   }
 
   void interrupt_now() {
@@ -165,33 +165,33 @@ class RealTime {
     hang_up();
     listen(run_, ears_);  // what was told before outranks Ctrl-C
     if (stops() == 0 || must_stay(run_)) return;
-    end(run_.experiment.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
+    end(run_.run_controller.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
   }
 
   void tick() {
     if (ended_) return;
     listen(run_, ears_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
-    if (slot >= run_.experiment.next_slot()) {
-      run_.experiment.see_guard(run_.custody.trouble());
-      auto outcome = run_.experiment.tick(slot);
-      run_.custody.beat(run_.rig.sampler().stuck_for());
+    if (slot >= run_.run_controller.next_slot()) {
+      run_.run_controller.see_guard(run_.ownership.trouble());
+      auto outcome = run_.run_controller.tick(slot);
+      run_.ownership.heartbeat(run_.rig.sampler().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
-      display_.see(run_.experiment.last());
+      display_.see(run_.run_controller.last());
       tell_events(run_);
-      display_.show(run_.experiment.last(), outlook_of(run_));
-      if (!outcome || *outcome != Outcome::going_on) return end(with_its_last_second(std::move(outcome)));
+      display_.show(run_.run_controller.last(), outlook_of(run_));
+      if (!outcome || *outcome != RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
   }
 
   const UnderWay& run_;
   Display display_;
-  std::optional<TellSocket> ears_;
+  std::optional<ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
   int seen_hangups_ = 0;
-  Result<Outcome> result_ = Outcome::going_on;  ///< once ended
+  Result<RunOutcome> result_ = RunOutcome::going_on;  ///< once ended
 };
 
 }  // namespace
@@ -202,30 +202,30 @@ void await_disk(const UnderWay& run) {
   run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
 }
 
-Result<Outcome> drive_virtual(const UnderWay& run) {
+Result<RunOutcome> drive_virtual(const UnderWay& run) {
   Display display(run.console, run.profile, run.rig.file());
-  auto ears = ears_of(run);
+  auto control_socket = ears_of(run);
   auto last_sync = steady_clock::now();
   for (;;) {
     run.rig.let_pass(1);
-    const auto outcome = run.experiment.tick(run.experiment.next_slot());
+    const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
-    display.see(run.experiment.last());
-    const bool ended = *outcome != Outcome::going_on;
-    if (!ended && run.experiment.next_slot() % kTicksPerLook != 0) continue;
-    if (interrupted() && !ended && !run.experiment.is_told_to_end() &&
-        (run.experiment.run_state() != RunState::aborting || interrupts() > 1))
+    display.see(run.run_controller.last());
+    const bool ended = *outcome != RunOutcome::going_on;
+    if (!ended && run.run_controller.next_slot() % kTicksPerLook != 0) continue;
+    if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
+        (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
       return stopped(run);
-    listen(run, ears);
+    listen(run, control_socket);
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.experiment.last(), outlook_of(run));
+    display.show(run.run_controller.last(), outlook_of(run));
     if (ended) return outcome;
   }
 }
 
-Result<Outcome> drive_real(const UnderWay& run) {
+Result<RunOutcome> drive_real(const UnderWay& run) {
   int argc = 0;
   QCoreApplication application(argc, nullptr);
   return RealTime(run).run();

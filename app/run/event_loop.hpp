@@ -17,19 +17,19 @@ namespace gyrotherm {
 struct UnderWay {
   Console& console;
   const Profile& profile;
-  Experiment& experiment;
+  RunController& run_controller;
   Rig& rig;
   Store& store;
-  Custody& custody;
+  ChamberOwnership& ownership;
   const std::string& path;  ///< of the record
 };
 
 /// Ticks as fast as the machine allows; syncs at least once a second of wall time. Fails with interrupted or storage.
-[[nodiscard]] Result<Outcome> drive_virtual(const UnderWay& run);
+[[nodiscard]] Result<RunOutcome> drive_virtual(const UnderWay& run);
 
 /// Ticks on the whole seconds of the rig's clock, and syncs each. A late tick is a recorded gap; the grid does not
 /// drift. At the end of each the watcher hears that this program lives.
-[[nodiscard]] Result<Outcome> drive_real(const UnderWay& run);
+[[nodiscard]] Result<RunOutcome> drive_real(const UnderWay& run);
 
 /// Of a run that ends early: waits a few seconds until all of it is on the disk, and says so if it is not.
 void await_disk(const UnderWay& run);

@@ -33,7 +33,7 @@ int run(int argc, char** argv) {
     return measure_beside_calculix(bench, direct);
   })->add_flag("--direct", direct, "its direct solver too");
   add("mesh-step", "what a finer mesh changes", [&] { return measure_mesh_step(bench); });
-  add("twin", "the reduced twin over the whole programme", [&] { return measure_twin(bench); });
+  add("twin", "the reduced twin over the whole programme", [&] { return measure_reduced(bench); });
   CLI11_PARSE(app, argc, argv);
   if (const auto done = chosen(); !done) {
     fmt::print(stderr, "{}\n", text(done.error()));

@@ -24,7 +24,7 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct);
 /// What a finer mesh changes: from medium to fine, or to medium from coarse where `bench.mesh` is coarse.
 Result<void> measure_mesh_step(const ThermalBench& bench);
 /// The reduced twin over the whole programme of 61.56 h.
-Result<void> measure_twin(const ThermalBench& bench);
+Result<void> measure_reduced(const ThermalBench& bench);
 
 [[nodiscard]] Result<GyroModel> read_gyro(const ThermalBench& bench);
 

@@ -40,8 +40,8 @@ constexpr Vocabulary<FieldType, 4> kWordTypes{{{"hexadecimal", FieldType::hexade
                                                {"integer", FieldType::integer},
                                                {"decimal", FieldType::decimal}}};
 constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
-constexpr Vocabulary<StatusVerdict, 3> kVerdicts{
-    {{"invalid", StatusVerdict::invalid}, {"warning", StatusVerdict::warning}, {"reject", StatusVerdict::reject}}};
+constexpr Vocabulary<StatusMeaning, 3> kMeanings{
+    {{"invalid", StatusMeaning::invalid}, {"warning", StatusMeaning::warning}, {"reject", StatusMeaning::reject}}};
 
 /// Where the bits are.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
@@ -115,7 +115,7 @@ void read_status(const TomlTable& table, FrameField& field) {
     StatusRule rule;
     rule.mask = word32(each, "mask", 0);
     rule.good = word32(each, "good", 0);
-    rule.verdict = one_of(kVerdicts, each, "verdict", "invalid");
+    rule.verdict = one_of(kMeanings, each, "verdict", "invalid");
     rule.meaning = each.text("meaning");
     if (rule.mask == 0 || (rule.good & ~rule.mask) != 0)
       each.mistake("mask", "the mask is empty, or does not hold what is good");

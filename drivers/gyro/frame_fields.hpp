@@ -53,7 +53,7 @@ struct ExactScale {
 };
 
 /// What a status means that differs from `good` under `mask`.
-enum class StatusVerdict {
+enum class StatusMeaning {
   invalid,  ///< the gyro's value must not be used
   warning,  ///< worth telling
   reject,   ///< no frame of this description: reserved bits, a wrong type
@@ -61,7 +61,7 @@ enum class StatusVerdict {
 struct StatusRule {
   std::uint32_t mask{};
   std::uint32_t good{};
-  StatusVerdict verdict{};
+  StatusMeaning verdict{};
   std::string meaning{};
 };
 

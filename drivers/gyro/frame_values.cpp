@@ -15,7 +15,7 @@ std::uint32_t status_of(const RawValue& raw) { return static_cast<std::uint32_t>
 bool is_good(const FrameField& field, std::uint32_t status) {
   if ((status & field.mask) != field.good) return false;
   return std::none_of(field.rules.begin(), field.rules.end(), [&](const auto& rule) {
-    return rule.verdict == StatusVerdict::invalid && (status & rule.mask) != rule.good;
+    return rule.verdict == StatusMeaning::invalid && (status & rule.mask) != rule.good;
   });
 }
 
@@ -120,7 +120,7 @@ bool is_refuted(const FrameFormat& format, const FrameView& view) {
     if (!raw && is_word(field.type)) return true;
     if (!raw || field.role != FieldRole::status) continue;
     for (const auto& rule : field.rules)
-      if (rule.verdict == StatusVerdict::reject && (status_of(*raw) & rule.mask) != rule.good) return true;
+      if (rule.verdict == StatusMeaning::reject && (status_of(*raw) & rule.mask) != rule.good) return true;
   }
   return false;
 }

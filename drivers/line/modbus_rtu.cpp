@@ -44,7 +44,7 @@ class ModbusRtu final : public ModbusLine {
 
  private:
   [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline);
-  [[nodiscard]] Result<void> find_the_beat(const Deadline& deadline);
+  [[nodiscard]] Result<void> resynchronise(const Deadline& deadline);
   [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline);
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
                                              const Deadline& deadline);
@@ -123,7 +123,7 @@ Result<ModbusAnswer> ModbusRtu::exchange(const ModbusRequest& request, const Dea
 }
 
 /// A number that only this request can have brought back.
-Result<void> ModbusRtu::find_the_beat(const Deadline& deadline) {
+Result<void> ModbusRtu::resynchronise(const Deadline& deadline) {
   const ModbusRequest ask{.unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
   auto answer = exchange(ask, deadline);
   if (!answer) return failure(std::move(answer.error()));
@@ -132,10 +132,10 @@ Result<void> ModbusRtu::find_the_beat(const Deadline& deadline) {
 }
 
 Result<ModbusAnswer> ModbusRtu::ask(ModbusRequest& request, const Deadline& deadline) {
-  const bool lost_the_beat = answer_may_come_late_;
+  const bool lost_the_resync = answer_may_come_late_;
   if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
-  if (loop_back_ && (lost_the_beat || answer_may_come_late_))
-    if (auto found = find_the_beat(deadline); !found) return failure(std::move(found.error()));
+  if (loop_back_ && (lost_the_resync || answer_may_come_late_))
+    if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
   return exchange(request, deadline);
 }
 

@@ -18,9 +18,9 @@ constexpr Duration kRest = std::chrono::milliseconds(3250);
 TextExchange::TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options)
     : line_(std::move(line)), options_(std::move(options)) {}
 
-Result<void> TextExchange::wait_for_silence(bool beat_follows) {
+Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   std::array<std::byte, kLongestLine> stale;
-  const bool in_order = options_.alone && beat_follows && !beat_is_owed_;
+  const bool in_order = options_.alone && resync_follows && !resync_is_owed_;
   const auto pause = answer_may_come_late_ && !in_order ? options_.within : options_.pause;
   const Deadline deadline(options_.within, options_.clock);
   do {
@@ -64,30 +64,30 @@ Result<std::string> TextExchange::exchange(std::string_view question, std::strin
   return answer;
 }
 
-Result<void> TextExchange::find(const Beat& beat) {
-  const auto answer = exchange(beat.question, beat.answer_begins);
-  beat_is_lost_ = !answer;
-  beat_is_owed_ = beat_is_owed_ || (options_.alone && !answer);
+Result<void> TextExchange::find(const ResyncQuery& resync) {
+  const auto answer = exchange(resync.question, resync.answer_begins);
+  resync_is_lost_ = !answer;
+  resync_is_owed_ = resync_is_owed_ || (options_.alone && !answer);
   if (answer) return {};
   rest_.emplace(kRest, options_.clock);
   return failure(answer.error());
 }
 
-Result<std::string> TextExchange::ask(std::string_view question, const Beat& beat) {
+Result<std::string> TextExchange::ask(std::string_view question, const ResyncQuery& resync) {
   if (rest_ && !rest_->over()) return failure(FaultKind::timeout, "", "rests after lost answers");
   rest_.reset();
-  const bool finds_beat = beat_is_lost_ && !beat.question.empty();
-  if (auto silent = wait_for_silence(finds_beat); !silent) return failure(std::move(silent.error()));
-  if (finds_beat)
-    if (auto found = find(beat); !found) return failure(std::move(found.error()));
+  const bool resynchronises = resync_is_lost_ && !resync.question.empty();
+  if (auto silent = wait_for_silence(resynchronises); !silent) return failure(std::move(silent.error()));
+  if (resynchronises)
+    if (auto found = find(resync); !found) return failure(std::move(found.error()));
   auto answer = exchange(question);
-  const bool is_beat = question == beat.question;
-  if (answer && options_.alone && !is_beat && !beat.question.empty() && answer->starts_with(beat.answer_begins))
+  const bool is_resync = question == resync.question;
+  if (answer && options_.alone && !is_resync && !resync.question.empty() && answer->starts_with(resync.answer_begins))
     answer = failure(FaultKind::corrupted, "", "an older question is answered");
-  beat_is_lost_ = !answer;
-  if (!answer && beat_is_owed_) rest_.emplace(kRest, options_.clock);
-  if (answer && !is_beat) beat_is_owed_ = false;  // it came before this one, or never will
-  if (!answer && is_beat) beat_is_owed_ = options_.alone;
+  resync_is_lost_ = !answer;
+  if (!answer && resync_is_owed_) rest_.emplace(kRest, options_.clock);
+  if (answer && !is_resync) resync_is_owed_ = false;  // it came before this one, or never will
+  if (!answer && is_resync) resync_is_owed_ = options_.alone;
   return answer;
 }
 

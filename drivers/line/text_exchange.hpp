@@ -24,7 +24,7 @@ struct TextExchangeOptions {
 
 /// A question whose answer cannot be taken for that of another. An instrument answers in order: once this one is
 /// answered, what was lost before will not come any more.
-struct Beat {
+struct ResyncQuery {
   std::string question;
   std::string answer_begins;
 };
@@ -39,19 +39,19 @@ class TextExchange {
   /// an earlier beat; once a beat is lost, or a question while one is owed, nothing is asked for 3.25 s. Fails with
   /// timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end: two answers to
   /// one question). Without a beat an answer that is later than twice `within` passes for that to the next question.
-  [[nodiscard]] Result<std::string> ask(std::string_view question, const Beat& beat = {});
+  [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
 
  private:
-  [[nodiscard]] Result<void> wait_for_silence(bool beat_follows);
+  [[nodiscard]] Result<void> wait_for_silence(bool resync_follows);
   [[nodiscard]] Result<std::string> receive(std::string_view begins);
   [[nodiscard]] Result<std::string> exchange(std::string_view question, std::string_view begins = {});
-  [[nodiscard]] Result<void> find(const Beat& beat);
+  [[nodiscard]] Result<void> find(const ResyncQuery& resync);
 
   std::unique_ptr<ByteStream> line_;
   TextExchangeOptions options_;
   bool answer_may_come_late_ = false;
-  bool beat_is_lost_ = false;
-  bool beat_is_owed_ = false;     ///< its answer may yet come
+  bool resync_is_lost_ = false;
+  bool resync_is_owed_ = false;   ///< its answer may yet come
   std::optional<Deadline> rest_;  ///< until which nothing is asked
 };
 

@@ -55,9 +55,9 @@ class DconThermometer final : public Thermometer {
 Result<std::string> DconThermometer::ask(std::string_view question) {
   const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
   // Readings come without an address, names with it.
-  const Beat beat{.question = sealed(dcon_ask(options_.address, "M")),
-                  .answer_begins = fmt::format("!{:02X}", options_.address)};
-  auto answer = exchange_->ask(sealed(std::string(question)), beat).and_then([&](const auto& line) {
+  const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
+                           .answer_begins = fmt::format("!{:02X}", options_.address)};
+  auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
     return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
   });
   if (!answer && answer.error().where.empty()) answer.error().where = question;

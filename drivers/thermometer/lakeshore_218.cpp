@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kTerminator = "\r\n";
 constexpr std::string_view kWho = "LSCI,MODEL218";
-const Beat kBeat{.question = "*IDN?", .answer_begins = "LSCI,"};
+const ResyncQuery kResync{.question = "*IDN?", .answer_begins = "LSCI,"};
 
 class Lakeshore218 final : public Thermometer {
  public:
@@ -36,7 +36,7 @@ class Lakeshore218 final : public Thermometer {
 };
 
 Result<std::string> Lakeshore218::identify() {
-  auto who = exchange_.ask(kBeat.question, kBeat);
+  auto who = exchange_.ask(kResync.question, kResync);
   if (!who) return failure(at_instrument(place_, std::move(who.error())));
   if (!who->starts_with(kWho))
     return failure(
@@ -46,7 +46,7 @@ Result<std::string> Lakeshore218::identify() {
 
 std::vector<Result<Celsius>> Lakeshore218::read() {
   return readings_at(place_, kLakeshore218Inputs,
-                     exchange_.ask("CRDG? 0", kBeat).and_then([](const auto& line) { return decode_crdg(line); }));
+                     exchange_.ask("CRDG? 0", kResync).and_then([](const auto& line) { return decode_crdg(line); }));
 }
 
 }  // namespace

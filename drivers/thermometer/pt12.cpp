@@ -13,7 +13,7 @@ namespace gyrotherm {
 namespace {
 
 constexpr std::string_view kPt12 = "PT12";
-const Beat kPt12Beat{.question = "ID?", .answer_begins = "PT12"};
+const ResyncQuery kPt12Resync{.question = "ID?", .answer_begins = "PT12"};
 
 class Pt12 final : public Thermometer {
  public:
@@ -35,18 +35,18 @@ class Pt12 final : public Thermometer {
 };
 
 Result<std::string> Pt12::identify() {
-  auto who = exchange_.ask(kPt12Beat.question, kPt12Beat);
+  auto who = exchange_.ask(kPt12Resync.question, kPt12Resync);
   if (!who) return failure(at_instrument(place_, std::move(who.error())));
   if (*who != kPt12)
     return failure(
         at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
-  auto serial = exchange_.ask("SN?", kPt12Beat);
+  auto serial = exchange_.ask("SN?", kPt12Resync);
   if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
   return fmt::format("{} {}", kPt12, *serial);
 }
 
 std::vector<Result<Celsius>> Pt12::read() {
-  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kPt12Beat).and_then([](const auto& line) {
+  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kPt12Resync).and_then([](const auto& line) {
     return decode_pt12_temperatures(line);
   }));
 }

@@ -4,43 +4,43 @@ namespace gyrotherm {
 namespace {
 
 struct Row {
-  Cause cause;
+  InterlockId cause;
   const char* name;
   Reaction usual;
   bool chosen;  ///< by the rig file, if it likes
 };
 
 constexpr std::array<Row, kCauses> kTable{{
-    {Cause::air_limit, "air_limit", Reaction::abort, false},
-    {Cause::thermometer_limit, "thermometer_limit", Reaction::abort, false},
-    {Cause::chamber_alarm, "chamber_alarm", Reaction::abort, false},
-    {Cause::emergency_stop, "emergency_stop", Reaction::abort, false},
-    {Cause::deadline, "deadline", Reaction::abort, false},
-    {Cause::program, "program", Reaction::abort, false},
-    {Cause::chamber_sensor, "chamber_sensor", Reaction::abort, true},
-    {Cause::chamber_silent, "chamber_silent", Reaction::suspend, true},
-    {Cause::thermometers_lost, "thermometers_lost", Reaction::suspend, true},
-    {Cause::needed_channel_lost, "needed_channel_lost", Reaction::suspend, true},
-    {Cause::gyro_silent, "gyro_silent", Reaction::suspend, true},
-    {Cause::door, "door", Reaction::suspend, true},
-    {Cause::supply, "supply", Reaction::suspend, true},
-    {Cause::air_rate, "air_rate", Reaction::suspend, true},
-    {Cause::thermometer_rate, "thermometer_rate", Reaction::suspend, true},
-    {Cause::following, "following", Reaction::suspend, true},
-    {Cause::foreign_set_point, "foreign_set_point", Reaction::suspend, true},
-    {Cause::restarted, "restarted", Reaction::suspend, true},
-    {Cause::not_taken, "not_taken", Reaction::suspend, true},
-    {Cause::slept, "slept", Reaction::hold, true},
-    {Cause::storage, "storage", Reaction::warn, true},
-    {Cause::record_damaged, "record_damaged", Reaction::warn, true},
-    {Cause::unguarded, "unguarded", Reaction::warn, true},
-    {Cause::channel_lost, "channel_lost", Reaction::warn, true},
-    {Cause::disagreement, "disagreement", Reaction::warn, true},
-    {Cause::stuck, "stuck", Reaction::warn, true},
-    {Cause::wall_clock, "wall_clock", Reaction::warn, true},
+    {InterlockId::air_limit, "air_limit", Reaction::abort, false},
+    {InterlockId::thermometer_limit, "thermometer_limit", Reaction::abort, false},
+    {InterlockId::chamber_alarm, "chamber_alarm", Reaction::abort, false},
+    {InterlockId::emergency_stop, "emergency_stop", Reaction::abort, false},
+    {InterlockId::deadline, "deadline", Reaction::abort, false},
+    {InterlockId::program, "program", Reaction::abort, false},
+    {InterlockId::chamber_sensor, "chamber_sensor", Reaction::abort, true},
+    {InterlockId::chamber_silent, "chamber_silent", Reaction::suspend, true},
+    {InterlockId::thermometers_lost, "thermometers_lost", Reaction::suspend, true},
+    {InterlockId::needed_channel_lost, "needed_channel_lost", Reaction::suspend, true},
+    {InterlockId::gyro_silent, "gyro_silent", Reaction::suspend, true},
+    {InterlockId::door, "door", Reaction::suspend, true},
+    {InterlockId::supply, "supply", Reaction::suspend, true},
+    {InterlockId::air_rate, "air_rate", Reaction::suspend, true},
+    {InterlockId::thermometer_rate, "thermometer_rate", Reaction::suspend, true},
+    {InterlockId::following, "following", Reaction::suspend, true},
+    {InterlockId::foreign_set_point, "foreign_set_point", Reaction::suspend, true},
+    {InterlockId::restarted, "restarted", Reaction::suspend, true},
+    {InterlockId::not_taken, "not_taken", Reaction::suspend, true},
+    {InterlockId::slept, "slept", Reaction::hold, true},
+    {InterlockId::storage, "storage", Reaction::warn, true},
+    {InterlockId::record_damaged, "record_damaged", Reaction::warn, true},
+    {InterlockId::unguarded, "unguarded", Reaction::warn, true},
+    {InterlockId::channel_lost, "channel_lost", Reaction::warn, true},
+    {InterlockId::disagreement, "disagreement", Reaction::warn, true},
+    {InterlockId::stuck, "stuck", Reaction::warn, true},
+    {InterlockId::wall_clock, "wall_clock", Reaction::warn, true},
 }};
 
-const Row& row(Cause cause) { return kTable[static_cast<std::size_t>(cause)]; }
+const Row& row(InterlockId cause) { return kTable[static_cast<std::size_t>(cause)]; }
 
 constexpr bool in_order() {
   for (std::size_t i = 0; i < kCauses; ++i)
@@ -51,9 +51,9 @@ static_assert(in_order(), "the table is in the order of the causes");
 
 }  // namespace
 
-Reaction usual_reaction(Cause cause) { return row(cause).usual; }
-bool may_be_chosen(Cause cause) { return row(cause).chosen; }
-const char* name(Cause cause) { return row(cause).name; }
+Reaction usual_reaction(InterlockId cause) { return row(cause).usual; }
+bool may_be_chosen(InterlockId cause) { return row(cause).chosen; }
+const char* name(InterlockId cause) { return row(cause).name; }
 
 Policy usual_policy() {
   Policy policy{};

@@ -10,14 +10,14 @@ namespace gyrotherm {
 
 /// What an interlock asks for, the milder first.
 enum class Reaction { go_on, warn, suspend, hold, abort };
-struct Verdict {
+struct InterlockDemand {
   Reaction reaction = Reaction::go_on;
   std::string cause;  ///< empty when nothing is wrong
 };
 
 [[nodiscard]] const char* name(Reaction reaction);
 
-enum class Cause {
+enum class InterlockId {
   air_limit,          ///< the chamber's air is beyond a limit
   thermometer_limit,  ///< a thermometer is
   chamber_alarm,      ///< the chamber has an alarm that ends a run, its limiter's among them
@@ -49,12 +49,12 @@ enum class Cause {
 inline constexpr std::size_t kCauses = 27;
 
 /// The reaction unless the rig file's [policy] says otherwise.
-[[nodiscard]] Reaction usual_reaction(Cause cause);
+[[nodiscard]] Reaction usual_reaction(InterlockId cause);
 /// Whether [policy] may say otherwise: what would damage the article always ends the run.
-[[nodiscard]] bool may_be_chosen(Cause cause);
+[[nodiscard]] bool may_be_chosen(InterlockId cause);
 
 /// "chamber_silent", as [policy] spells it.
-[[nodiscard]] const char* name(Cause cause);
+[[nodiscard]] const char* name(InterlockId cause);
 
 using Policy = std::array<Reaction, kCauses>;
 [[nodiscard]] Policy usual_policy();

@@ -46,12 +46,13 @@ std::optional<Celsius> median(const Sample& sample, const std::vector<std::size_
   return Ranks(few).median();
 }
 
-class Look {
+class InterlockChecks {
  public:
-  Look(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample, const Circumstances& around)
+  InterlockChecks(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample,
+                  const InterlockInputs& around)
       : limits_(limits), memory_(memory), sample_(sample), around_(around), ranks_(sample) {}
 
-  Findings all() {
+  CheckResults all() {
     at_limits();
     at_silence();
     if (sample_.chamber.value) {
@@ -67,14 +68,14 @@ class Look {
   }
 
  private:
-  void found(Cause cause, std::string text, bool grave = false) {
-    findings_.found[static_cast<std::size_t>(cause)] = Finding{.text = std::move(text), .grave = grave};
+  void found(InterlockId cause, std::string text, bool grave = false) {
+    findings_.found[static_cast<std::size_t>(cause)] = CheckResult{.text = std::move(text), .grave = grave};
   }
-  void found_at(std::size_t column, Cause cause, std::string text) {
-    findings_.found[static_cast<std::size_t>(cause)] = Finding{.text = std::move(text), .column = column};
+  void found_at(std::size_t column, InterlockId cause, std::string text) {
+    findings_.found[static_cast<std::size_t>(cause)] = CheckResult{.text = std::move(text), .column = column};
   }
-  void hidden(Cause cause, bool is_so) { findings_.hidden[static_cast<std::size_t>(cause)] = is_so; }
-  [[nodiscard]] bool stands(Cause cause) const { return memory_.of(cause).samples > 0; }
+  void hidden(InterlockId cause, bool is_so) { findings_.hidden[static_cast<std::size_t>(cause)] = is_so; }
+  [[nodiscard]] bool stands(InterlockId cause) const { return memory_.of(cause).samples > 0; }
   [[nodiscard]] std::string channel(std::size_t column) const {
     return column < limits_.channels.size() ? "thermometer " + limits_.channels[column] : "a thermometer";
   }
@@ -83,8 +84,8 @@ class Look {
     if (sample_.chamber.value) {
       const auto air = sample_.chamber.value->air;
       if (!(air >= limits_.air_lowest && air <= limits_.air_highest))
-        found(Cause::air_limit, fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value,
-                                            limits_.air_lowest.value, limits_.air_highest.value));
+        found(InterlockId::air_limit, fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value,
+                                                  limits_.air_lowest.value, limits_.air_highest.value));
     }
     for (std::size_t i = 0; i < sample_.thermometers.size(); ++i) {
       const auto value = value_of(sample_.thermometers[i]);
@@ -92,7 +93,7 @@ class Look {
                            ? limits_.thermometers[i]
                            : ThermometerLimits{limits_.thermometers_lowest, limits_.thermometers_highest};
       if (!value || (*value >= own.lowest && *value <= own.highest)) continue;
-      return found_at(i, Cause::thermometer_limit,
+      return found_at(i, InterlockId::thermometer_limit,
                       fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", channel(i), value->value,
                                   own.lowest.value, own.highest.value));
     }
@@ -105,10 +106,10 @@ class Look {
         std::min<std::ptrdiff_t>(limits_.thermometers_needed, static_cast<std::ptrdiff_t>(sample_.thermometers.size()));
     if (!sample_.chamber.value) at_a_silent_chamber();
     if (answer < needed)
-      found(Cause::thermometers_lost, answer == 0
-                                          ? "every thermometer silent"
-                                          : fmt::format("{} thermometers answer, {} are needed", answer, needed));
-    if (!sample_.gyro.value) found(Cause::gyro_silent, "gyro silent");
+      found(InterlockId::thermometers_lost, answer == 0
+                                                ? "every thermometer silent"
+                                                : fmt::format("{} thermometers answer, {} are needed", answer, needed));
+    if (!sample_.gyro.value) found(InterlockId::gyro_silent, "gyro silent");
     at_lost_channels();
   }
 
@@ -120,25 +121,26 @@ class Look {
       if (std::ranges::count(limits_.needed_thermometers, i) > 0) needed.push_back(channel(i));
     }
     const auto in_words = [](const auto& names) { return fmt::format("no reading of {}", fmt::join(names, ", ")); };
-    if (!lost.empty()) found(Cause::channel_lost, in_words(lost));
-    if (!needed.empty()) found(Cause::needed_channel_lost, in_words(needed) + ", which the analysis needs");
+    if (!lost.empty()) found(InterlockId::channel_lost, in_words(lost));
+    if (!needed.empty()) found(InterlockId::needed_channel_lost, in_words(needed) + ", which the analysis needs");
   }
 
   /// Somebody else's set point is not known to be gone: after the silence it is still that, and no restart.
   void at_a_silent_chamber() {
-    found(Cause::chamber_silent, "chamber silent");
-    if (stands(Cause::foreign_set_point)) found(Cause::foreign_set_point, memory_.of(Cause::foreign_set_point).text);
+    found(InterlockId::chamber_silent, "chamber silent");
+    if (stands(InterlockId::foreign_set_point))
+      found(InterlockId::foreign_set_point, memory_.of(InterlockId::foreign_set_point).text);
   }
 
   void at_the_chamber(const ChamberState& chamber) {
     if (chamber.must_stop)
-      found(Cause::chamber_alarm,
+      found(InterlockId::chamber_alarm,
             fmt::format("chamber alarm: {}", chamber.alarms.empty() ? "unnamed" : chamber.alarms.front()));
     switch (chamber.activity) {
       case ChamberActivity::emergency_stop:
-        return found(Cause::emergency_stop, "the chamber's emergency stop is pressed");
-      case ChamberActivity::door_open: return found(Cause::door, "the chamber's door is open");
-      case ChamberActivity::power_failure: return found(Cause::supply, "the chamber has lost its supply");
+        return found(InterlockId::emergency_stop, "the chamber's emergency stop is pressed");
+      case ChamberActivity::door_open: return found(InterlockId::door, "the chamber's door is open");
+      case ChamberActivity::power_failure: return found(InterlockId::supply, "the chamber has lost its supply");
       default: return;
     }
   }
@@ -146,7 +148,7 @@ class Look {
   void at_its_set_point(const ChamberState& chamber) {
     if (around_.led_by_controller) return;
     if (around_.refusals >= kRefusals)
-      found(Cause::not_taken, fmt::format("the chamber does not take set points: {}", around_.refusal));
+      found(InterlockId::not_taken, fmt::format("the chamber does not take set points: {}", around_.refusal));
     const bool off = chamber.activity == ChamberActivity::off;
     const bool other = around_.sent && abs(chamber.set_point - *around_.sent) > around_.set_point_tolerance;
     const bool program = around_.sent && carries_out_program(chamber.activity);
@@ -156,11 +158,11 @@ class Look {
                                 : fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value,
                                               around_.sent->value);
     const bool silent_before = !memory_.chamber_answered || (off && !memory_.activity_seen);
-    const bool was_silent = silent_before && !stands(Cause::foreign_set_point);
-    if (was_silent || stands(Cause::restarted))
-      found(Cause::restarted, "the chamber was restarted: it " + what);
+    const bool was_silent = silent_before && !stands(InterlockId::foreign_set_point);
+    if (was_silent || stands(InterlockId::restarted))
+      found(InterlockId::restarted, "the chamber was restarted: it " + what);
     else if (around_.refusals == 0)
-      found(Cause::foreign_set_point, "somebody else changed it: the chamber " + what);
+      found(InterlockId::foreign_set_point, "somebody else changed it: the chamber " + what);
   }
 
   /// The air follows its set point like a first-order lag, and three times as slowly at the worst.
@@ -169,7 +171,7 @@ class Look {
     const auto band = std::max(limits_.follow_band, memory_.lag * 3);
     if (abs(air - *memory_.expected) <= band) return;
     const bool near_a_limit = air < limits_.air_lowest + kNearLimit || air > limits_.air_highest - kNearLimit;
-    found(Cause::following,
+    found(InterlockId::following,
           fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C", air.value,
                       memory_.expected->value),
           near_a_limit);
@@ -179,23 +181,24 @@ class Look {
     at_following(air);
     if (limits_.air_thermometers.empty()) {
       if (abs(memory_.air_jumped) > limits_.chamber_disagreement)
-        found(Cause::chamber_sensor, fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
-                                                 memory_.air_jumped.value, air.value));
+        found(InterlockId::chamber_sensor,
+              fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
+                          memory_.air_jumped.value, air.value));
       return;
     }
     const auto others = median(sample_, limits_.air_thermometers);
     if (!others || abs(air - *others) <= limits_.chamber_disagreement) return;
-    found(Cause::chamber_sensor,
+    found(InterlockId::chamber_sensor,
           fmt::format("the chamber's sensor shows {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
   }
 
   void at_rates() {
     if (const auto rate = memory_.air.rate(); rate && std::abs(rate->value) > limits_.air_fastest.value)
-      found(Cause::air_rate, fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
+      found(InterlockId::air_rate, fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
     for (std::size_t i = 0; i < memory_.thermometers.size(); ++i)
       if (const auto rate = memory_.thermometers[i].rate();
           rate && std::abs(rate->value) > limits_.thermometers_fastest.value)
-        found_at(i, Cause::thermometer_rate,
+        found_at(i, InterlockId::thermometer_rate,
                  fmt::format("{} changes by {:.1f} °C in a minute", channel(i), rate->value));
   }
 
@@ -205,61 +208,63 @@ class Look {
       const auto others = ranks_.median_without(value);
       if (!value || !others) continue;
       if (abs(*value - *others) > limits_.disagreement)
-        found_at(i, Cause::disagreement,
+        found_at(i, InterlockId::disagreement,
                  fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", channel(i), value->value, others->value));
       const auto& trend = memory_.thermometers[i];
       if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
-        found_at(i, Cause::stuck,
+        found_at(i, InterlockId::stuck,
                  fmt::format("{} stands at {:.3f} °C while the others move", channel(i), value->value));
     }
   }
 
   void at_the_program() {
     if (sample_.progress.phase == Phase::overdue)
-      found(Cause::deadline, fmt::format("segment {} passed its deadline", sample_.progress.segment + 1));
-    if (!around_.program.empty()) found(Cause::program, around_.program);
+      found(InterlockId::deadline, fmt::format("segment {} passed its deadline", sample_.progress.segment + 1));
+    if (!around_.program.empty()) found(InterlockId::program, around_.program);
     if (around_.missed > around_.longest_missed)
-      found(Cause::slept, fmt::format("the machine stood still for {}", spoken(around_.missed)));
+      found(InterlockId::slept, fmt::format("the machine stood still for {}", spoken(around_.missed)));
     if (around_.rows_dropped)
-      found(Cause::storage, "the record loses rows");
+      found(InterlockId::storage, "the record loses rows");
     else if (around_.backlog > limits_.backlog)
-      found(Cause::storage, fmt::format("the record is {} behind{}{}", spoken(around_.backlog),
-                                        around_.storage_trouble.empty() ? "" : ": ", around_.storage_trouble));
-    if (!around_.record_damage.empty()) found(Cause::record_damaged, around_.record_damage);
-    if (!around_.guard_trouble.empty()) found(Cause::unguarded, around_.guard_trouble);
+      found(InterlockId::storage, fmt::format("the record is {} behind{}{}", spoken(around_.backlog),
+                                              around_.storage_trouble.empty() ? "" : ": ", around_.storage_trouble));
+    if (!around_.record_damage.empty()) found(InterlockId::record_damaged, around_.record_damage);
+    if (!around_.guard_trouble.empty()) found(InterlockId::unguarded, around_.guard_trouble);
     if (!memory_.utc_minus_run) return;
     const auto step = sample_.at.utc - sample_.at.since_start - *memory_.utc_minus_run;
     if (std::chrono::abs(step) > kWallStep)
-      found(Cause::wall_clock, fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
+      found(InterlockId::wall_clock, fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
   }
 
   void at_what_was_not_read() {
     const bool silent = !sample_.chamber.value;
-    for (const auto cause : {Cause::air_limit, Cause::chamber_alarm, Cause::emergency_stop, Cause::door, Cause::supply,
-                             Cause::not_taken, Cause::restarted, Cause::following})
+    for (const auto cause :
+         {InterlockId::air_limit, InterlockId::chamber_alarm, InterlockId::emergency_stop, InterlockId::door,
+          InterlockId::supply, InterlockId::not_taken, InterlockId::restarted, InterlockId::following})
       hidden(cause, silent);
-    hidden(Cause::air_rate, !memory_.air.rate());
+    hidden(InterlockId::air_rate, !memory_.air.rate());
     const bool compares = !limits_.air_thermometers.empty();
-    hidden(Cause::chamber_sensor, silent || (compares && !median(sample_, limits_.air_thermometers)));
-    for (const auto cause : {Cause::thermometer_limit, Cause::thermometer_rate, Cause::disagreement, Cause::stuck})
+    hidden(InterlockId::chamber_sensor, silent || (compares && !median(sample_, limits_.air_thermometers)));
+    for (const auto cause :
+         {InterlockId::thermometer_limit, InterlockId::thermometer_rate, InterlockId::disagreement, InterlockId::stuck})
       hidden(cause, was_not_read(memory_.of(cause).column, cause));
   }
 
   /// What showed the cause when it was last seen.
-  [[nodiscard]] bool was_not_read(const std::optional<std::size_t>& column, Cause cause) const {
+  [[nodiscard]] bool was_not_read(const std::optional<std::size_t>& column, InterlockId cause) const {
     if (!column || *column >= sample_.thermometers.size()) return false;
     const auto value = value_of(sample_.thermometers[*column]);
-    if (cause == Cause::thermometer_rate) return !memory_.thermometers[*column].rate();
-    if (cause == Cause::thermometer_limit) return !value;
+    if (cause == InterlockId::thermometer_rate) return !memory_.thermometers[*column].rate();
+    if (cause == InterlockId::thermometer_limit) return !value;
     return !value || !ranks_.median_without(value);
   }
 
   const InterlockLimits& limits_;
   const InterlockMemory& memory_;
   const Sample& sample_;
-  const Circumstances& around_;
+  const InterlockInputs& around_;
   Ranks ranks_;
-  Findings findings_;
+  CheckResults findings_;
 };
 
 /// Air moves through the degrees, a sensor that breaks skips them: what it skips adds up, and is forgotten where it is
@@ -292,10 +297,10 @@ void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Dura
 
 }  // namespace
 
-void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, const Circumstances& circumstances,
+void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, const InterlockInputs& inputs,
               InterlockMemory& memory) {
   memory.thermometers.resize(sample.thermometers.size());
-  if (circumstances.missed > Duration{}) {
+  if (inputs.missed > Duration{}) {
     memory.air.forget();
     for (auto& trend : memory.thermometers) trend.forget();
   }
@@ -313,9 +318,9 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
   }
 }
 
-Findings look_for_causes(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample,
-                         const Circumstances& circumstances) {
-  return Look(limits, memory, sample, circumstances).all();
+CheckResults run_checks(const InterlockLimits& limits, const InterlockMemory& memory, const Sample& sample,
+                        const InterlockInputs& inputs) {
+  return InterlockChecks(limits, memory, sample, inputs).all();
 }
 
 }  // namespace gyrotherm

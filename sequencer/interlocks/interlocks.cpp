@@ -15,45 +15,45 @@ struct Confirmation {
   int samples = 1;
 };
 
-Confirmation confirmation(const InterlockLimits& limits, Cause cause) {
+Confirmation confirmation(const InterlockLimits& limits, InterlockId cause) {
   using std::chrono::seconds;
   switch (cause) {
-    case Cause::air_limit:
-    case Cause::thermometer_limit: return {{}, limits.confirming_samples};
-    case Cause::chamber_silent:
-    case Cause::thermometers_lost:
-    case Cause::needed_channel_lost:
-    case Cause::gyro_silent: return {limits.suspend_after, 1};
-    case Cause::foreign_set_point: return {{}, 2};
-    case Cause::chamber_sensor: return {seconds(30), 2};
-    case Cause::air_rate:
-    case Cause::thermometer_rate: return {seconds(5), 5};
-    case Cause::disagreement: return {seconds(60), 60};
-    case Cause::following: return {limits.follow_time, 2};
+    case InterlockId::air_limit:
+    case InterlockId::thermometer_limit: return {{}, limits.confirming_samples};
+    case InterlockId::chamber_silent:
+    case InterlockId::thermometers_lost:
+    case InterlockId::needed_channel_lost:
+    case InterlockId::gyro_silent: return {limits.suspend_after, 1};
+    case InterlockId::foreign_set_point: return {{}, 2};
+    case InterlockId::chamber_sensor: return {seconds(30), 2};
+    case InterlockId::air_rate:
+    case InterlockId::thermometer_rate: return {seconds(5), 5};
+    case InterlockId::disagreement: return {seconds(60), 60};
+    case InterlockId::following: return {limits.follow_time, 2};
     default: return {};
   }
 }
 
 /// Silence that ends the run.
-std::optional<Duration> lost_after(const InterlockLimits& limits, Cause cause) {
+std::optional<Duration> lost_after(const InterlockLimits& limits, InterlockId cause) {
   switch (cause) {
-    case Cause::chamber_silent: return limits.chamber_lost;
-    case Cause::thermometers_lost: return limits.thermometers_lost;
-    case Cause::gyro_silent: return limits.gyro_lost;
+    case InterlockId::chamber_silent: return limits.chamber_lost;
+    case InterlockId::thermometers_lost: return limits.thermometers_lost;
+    case InterlockId::gyro_silent: return limits.gyro_lost;
     default: return std::nullopt;
   }
 }
 
 /// What the cause asks for, now that it acts.
-Reaction reaction_to(const InterlockLimits& limits, Cause cause, const Finding& finding, Duration stands) {
+Reaction reaction_to(const InterlockLimits& limits, InterlockId cause, const CheckResult& finding, Duration stands) {
   const auto lost = lost_after(limits, cause);
   if (finding.grave || (lost && stands >= *lost)) return Reaction::abort;
   return limits.policy[static_cast<std::size_t>(cause)];
 }
 
 /// What is not there, or can no longer be seen.
-void clear_in_time(const InterlockLimits& limits, Cause cause, Duration elapsed, InterlockMemory::Watch& memory,
-                   std::vector<Alarm>& cleared) {
+void clear_in_time(const InterlockLimits& limits, InterlockId cause, Duration elapsed, InterlockMemory::Watch& memory,
+                   std::vector<InterlockAlarm>& cleared) {
   memory.gone += elapsed;
   if (!memory.raised || memory.gone < limits.clear_after) return;
   memory.raised = false;
@@ -62,15 +62,16 @@ void clear_in_time(const InterlockLimits& limits, Cause cause, Duration elapsed,
 
 /// A reading that is lost is no sign that a cause has gone: it stands as it was last seen, and what was counted stays
 /// counted. A longer silence is judged as one.
-void wait_unseen(const InterlockLimits& limits, Cause cause, Duration elapsed, Judgement& judged) {
+void wait_unseen(const InterlockLimits& limits, InterlockId cause, Duration elapsed, InterlockResult& judged) {
   auto& memory = judged.memory.watches[static_cast<std::size_t>(cause)];
   memory.unseen += elapsed;
   if (memory.unseen > limits.suspend_after) return clear_in_time(limits, cause, elapsed, memory, judged.cleared);
-  if (memory.reaction > judged.verdict.reaction) judged.verdict = {memory.reaction, memory.text};
+  if (memory.reaction > judged.demand.reaction) judged.demand = {memory.reaction, memory.text};
 }
 
 /// One cause, one second on.
-void watch(const InterlockLimits& limits, Cause cause, const Findings& findings, Duration elapsed, Judgement& judged) {
+void watch(const InterlockLimits& limits, InterlockId cause, const CheckResults& findings, Duration elapsed,
+           InterlockResult& judged) {
   const auto index = static_cast<std::size_t>(cause);
   const auto& finding = findings.found[index];
   auto& memory = judged.memory.watches[index];
@@ -92,21 +93,21 @@ void watch(const InterlockLimits& limits, Cause cause, const Findings& findings,
   memory.reaction = reaction_to(limits, cause, *finding, memory.standing);
   if (lost_after(limits, cause)) memory.text += " for " + spoken(memory.standing);
   if (!std::exchange(memory.raised, true)) judged.raised.push_back({cause, memory.reaction, memory.text});
-  if (memory.reaction > judged.verdict.reaction) judged.verdict = {memory.reaction, memory.text};
+  if (memory.reaction > judged.demand.reaction) judged.demand = {memory.reaction, memory.text};
 }
 
 }  // namespace
 
-Judgement judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
-                const Circumstances& circumstances) {
-  remember(limits, sample, elapsed, circumstances, memory);
-  const auto findings = look_for_causes(limits, memory, sample, circumstances);
+InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
+                      const InterlockInputs& inputs) {
+  remember(limits, sample, elapsed, inputs, memory);
+  const auto findings = run_checks(limits, memory, sample, inputs);
   memory.utc_minus_run = sample.at.utc - sample.at.since_start;
   const auto& chamber = sample.chamber.value;
   memory.chamber_answered = chamber.has_value();
   memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
-  Judgement judged{.verdict = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
-  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<Cause>(i), findings, elapsed, judged);
+  InterlockResult judged{.demand = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
+  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<InterlockId>(i), findings, elapsed, judged);
   return judged;
 }
 

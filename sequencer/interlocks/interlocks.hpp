@@ -53,7 +53,7 @@ struct InterlockLimits {
 };
 
 /// What the rig knows beside the sample.
-struct Circumstances {
+struct InterlockInputs {
   std::optional<Celsius> sent{};     ///< the set point that the chamber last took; nothing: it is not known
   Kelvins set_point_tolerance{0.1};  ///< what the controller may make of it
   int refusals{};                    ///< set points in a row that it did not take
@@ -82,7 +82,7 @@ struct InterlockMemory {
     std::string text{};                   ///< as last seen
   };
   std::array<Watch, kCauses> watches{};
-  [[nodiscard]] const Watch& of(Cause cause) const { return watches[static_cast<std::size_t>(cause)]; }
+  [[nodiscard]] const Watch& of(InterlockId cause) const { return watches[static_cast<std::size_t>(cause)]; }
   bool chamber_answered = true;  ///< in the sample before
   bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
   Trend air;
@@ -96,21 +96,21 @@ struct InterlockMemory {
   std::optional<Duration> utc_minus_run{};
 };
 
-struct Alarm {
-  Cause cause{};
+struct InterlockAlarm {
+  InterlockId cause{};
   Reaction reaction{};
   std::string text;
 };
-struct Judgement {
-  Verdict verdict;
+struct InterlockResult {
+  InterlockDemand demand;
   InterlockMemory memory;
-  std::vector<Alarm> raised;   ///< with this sample: one alarm per cause until it is over
-  std::vector<Alarm> cleared;  ///< with this sample
+  std::vector<InterlockAlarm> raised;   ///< with this sample: one alarm per cause until it is over
+  std::vector<InterlockAlarm> cleared;  ///< with this sample
 };
 
 /// Judges one sample that covers `elapsed`. The most severe reaction wins.
-[[nodiscard]] Judgement judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
-                              Duration elapsed, const Circumstances& circumstances = {});
+[[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
+                                    Duration elapsed, const InterlockInputs& inputs = {});
 
 /// One line for each alarm that stands.
 [[nodiscard]] std::vector<std::string> standing(const InterlockMemory& memory);

@@ -85,7 +85,7 @@ Reaction reaction_of(const std::string& word) {
 
 void read_policy(const TomlTable& table, Policy& policy) {
   for (std::size_t i = 0; i < kCauses; ++i) {
-    const auto cause = static_cast<Cause>(i);
+    const auto cause = static_cast<InterlockId>(i);
     if (!table.has(name(cause))) continue;
     const auto word = table.choice(name(cause), {"warn", "suspend", "hold", "abort"});
     if (!may_be_chosen(cause) && word != "abort")
@@ -123,8 +123,8 @@ InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string
   return limits;
 }
 
-ProcedureLimits read_procedure_limits(const TomlTable& root) {
-  ProcedureLimits limits;
+RunLimits read_run_limits(const TomlTable& root) {
+  RunLimits limits;
   const auto table = root.table("limits");
   limits.longest_suspended = read_time(table, "longest_suspended", limits.longest_suspended);
   limits.longest_held = read_time(table, "longest_held", limits.longest_held);

@@ -18,7 +18,7 @@ enum class OnStop { hold, safe };
 /// What a run does whose terminal is closed.
 enum class OnHangup { go_on, safe };
 
-struct ProcedureLimits {
+struct RunLimits {
   Duration longest_suspended = std::chrono::hours(2);  ///< then the run is aborted
   Duration longest_held = std::chrono::hours(12);      ///< likewise
   Duration longest_return = std::chrono::hours(4);     ///< likewise
@@ -33,6 +33,6 @@ struct ProcedureLimits {
                                           const ChamberLimits& chamber);
 
 /// How long the states of a run may last, and how an operator's stop leaves the chamber.
-[[nodiscard]] ProcedureLimits read_procedure_limits(const TomlTable& root);
+[[nodiscard]] RunLimits read_run_limits(const TomlTable& root);
 
 }  // namespace gyrotherm

@@ -16,7 +16,7 @@ const Segment& segment_at(const Profile& profile, int index) {
 
 /// The state `elapsed` into a segment, or into a later one if it is over by then. A soak not yet observed has not
 /// begun.
-State enter(const Profile& profile, int index, Duration elapsed) {
+ProfileState enter(const Profile& profile, int index, Duration elapsed) {
   const int count = static_cast<int>(profile.segments.size());
   for (; index < count; ++index) {
     const auto& segment = segment_at(profile, index);
@@ -48,7 +48,7 @@ Duration over_by(const Segment& hold, Duration elapsed, Duration soaked) {
 
 /// One law for a hold, whether its soak counts at the moment or waits.
 template <class Hold>
-State hold_on(const Profile& profile, Hold hold, const Observation& seen) {
+ProfileState hold_on(const Profile& profile, Hold hold, const Observation& seen) {
   const auto& segment = segment_at(profile, hold.segment);
   const bool soaks = counts(segment, hold.inside, seen);
   hold.elapsed += seen.elapsed;
@@ -61,17 +61,17 @@ State hold_on(const Profile& profile, Hold hold, const Observation& seen) {
   return Holding{hold.segment, hold.elapsed, hold.soaked, hold.inside};
 }
 
-State step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
+ProfileState step(const Profile& profile, const Ramping& ramp, const Observation& seen) {
   return enter(profile, ramp.segment, ramp.elapsed + seen.elapsed);
 }
-State step(const Profile& profile, const Holding& hold, const Observation& seen) {
+ProfileState step(const Profile& profile, const Holding& hold, const Observation& seen) {
   return hold_on(profile, hold, seen);
 }
-State step(const Profile& profile, const WaitingForSoak& hold, const Observation& seen) {
+ProfileState step(const Profile& profile, const WaitingForSoak& hold, const Observation& seen) {
   return hold_on(profile, hold, seen);
 }
-State step(const Profile&, const Overdue& overdue, const Observation&) { return overdue; }
-State step(const Profile&, const Complete& complete, const Observation&) { return complete; }
+ProfileState step(const Profile&, const Overdue& overdue, const Observation&) { return overdue; }
+ProfileState step(const Profile&, const Complete& complete, const Observation&) { return complete; }
 
 Celsius set_point(const Profile& profile, const Ramping& ramp) {
   const auto& segment = segment_at(profile, ramp.segment);
@@ -81,29 +81,33 @@ Celsius set_point(const Profile& profile, const Ramping& ramp) {
 Celsius set_point(const Profile& profile, const Complete&) { return profile.segments.back().target; }
 Celsius set_point(const Profile& profile, const auto& hold) { return segment_at(profile, hold.segment).target; }
 
-struct Standing {
+struct SegmentPhase {
   Phase phase{};
   int segment{};
   Duration elapsed{};
   Duration soaked{};
 };
 
-Standing standing(const Profile&, const Ramping& s) { return {Phase::ramping, s.segment, s.elapsed, {}}; }
-Standing standing(const Profile&, const Holding& s) { return {Phase::holding, s.segment, s.elapsed, s.soaked}; }
-Standing standing(const Profile&, const WaitingForSoak& s) {
+SegmentPhase segment_phase(const Profile&, const Ramping& s) { return {Phase::ramping, s.segment, s.elapsed, {}}; }
+SegmentPhase segment_phase(const Profile&, const Holding& s) {
+  return {Phase::holding, s.segment, s.elapsed, s.soaked};
+}
+SegmentPhase segment_phase(const Profile&, const WaitingForSoak& s) {
   return {Phase::waiting_for_soak, s.segment, s.elapsed, s.soaked};
 }
-Standing standing(const Profile&, const Overdue& s) { return {Phase::overdue, s.segment, s.elapsed, s.soaked}; }
+SegmentPhase segment_phase(const Profile&, const Overdue& s) {
+  return {Phase::overdue, s.segment, s.elapsed, s.soaked};
+}
 
 /// A complete profile stands at the end of its last segment.
-Standing standing(const Profile& profile, const Complete&) {
+SegmentPhase segment_phase(const Profile& profile, const Complete&) {
   const auto& last = profile.segments.back();
   const auto soaked = last.guaranteed_soak ? last.soak_time : Duration::zero();
   return {Phase::complete, static_cast<int>(profile.segments.size()) - 1, shortest(last), soaked};
 }
 
-Standing standing(const Profile& profile, const State& state) {
-  return std::visit([&](const auto& s) { return standing(profile, s); }, state);
+SegmentPhase segment_phase(const Profile& profile, const ProfileState& state) {
+  return std::visit([&](const auto& s) { return segment_phase(profile, s); }, state);
 }
 
 bool fits(const Segment& segment, Phase phase) {
@@ -123,19 +127,19 @@ tl::unexpected<Fault> foreign(std::string what) {
 
 }  // namespace
 
-State begin(const Profile& profile) { return enter(profile, 0, {}); }
+ProfileState begin(const Profile& profile) { return enter(profile, 0, {}); }
 
-State next(const Profile& profile, const State& state, const Observation& observation) {
+ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation) {
   assert(observation.elapsed >= Duration::zero());
   return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
 }
 
-Celsius command(const Profile& profile, const State& state) {
+Celsius command(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
 }
 
-Progress progress_of(const Profile& profile, const State& state) {
-  const auto now = standing(profile, state);
+ProfilePosition position_of(const Profile& profile, const ProfileState& state) {
+  const auto now = segment_phase(profile, state);
   return {.segment = now.segment,
           .cycle = segment_at(profile, now.segment).cycle,
           .phase = now.phase,
@@ -144,11 +148,11 @@ Progress progress_of(const Profile& profile, const State& state) {
           .set_point = command(profile, state)};
 }
 
-const std::string& soak_sensor(const Profile& profile, const State& state) {
-  return segment_at(profile, standing(profile, state).segment).soak_sensor;
+const std::string& soak_sensor(const Profile& profile, const ProfileState& state) {
+  return segment_at(profile, segment_phase(profile, state).segment).soak_sensor;
 }
 
-Result<State> state_of(const Profile& profile, const Progress& progress) {
+Result<ProfileState> state_of(const Profile& profile, const ProfilePosition& progress) {
   const auto count = profile.segments.size();
   if (progress.segment < 0 || static_cast<std::size_t>(progress.segment) >= count)
     return foreign(fmt::format("segment {} of {}", progress.segment + 1, count));
@@ -169,9 +173,9 @@ Result<State> state_of(const Profile& profile, const Progress& progress) {
   return foreign("no such phase");
 }
 
-Duration time_left(const Profile& profile, const State& state) {
+Duration time_left(const Profile& profile, const ProfileState& state) {
   if (std::holds_alternative<Complete>(state)) return Duration::zero();
-  const auto now = standing(profile, state);
+  const auto now = segment_phase(profile, state);
   const auto& segment = segment_at(profile, now.segment);
   auto left = std::max(Duration::zero(), -over_by(segment, now.elapsed, now.soaked));
   for (int i = now.segment + 1; i < static_cast<int>(profile.segments.size()); ++i)

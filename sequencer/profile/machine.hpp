@@ -43,7 +43,7 @@ struct Overdue {
   Duration soaked{};
 };
 struct Complete {};
-using State = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
+using ProfileState = std::variant<Ramping, Holding, WaitingForSoak, Overdue, Complete>;
 
 /// What a second brought: how long it was, and the sensor on which the segment soaks, if it is known: the air, or
 /// what soak_sensor() names; and by how much it has moved over the last minute.
@@ -54,23 +54,23 @@ struct Observation {
 };
 
 /// The state at the first second of the profile.
-[[nodiscard]] State begin(const Profile& profile);
+[[nodiscard]] ProfileState begin(const Profile& profile);
 
 /// The state one observation later.
-[[nodiscard]] State next(const Profile& profile, const State& state, const Observation& observation);
+[[nodiscard]] ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation);
 
 /// The set point that the state asks for: a function of the state alone.
-[[nodiscard]] Celsius command(const Profile& profile, const State& state);
+[[nodiscard]] Celsius command(const Profile& profile, const ProfileState& state);
 
 /// "air", or the channel of the thermometer that the present segment soaks on.
-[[nodiscard]] const std::string& soak_sensor(const Profile& profile, const State& state);
+[[nodiscard]] const std::string& soak_sensor(const Profile& profile, const ProfileState& state);
 
-/// The state as a record keeps it, and back: `state_of(profile, progress_of(profile, s))` is `s`, but that a dwell
+/// The state as a record keeps it, and back: `state_of(profile, position_of(profile, s))` is `s`, but that a dwell
 /// under way begins anew.
-[[nodiscard]] Progress progress_of(const Profile& profile, const State& state);
-[[nodiscard]] Result<State> state_of(const Profile& profile, const Progress& progress);
+[[nodiscard]] ProfilePosition position_of(const Profile& profile, const ProfileState& state);
+[[nodiscard]] Result<ProfileState> state_of(const Profile& profile, const ProfilePosition& progress);
 
 /// Time left if every soak counts from now on.
-[[nodiscard]] Duration time_left(const Profile& profile, const State& state);
+[[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);
 
 }  // namespace gyrotherm

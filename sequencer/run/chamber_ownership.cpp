@@ -11,7 +11,7 @@ namespace {
 /// 10 s of make-safe it makes the 20 s within which the chamber is safe.
 constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
-Armed armed_for(const RigFile& rig, const std::string& record, bool by_program) {
+SafeState safe_state_for(const RigFile& rig, const std::string& record, bool by_program) {
   std::error_code error;
   return {.record = std::filesystem::absolute(record, error).string(),
           .line = rig.chamber_line,
@@ -20,7 +20,7 @@ Armed armed_for(const RigFile& rig, const std::string& record, bool by_program) 
           .safe_set_point = rig.safe_set_point,
           .switch_off = rig.safe_off,
           .by_program = by_program,
-          .armed_by = own_identity(),
+          .written_by = own_identity(),
           .map_text = rig.chamber_map.text};
 }
 
@@ -31,32 +31,32 @@ std::string chamber_place(const RigFile& rig) {
   return chamber_place(parse_line(rig.chamber_line).value(), link.port, link.unit);
 }
 
-Result<Custody> Custody::take(const RigFile& rig, const std::string& record, bool by_program) {
-  Custody custody;
-  if (rig.simulated) return custody;
-  custody.armed_ = armed_for(rig, record, by_program);
-  auto lock = ChamberLock::take(chamber_place(rig), custody.armed_->record);
+Result<ChamberOwnership> ChamberOwnership::take(const RigFile& rig, const std::string& record, bool by_program) {
+  ChamberOwnership ownership;
+  if (rig.simulated) return ownership;
+  ownership.safe_state_ = safe_state_for(rig, record, by_program);
+  auto lock = ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
   if (!lock) return failure(lock.error());
-  custody.lock_ = std::move(*lock);
-  return custody;
+  ownership.lock_ = std::move(*lock);
+  return ownership;
 }
 
-Result<void> Custody::arm() {
-  if (!armed_) return {};
-  auto line = LifeLine::tie(*armed_);
+Result<void> ChamberOwnership::arm() {
+  if (!safe_state_) return {};
+  auto line = WatchdogClient::tie(*safe_state_);
   if (!line) return failure(line.error());
-  life_line_ = std::move(*line);
+  watchdog_ = std::move(*line);
   return {};
 }
 
-void Custody::beat(Duration stuck) {
-  if (life_line_ && stuck <= kLongestExchange) life_line_->beat();
+void ChamberOwnership::heartbeat(Duration stuck) {
+  if (watchdog_ && stuck <= kLongestExchange) watchdog_->heartbeat();
   if (lock_) lock_->dismiss_callers();
 }
 
-void Custody::release() {
-  if (life_line_) life_line_->good_bye();
-  life_line_.reset();
+void ChamberOwnership::release() {
+  if (watchdog_) watchdog_->good_bye();
+  watchdog_.reset();
 }
 
 }  // namespace gyrotherm

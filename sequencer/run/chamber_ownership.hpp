@@ -13,29 +13,30 @@
 
 namespace gyrotherm {
 
-class Custody {
+class ChamberOwnership {
  public:
   /// Takes the chamber's lock. `by_program`: the controller is to carry the profile out. Fails with refused if another
   /// program drives it.
-  [[nodiscard]] static Result<Custody> take(const RigFile& rig, const std::string& record, bool by_program = false);
+  [[nodiscard]] static Result<ChamberOwnership> take(const RigFile& rig, const std::string& record,
+                                                     bool by_program = false);
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
-  /// program dies or hangs. Fails like LifeLine::tie().
+  /// program dies or hangs. Fails like WatchdogClient::tie().
   [[nodiscard]] Result<void> arm();
   /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
   /// watcher hears nothing.
-  void beat(Duration stuck);
+  void heartbeat(Duration stuck);
   /// Why nobody would make the chamber safe; empty: somebody would, or there is nothing to guard.
-  [[nodiscard]] std::string trouble() const { return life_line_ ? life_line_->trouble() : ""; }
+  [[nodiscard]] std::string trouble() const { return watchdog_ ? watchdog_->trouble() : ""; }
   /// The chamber is one that a program had left when it died, and nobody has made safe since.
-  [[nodiscard]] bool took_over() const { return life_line_ && life_line_->took_over(); }
+  [[nodiscard]] bool took_over() const { return watchdog_ && watchdog_->took_over(); }
   /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.
   void release();
 
  private:
-  std::optional<Armed> armed_;  ///< of a real rig
+  std::optional<SafeState> safe_state_;  ///< of a real rig
   std::optional<ChamberLock> lock_;
-  std::unique_ptr<LifeLine> life_line_;
+  std::unique_ptr<WatchdogClient> watchdog_;
 };
 
 /// The place of a real rig's chamber among the locks.

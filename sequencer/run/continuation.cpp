@@ -40,7 +40,7 @@ std::vector<Celsius> replay_of(const Record& record, const RunContinuation& on) 
 }
 
 /// The state one second after the record's last; the profile's clock runs in Execute alone.
-Result<State> state_after(const Record& record, const Profile& profile, RunState stood) {
+Result<ProfileState> state_after(const Record& record, const Profile& profile, RunState stood) {
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
   if (!last || stood != RunState::execute) return last;

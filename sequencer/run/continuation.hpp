@@ -17,10 +17,10 @@ namespace gyrotherm {
 struct RunContinuation {
   RigFile rig;
   Profile profile;
-  State state;               ///< of the first second after the gap: the profile's clock stands still in it
+  ProfileState state;        ///< of the first second after the gap: the profile's clock stands still in it
   std::int64_t last_slot{};  ///< that has a sample; −1: none
   std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
-  Standstill stood;
+  InterruptedRun stood;
   std::string why_stopped;  ///< in words
   RigStart start{};         ///< what the rig is assembled with
 };

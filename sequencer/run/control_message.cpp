@@ -21,10 +21,10 @@ bool is_one_line(std::string_view text) {
 /// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
 Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
   const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
-  if (message.size() > kLongestTelling) return wrong("a message that is too long");
-  if (!message.starts_with(kTellSchema) || message.substr(kTellSchema.size(), 1) != " ")
+  if (message.size() > kLongestRequest) return wrong("a message that is too long");
+  if (!message.starts_with(kControlSchema) || message.substr(kControlSchema.size(), 1) != " ")
     return wrong("a message of another version");
-  message.remove_prefix(kTellSchema.size() + 1);
+  message.remove_prefix(kControlSchema.size() + 1);
   if (!is_one_line(message)) return wrong("a message of more than one line");
   const auto blank = message.find(' ');
   const auto text = blank == std::string_view::npos ? std::string_view() : message.substr(blank + 1);
@@ -33,43 +33,44 @@ Result<std::pair<std::string_view, std::string_view>> split(std::string_view mes
 
 }  // namespace
 
-Result<Telling> telling_of(const std::string& word, const std::string& note) {
+Result<ControlRequest> request_of(const std::string& word, const std::string& note) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
   for (const auto command : kCommands) {
     if (word != name(command)) continue;
     if (!note.empty()) return refuse("takes no text; \"note\" does");
-    return Telling{.command = command, .note = {}};
+    return ControlRequest{.command = command, .note = {}};
   }
   if (word != "note") return refuse("is none of pause, resume, stop, abort, note");
   if (note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
   if (note.size() > kLongestNote) return refuse(fmt::format("a note has at most {} bytes", kLongestNote));
   if (!is_utf8(note)) return refuse("a note is text in UTF-8");
   if (!is_one_line(note)) return refuse("a note is one line of text");
-  return Telling{.command = {}, .note = note};
+  return ControlRequest{.command = {}, .note = note};
 }
 
-std::string to_message(const Telling& telling) {
-  return fmt::format("{} {} {}", kTellSchema, telling.command ? name(*telling.command) : "note", telling.note);
+std::string to_message(const ControlRequest& request) {
+  return fmt::format("{} {} {}", kControlSchema, request.command ? name(*request.command) : "note", request.note);
 }
 
-std::string to_message(const TellAnswer& answer) {
-  return fmt::format("{} {} {}", kTellSchema, answer.done ? "done" : "refused", answer.text).substr(0, kLongestTelling);
+std::string to_message(const ControlAnswer& answer) {
+  return fmt::format("{} {} {}", kControlSchema, answer.done ? "done" : "refused", answer.text)
+      .substr(0, kLongestRequest);
 }
 
-Result<Telling> parse_telling(std::string_view message) {
+Result<ControlRequest> parse_request(std::string_view message) {
   const auto parts = split(message);
   if (!parts) return failure(parts.error());
-  auto telling = telling_of(std::string(parts->first), std::string(parts->second));
-  if (!telling) return failure(FaultKind::corrupted, telling.error().where, telling.error().what);
-  return telling;
+  auto request = request_of(std::string(parts->first), std::string(parts->second));
+  if (!request) return failure(FaultKind::corrupted, request.error().where, request.error().what);
+  return request;
 }
 
-Result<TellAnswer> parse_answer(std::string_view message) {
+Result<ControlAnswer> parse_answer(std::string_view message) {
   const auto parts = split(message);
   if (!parts) return failure(parts.error());
   if (parts->first != "done" && parts->first != "refused")
     return failure(FaultKind::corrupted, "tell", "an answer that is neither done nor refused");
-  return TellAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
+  return ControlAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
 }
 
 }  // namespace gyrotherm

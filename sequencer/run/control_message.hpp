@@ -10,31 +10,31 @@
 
 namespace gyrotherm {
 
-inline constexpr std::string_view kTellSchema = "gyrotherm-tell/1";
-inline constexpr std::size_t kLongestTelling = 4096;  ///< bytes of a message
+inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
+inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message
 inline constexpr std::size_t kLongestNote = 2000;     ///< bytes of a note
 
 /// A command, or a note for the record.
-struct Telling {
+struct ControlRequest {
   std::optional<OperatorCommand> command;  ///< nothing: a note
   std::string note;
-  bool operator==(const Telling&) const = default;
+  bool operator==(const ControlRequest&) const = default;
 };
 
 /// What was made of it.
-struct TellAnswer {
+struct ControlAnswer {
   bool done{};
   std::string text;  ///< what was done, or why not
-  bool operator==(const TellAnswer&) const = default;
+  bool operator==(const ControlAnswer&) const = default;
 };
 
 /// "pause", "resume", "stop", "abort" or "note", which wants a text of one line in UTF-8. Fails with usage.
-[[nodiscard]] Result<Telling> telling_of(const std::string& word, const std::string& note);
+[[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& note);
 
-[[nodiscard]] std::string to_message(const Telling& telling);
-[[nodiscard]] std::string to_message(const TellAnswer& answer);
+[[nodiscard]] std::string to_message(const ControlRequest& request);
+[[nodiscard]] std::string to_message(const ControlAnswer& answer);
 /// Fail with corrupted if the message is not what to_message() writes.
-[[nodiscard]] Result<Telling> parse_telling(std::string_view message);
-[[nodiscard]] Result<TellAnswer> parse_answer(std::string_view message);
+[[nodiscard]] Result<ControlRequest> parse_request(std::string_view message);
+[[nodiscard]] Result<ControlAnswer> parse_answer(std::string_view message);
 
 }  // namespace gyrotherm

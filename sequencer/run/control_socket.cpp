@@ -62,14 +62,14 @@ bool open_to_owner_and_group(const Address& address, const std::string& name) {
   return ::chmod(fmt::format("/proc/self/fd/{}", made.number()).c_str(), kOwnerAndGroup) == 0;
 }
 
-TellAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
-  const auto telling = parse_telling(message);
-  return telling ? listener(*telling, who_is(speaker)) : TellAnswer{.done = false, .text = telling.error().what};
+ControlAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
+  const auto request = parse_request(message);
+  return request ? listener(*request, who_is(speaker)) : ControlAnswer{.done = false, .text = request.error().what};
 }
 
 /// Hears one speaker; false once there is no more to hear.
 bool hear(int speaker, const Listener& listener) {
-  std::array<char, kLongestTelling + 1> message{};
+  std::array<char, kLongestRequest + 1> message{};
   const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
   if (size < 0 && would_block()) return true;
   if (size <= 0) return false;
@@ -80,10 +80,10 @@ bool hear(int speaker, const Listener& listener) {
 
 }  // namespace
 
-std::string tell_path(const std::string& record) { return record + ".socket"; }
+std::string control_socket_path(const std::string& record) { return record + ".socket"; }
 
-Result<TellSocket> TellSocket::open(const std::string& record) {
-  const auto path = tell_path(record);
+Result<ControlSocket> ControlSocket::open(const std::string& record) {
+  const auto path = control_socket_path(record);
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::storage, path, "nobody will be able to speak to this run: " + why);
   };
@@ -97,14 +97,14 @@ Result<TellSocket> TellSocket::open(const std::string& record) {
       !open_to_owner_and_group(*address, std::filesystem::path(path).filename().string()) ||
       ::listen(socket.number(), kMostSpeakers) != 0)
     return refuse(std::strerror(errno));
-  return TellSocket(std::move(socket), path);
+  return ControlSocket(std::move(socket), path);
 }
 
-TellSocket::~TellSocket() {
+ControlSocket::~ControlSocket() {
   if (socket_.is_open()) ::unlink(path_.c_str());
 }
 
-void TellSocket::listen(const Listener& listener) {
+void ControlSocket::listen(const Listener& listener) {
   std::erase_if(speakers_, [&](const Descriptor& speaker) { return !hear(speaker.number(), listener); });
   for (int i = 0; i < kMostNewSpeakers; ++i) {
     Descriptor speaker(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
@@ -119,7 +119,7 @@ namespace {
 
 /// A connection, as soon as it is this speaker's turn: where too many wait already the kernel says so at once.
 Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
-  const auto path = tell_path(record);
+  const auto path = control_socket_path(record);
   const auto address = address_of(path);
   if (!address) return failure(address.error());
   auto socket = new_socket(SOCK_NONBLOCK);
@@ -136,17 +136,17 @@ Result<Descriptor> connected(const std::string& record, const Deadline& deadline
 
 }  // namespace
 
-Result<TellAnswer> tell(const std::string& record, const Telling& telling, Duration within) {
-  const auto path = tell_path(record);
+Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
+  const auto path = control_socket_path(record);
   const Deadline deadline(within);
   const auto socket = connected(record, deadline);
   if (!socket) return failure(socket.error());
-  const auto message = to_message(telling);
+  const auto message = to_message(request);
   if (::send(socket->number(), message.data(), message.size(), MSG_NOSIGNAL) < 0)
     return failure(FaultKind::disconnected, path, std::strerror(errno));
   if (!ready(socket->number(), POLLIN, deadline))
     return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
-  std::array<char, kLongestTelling> answer{};
+  std::array<char, kLongestRequest> answer{};
   const auto size = ::recv(socket->number(), answer.data(), answer.size(), 0);
   if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});

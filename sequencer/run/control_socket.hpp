@@ -12,20 +12,20 @@
 namespace gyrotherm {
 
 /// "RUN.db" → "RUN.db.socket".
-[[nodiscard]] std::string tell_path(const std::string& record);
+[[nodiscard]] std::string control_socket_path(const std::string& record);
 
 /// Carries one out, told by `who` ("anna (uid 1000)").
-using Listener = std::function<TellAnswer(const Telling&, const std::string& who)>;
+using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& who)>;
 
 /// The end of the program that listens. Whoever may write to the socket (mode 0660) may speak; the kernel says who it
 /// is.
-class TellSocket {
+class ControlSocket {
  public:
   /// A socket that a dead program left is replaced. Fails with storage.
-  [[nodiscard]] static Result<TellSocket> open(const std::string& record);
-  ~TellSocket();
-  TellSocket(TellSocket&&) noexcept = default;
-  TellSocket& operator=(TellSocket&&) = delete;
+  [[nodiscard]] static Result<ControlSocket> open(const std::string& record);
+  ~ControlSocket();
+  ControlSocket(ControlSocket&&) noexcept = default;
+  ControlSocket& operator=(ControlSocket&&) = delete;
 
   /// Hears who is there now, one message and one answer each, and never waits. Whoever connects and says nothing is
   /// shut out as soon as eight wait. Call it when descriptor() is readable, and now and then.
@@ -33,7 +33,7 @@ class TellSocket {
   [[nodiscard]] int descriptor() const { return socket_.number(); }
 
  private:
-  TellSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+  ControlSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
 
   Descriptor socket_;
   std::string path_;
@@ -42,6 +42,6 @@ class TellSocket {
 
 /// Speaks to the program that carries the run of `record` out, and waits at most `within` for its answer. Fails with
 /// usage if no program listens there, refused if this user may not speak to it, timeout or corrupted.
-[[nodiscard]] Result<TellAnswer> tell(const std::string& record, const Telling& telling, Duration within);
+[[nodiscard]] Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within);
 
 }  // namespace gyrotherm

@@ -6,7 +6,7 @@
 
 namespace gyrotherm {
 
-ReentryVerdict judge_reentry(const Standstill& stood, Celsius mild, Celsius air_now) {
+ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
   if (stood.aborted) return {Reentry::ask, "an interlock ended this run"};
   if (stood.held) return {Reentry::ask, "the run was held"};
   if (stood.down > kLongestUnattended)
@@ -32,8 +32,8 @@ EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const Cham
   return {std::clamp(air_now, limits.lowest, limits.highest), true};
 }
 
-SegmentExtremes extremes_of(const Profile& profile, const State& state) {
-  const auto index = static_cast<std::size_t>(progress_of(profile, state).segment);
+SegmentExtremes extremes_of(const Profile& profile, const ProfileState& state) {
+  const auto index = static_cast<std::size_t>(position_of(profile, state).segment);
   const auto& segment = profile.segments[index];
   const auto from = segment.kind == SegmentKind::ramp ? set_point_before(profile, index) : segment.target;
   return {std::min(from, segment.target), std::max(from, segment.target)};

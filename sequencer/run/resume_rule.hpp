@@ -16,7 +16,7 @@ inline constexpr Duration kLongestUnattended = std::chrono::seconds(120);
 inline constexpr Kelvins kResumeBand{2};
 
 /// How a run stood when its ticks ended.
-struct Standstill {
+struct InterruptedRun {
   Celsius lowest, highest;     ///< of the set points of its segment
   std::optional<Celsius> air;  ///< last known; nothing: never seen
   Duration down{};             ///< since its last second
@@ -29,14 +29,14 @@ enum class Reentry {
   stabilise,  ///< the set point goes back by a ramp from the actual temperature, then the remaining soak is finished
   ask,        ///< only an operator goes on
 };
-struct ReentryVerdict {
+struct ReentryDecision {
   Reentry way{};
   std::string why;  ///< empty when it just goes on
 };
 
 /// `mild`: the temperature that is harmless to the article; what lies between it and the segment's own extremes, and
 /// within the band beyond, is the mild side.
-[[nodiscard]] ReentryVerdict judge_reentry(const Standstill& stood, Celsius mild, Celsius air_now);
+[[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now);
 
 /// The air is where the profile needs it, or where it was.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
@@ -52,6 +52,6 @@ struct EntryPoint {
 struct SegmentExtremes {
   Celsius lowest, highest;
 };
-[[nodiscard]] SegmentExtremes extremes_of(const Profile& profile, const State& state);
+[[nodiscard]] SegmentExtremes extremes_of(const Profile& profile, const ProfileState& state);
 
 }  // namespace gyrotherm

@@ -41,21 +41,22 @@ std::string in_words(const Channelled& channel) {
                       : fmt::format("{}: {}: {}", channel.name, where, what);
 }
 
-std::string describe(const Profile& profile, const Progress& progress) {
+std::string describe(const Profile& profile, const ProfilePosition& progress) {
   if (progress.phase == Phase::complete) return "profile complete";
   const auto& segment = profile.segments[static_cast<std::size_t>(progress.segment)];
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
 }
 
-std::string in_words(const Procedure& procedure) {
-  const auto cause = cause_of(procedure);
-  const std::string state = name(run_state(procedure));
+std::string in_words(const RunStateMachine& machine) {
+  const auto cause = cause_of(machine);
+  const std::string state = name(run_state(machine));
   return cause.empty() ? state : state + ": " + cause;
 }
 
 }  // namespace
 
-Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot)
+RunController::RunController(const Profile& profile, Rig& rig, Store& store, ProfileState state,
+                             std::int64_t first_slot)
     : profile_(profile),
       rig_(rig),
       store_(store),
@@ -67,25 +68,25 @@ Experiment::Experiment(const Profile& profile, Rig& rig, Store& store, State sta
   planned_ = all.ramps + all.holds;
 }
 
-SetPointPath Experiment::path_from(Celsius here) const {
+SetPointPath RunController::path_from(Celsius here) const {
   const auto& file = rig_.file();
   return {file.chamber_limits, set_point_tolerance(file.chamber_map), file.chamber_map.limits.every, here,
           kTick * next_slot_};
 }
 
-void Experiment::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
+void RunController::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
   path_ = path_from(here);
   approaching_ = true;
   air_before_ = air_before;
   change_to(Returning{cause, {}});
 }
 
-void Experiment::note(EventKind kind, std::string text) {
+void RunController::note(EventKind kind, std::string text) {
   events_.push_back({rig_.clock().now(), kind, std::move(text)});
 }
 
-std::string Experiment::objection(OperatorCommand command) const {
-  const bool takes_over = command == OperatorCommand::resume && stands(Cause::foreign_set_point);
+std::string RunController::objection(OperatorCommand command) const {
+  const bool takes_over = command == OperatorCommand::resume && stands(InterlockId::foreign_set_point);
   if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
   if (command == OperatorCommand::resume && run_state() == RunState::held && !holds_.empty() && !takes_over)
     return "what holds it still stands: " + holds_;
@@ -95,12 +96,12 @@ std::string Experiment::objection(OperatorCommand command) const {
              : "";
 }
 
-void Experiment::tell(OperatorCommand command, const std::string& who) {
+void RunController::tell(OperatorCommand command, const std::string& who) {
   requests_.add({command, who});
   note(EventKind::command, fmt::format("{} by {}", name(command), who));
 }
 
-std::optional<OperatorRequest> Experiment::take_request() {
+std::optional<OperatorRequest> RunController::take_request() {
   auto taken = requests_.take();
   for (const auto& dropped : taken.dropped)
     note(EventKind::command,
@@ -110,7 +111,7 @@ std::optional<OperatorRequest> Experiment::take_request() {
 }
 
 /// A controller that carries the profile out goes on in the meantime.
-Result<void> Experiment::record_gap(std::int64_t slot) {
+Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
@@ -118,7 +119,7 @@ Result<void> Experiment::record_gap(std::int64_t slot) {
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
-void Experiment::note_changes(const Sample& sample) {
+void RunController::note_changes(const Sample& sample) {
   const auto all = faults_of(sample, rig_.file().limits.channels);
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -136,19 +137,19 @@ void Experiment::note_changes(const Sample& sample) {
   last_segment_ = sample.progress.segment;
 }
 
-void Experiment::note_alarms(const Judgement& judgement) {
-  for (const auto& alarm : judgement.raised)
+void RunController::note_alarms(const InterlockResult& result) {
+  for (const auto& alarm : result.raised)
     note(alarm.reaction > Reaction::warn ? EventKind::interlock : EventKind::fault,
          fmt::format("{} ({}): {}", name(alarm.cause), name(alarm.reaction), alarm.text));
-  for (const auto& alarm : judgement.cleared)
+  for (const auto& alarm : result.cleared)
     note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.cause), alarm.text));
 }
 
-bool Experiment::is_seen(Cause cause) const { return memory_.of(cause).samples > 0; }
-bool Experiment::stands(Cause cause) const { return is_seen(cause) && memory_.of(cause).raised; }
+bool RunController::is_seen(InterlockId cause) const { return memory_.of(cause).samples > 0; }
+bool RunController::stands(InterlockId cause) const { return is_seen(cause) && memory_.of(cause).raised; }
 
-Circumstances Experiment::circumstances(const Sample& sample, Duration missed) const {
-  Circumstances around;
+InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
+  InterlockInputs around;
   if (sample.chamber.value) around.sent = path_.expected(sample.chamber.value->set_point);
   around.set_point_tolerance = path_.tolerance();
   around.refusals = path_.refusals();
@@ -167,26 +168,26 @@ Circumstances Experiment::circumstances(const Sample& sample, Duration missed) c
 
 /// What a controller does by itself goes on while an instrument is silent. After a pause of the program the resume rule
 /// holds as after a restart.
-Verdict Experiment::judge_second(const Sample& sample, Duration missed) {
-  auto around = circumstances(sample, missed);
+InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
+  auto around = inputs(sample, missed);
   const bool last = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size());
   if (watch_) around.program = watch_->judge(sample.chamber, last, kTick + missed);
-  auto judgement = judge(rig_.file().limits, std::move(memory_), sample, kTick + missed, around);
-  memory_ = std::move(judgement.memory);
-  note_alarms(judgement);
-  auto& verdict = judgement.verdict;
-  if (watch_ && verdict.reaction < Reaction::abort) return {};
+  auto result = judge(rig_.file().limits, std::move(memory_), sample, kTick + missed, around);
+  memory_ = std::move(result.memory);
+  note_alarms(result);
+  auto& demand = result.demand;
+  if (watch_ && demand.reaction < Reaction::abort) return {};
   const auto goal = command(profile_, state_);
-  if (missed > Duration{} && air_ && sample.chamber.value && verdict.reaction < Reaction::suspend &&
+  if (missed > Duration{} && air_ && sample.chamber.value && demand.reaction < Reaction::suspend &&
       abs(sample.chamber.value->air - goal) > abs(*air_ - goal) + kResumeBand) {
     approaching_ = true;
-    verdict = {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
-                                              sample.chamber.value->air.value, spoken(missed), air_->value)};
+    demand = {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
+                                             sample.chamber.value->air.value, spoken(missed), air_->value)};
   }
-  return verdict;
+  return demand;
 }
 
-bool Experiment::in_place(const Sample& sample) const {
+bool RunController::in_place(const Sample& sample) const {
   if (watch_) return true;
   const auto goal = command(profile_, state_);
   if (!path_.is_at(goal)) return false;
@@ -195,40 +196,41 @@ bool Experiment::in_place(const Sample& sample) const {
   return is_in_place(sample.chamber.value->air, goal, air_before_);
 }
 
-void Experiment::change_to(Procedure procedure) {
+void RunController::change_to(RunStateMachine machine) {
   const auto before = run_state();
-  const auto after = gyrotherm::run_state(procedure);
+  const auto after = gyrotherm::run_state(machine);
   ensure(may_follow(before, after), "a run's states change along their table");
-  const bool told = before != after ||
-                    (std::holds_alternative<Returning>(procedure) && !std::holds_alternative<Returning>(procedure_));
-  const auto why = cause_of(procedure_);
-  procedure_ = std::move(procedure);
+  const bool told =
+      before != after || (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_));
+  const auto why = cause_of(machine_);
+  machine_ = std::move(machine);
   if (!told) return;
   const bool again = after == RunState::execute;
-  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(procedure_));
+  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(machine_));
 }
 
-void Experiment::step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed) {
-  holds_ = verdict.reaction == Reaction::hold ? verdict.cause : "";
+void RunController::step_machine(const Sample& sample, const InterlockDemand& demand, Duration elapsed) {
+  holds_ = demand.reaction == Reaction::hold ? demand.cause : "";
   auto request = take_request();
   if (watch_ && request && request->command == OperatorCommand::pause) {
     note(EventKind::note, "it cannot be paused: the controller carries the profile out by itself");
     request.reset();
   }
-  if (request && request->command == OperatorCommand::resume && stands(Cause::foreign_set_point)) taking_over_ = true;
+  if (request && request->command == OperatorCommand::resume && stands(InterlockId::foreign_set_point))
+    taking_over_ = true;
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
-  const Happening now{.elapsed = elapsed,
-                      .verdict = verdict,
+  const RunInputs now{.elapsed = elapsed,
+                      .demand = demand,
                       .request = std::move(request),
                       .in_place = in_place(sample),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false};
-  change_to(next(rig_.file().procedure, procedure_, now));
+  change_to(next(rig_.file().run_limits, machine_, now));
   if (run_state() == RunState::execute) approaching_ = false, air_before_.reset();
 }
 
 /// Of the sensor that the present segment soaks on.
-Observation Experiment::observation(const Sample& sample) const {
+Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
   Observation seen{.elapsed = kTick, .air = {}, .slope = {}};
   if (sensor == "air") {
@@ -245,10 +247,10 @@ Observation Experiment::observation(const Sample& sample) const {
 }
 
 /// Which condition ended a soak, or that it has begun to wait.
-void Experiment::note_soak(const Progress& before) {
+void RunController::note_soak(const ProfilePosition& before) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(before.segment)];
   if (!segment.guaranteed_soak) return;
-  const auto now = progress_of(profile_, state_);
+  const auto now = position_of(profile_, state_);
   const auto what =
       fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
@@ -259,24 +261,24 @@ void Experiment::note_soak(const Progress& before) {
                                     spoken(segment.soak_time), what, spoken(before.in_segment + kTick)));
 }
 
-void Experiment::step_profile(const Sample& sample) {
+void RunController::step_profile(const Sample& sample) {
   if (run_state() != RunState::execute) return;
   state_ = next(profile_, state_, observation(sample));
   note_soak(sample.progress);
   if (!std::holds_alternative<Complete>(state_)) return;
-  change_to(next(rig_.file().procedure, procedure_,
-                 Happening{.elapsed = {}, .verdict = {}, .request = {}, .complete = true}));
+  change_to(
+      next(rig_.file().run_limits, machine_, RunInputs{.elapsed = {}, .demand = {}, .request = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
 }
 
-void Experiment::send_set_point(Celsius goal) {
+void RunController::send_set_point(Celsius goal) {
   ensure(may_command(run_state()), "a set point is sent only while the run is carried out");
   if (const auto sent = path_.go(rig_.sampler(), goal, kTick * (next_slot_ + 1)); !sent && path_.refusals() == 1)
     note(EventKind::fault, text(sent.error()));
 }
 
 /// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
-void Experiment::take_over(const Sample& sample) {
+void RunController::take_over(const Sample& sample) {
   const auto& chamber = *sample.chamber.value;
   approaching_ = true;
   path_.adopt(chamber.set_point);
@@ -289,7 +291,7 @@ void Experiment::take_over(const Sample& sample) {
 }
 
 /// A silent chamber is not sent anything but what makes it safe.
-void Experiment::command_chamber(const Sample& sample) {
+void RunController::command_chamber(const Sample& sample) {
   const auto state = run_state();
   if (state == RunState::aborting) {
     if (const auto told = safe_.attempt(rig_.sampler(), kTick * next_slot_)) note(EventKind::fault, *told);
@@ -302,33 +304,34 @@ void Experiment::command_chamber(const Sample& sample) {
   }
   if (watch_ || !may_command(state) || !sample.chamber.value) return;
   const auto goal = command(profile_, state_);
-  if (stands(Cause::restarted) || std::exchange(taking_over_, false)) return take_over(sample);
-  if (stands(Cause::not_taken)) {
+  if (stands(InterlockId::restarted) || std::exchange(taking_over_, false)) return take_over(sample);
+  if (stands(InterlockId::not_taken)) {
     if (next_slot_ % kTakeOverEvery == 0) take_over(sample);
     return;
   }
-  if (is_seen(Cause::foreign_set_point)) return;  // at the first poll too: what is not understood is not overwritten
-  if (state == RunState::execute || std::holds_alternative<Returning>(procedure_)) send_set_point(goal);
+  if (is_seen(InterlockId::foreign_set_point))
+    return;  // at the first poll too: what is not understood is not overwritten
+  if (state == RunState::execute || std::holds_alternative<Returning>(machine_)) send_set_point(goal);
 }
 
-Outlook Experiment::outlook() const {
+Outlook RunController::outlook() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
-          .cause = cause_of(procedure_),
+          .cause = cause_of(machine_),
           .time_left = left,
           .behind_plan = std::max(Duration{}, kTick * next_slot_ - (planned_ - left)),
           .missed_set_points = path_.missed(),
           .faults = standing(memory_)};
 }
 
-std::string Experiment::end_cause() const {
-  const auto cause = cause_of(procedure_);
+std::string RunController::end_cause() const {
+  const auto cause = cause_of(machine_);
   const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
   return safe ? cause + "; " + safe_.words() : cause;
 }
 
-void Experiment::make_safe(const std::string& cause) {
-  if (!is_over(procedure_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
+void RunController::make_safe(const std::string& cause) {
+  if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
   for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
     (void)safe_.attempt(rig_.sampler(), kTick * next_slot_);
     safe_.see(rig_.sampler().read(next_slot_, rig_.clock()).chamber);
@@ -336,14 +339,14 @@ void Experiment::make_safe(const std::string& cause) {
   note(EventKind::interlock, end_cause());
 }
 
-Result<Outcome> Experiment::tick(std::int64_t slot) {
+Result<RunOutcome> RunController::tick(std::int64_t slot) {
   const auto missed = kTick * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
   auto sample = rig_.sampler().read(slot, rig_.clock());
-  sample.progress = progress_of(profile_, state_);
+  sample.progress = position_of(profile_, state_);
   note_changes(sample);
-  const auto verdict = judge_second(sample, missed);
-  step_procedure(sample, verdict, kTick + missed);
+  const auto demand = judge_second(sample, missed);
+  step_machine(sample, demand, kTick + missed);
   sample.state = run_state();
   if (sample.chamber.value) air_ = sample.chamber.value->air;
   step_profile(sample);
@@ -355,10 +358,10 @@ Result<Outcome> Experiment::tick(std::int64_t slot) {
   last_ = std::move(sample);
   next_slot_ = slot + 1;
   switch (run_state()) {
-    case RunState::aborted: return Outcome::made_safe;
-    case RunState::stopped: return Outcome::stopped;
-    case RunState::complete: return Outcome::complete;
-    default: return Outcome::going_on;
+    case RunState::aborted: return RunOutcome::made_safe;
+    case RunState::stopped: return RunOutcome::stopped;
+    case RunState::complete: return RunOutcome::complete;
+    default: return RunOutcome::going_on;
   }
 }
 

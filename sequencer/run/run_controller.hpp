@@ -20,13 +20,13 @@
 
 namespace gyrotherm {
 
-enum class Outcome { going_on, complete, stopped, made_safe };
+enum class RunOutcome { going_on, complete, stopped, made_safe };
 
-class Experiment {
+class RunController {
  public:
   /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot
   /// `first_slot`.
-  Experiment(const Profile& profile, Rig& rig, Store& store, State state, std::int64_t first_slot);
+  RunController(const Profile& profile, Rig& rig, Store& store, ProfileState state, std::int64_t first_slot);
 
   /// Before the first tick: the rig was prepared with another set point, `here`. The run begins on its way from there
   /// to the profile, by a ramp, and the profile's clock stands still until the air has followed, or is within 2 K of
@@ -37,7 +37,7 @@ class Experiment {
   /// profile's clock stands still.
   /// Fails with storage alone: instruments' faults are recorded, and the interlocks judge them. Ends with made_safe or
   /// stopped only after the chamber has shown that it is as it is to be left.
-  [[nodiscard]] Result<Outcome> tick(std::int64_t slot);
+  [[nodiscard]] Result<RunOutcome> tick(std::int64_t slot);
 
   /// Why an operator's command would not be carried out with the next tick; empty: it will.
   [[nodiscard]] std::string objection(OperatorCommand command) const;
@@ -66,40 +66,40 @@ class Experiment {
   /// The chamber has shown the safe set point since it was sent.
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
-  [[nodiscard]] const State& state() const { return state_; }
+  [[nodiscard]] const ProfileState& state() const { return state_; }
   /// Of the last tick; an empty one before the first.
   [[nodiscard]] const Sample& last() const { return last_; }
   /// What the last tick put into the record, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
-  [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(procedure_); }
+  [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(machine_); }
   [[nodiscard]] Outlook outlook() const;
 
  private:
   [[nodiscard]] SetPointPath path_from(Celsius here) const;  ///< that the chamber has taken just now
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
-  void note_alarms(const Judgement& judgement);
-  [[nodiscard]] Circumstances circumstances(const Sample& sample, Duration missed) const;
-  [[nodiscard]] Verdict judge_second(const Sample& sample, Duration missed);
+  void note_alarms(const InterlockResult& result);
+  [[nodiscard]] InterlockInputs inputs(const Sample& sample, Duration missed) const;
+  [[nodiscard]] InterlockDemand judge_second(const Sample& sample, Duration missed);
   [[nodiscard]] bool in_place(const Sample& sample) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
-  void step_procedure(const Sample& sample, const Verdict& verdict, Duration elapsed);
-  void change_to(Procedure procedure);
+  void step_machine(const Sample& sample, const InterlockDemand& demand, Duration elapsed);
+  void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
   [[nodiscard]] Observation observation(const Sample& sample) const;
-  void note_soak(const Progress& before);
+  void note_soak(const ProfilePosition& before);
   void command_chamber(const Sample& sample);
   void send_set_point(Celsius goal);
   void take_over(const Sample& sample);
-  [[nodiscard]] bool is_seen(Cause cause) const;  ///< in this second
-  [[nodiscard]] bool stands(Cause cause) const;   ///< likewise, and acts
+  [[nodiscard]] bool is_seen(InterlockId cause) const;  ///< in this second
+  [[nodiscard]] bool stands(InterlockId cause) const;   ///< likewise, and acts
 
   const Profile& profile_;
   Rig& rig_;
   Store& store_;
-  State state_;
+  ProfileState state_;
   std::int64_t next_slot_;
-  Procedure procedure_ = Execute{};
+  RunStateMachine machine_ = Execute{};
   InterlockMemory memory_;
   SetPointPath path_;
   SafeSequence safe_;

@@ -7,72 +7,72 @@
 namespace gyrotherm {
 namespace {
 
-Procedure too_long(const char* what, Duration since, const std::string& cause) {
+RunStateMachine too_long(const char* what, Duration since, const std::string& cause) {
   return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
 }
 
 /// Where a run goes that may go on.
-Procedure onwards(const Happening& now, const std::string& cause) {
+RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
   if (now.in_place) return Execute{};
   return Returning{cause, {}};
 }
 
-bool asks_for(const Happening& now, OperatorCommand command) { return now.request && now.request->command == command; }
+bool asks_for(const RunInputs& now, OperatorCommand command) { return now.request && now.request->command == command; }
 
 /// What outranks the profile in every state in which it is still being carried out.
-std::optional<Procedure> overruled(const ProcedureLimits& limits, const Happening& now, bool held) {
-  if (now.verdict.reaction == Reaction::abort) return Aborting{now.verdict.cause, {}, false};
+std::optional<RunStateMachine> overruled(const RunLimits& limits, const RunInputs& now, bool held) {
+  if (now.demand.reaction == Reaction::abort) return Aborting{now.demand.cause, {}, false};
   if (asks_for(now, OperatorCommand::abort)) return Aborting{"aborted by " + now.request->who, {}, false};
   if (asks_for(now, OperatorCommand::stop)) {
     if (limits.on_stop == OnStop::hold) return Stopped{"stopped by " + now.request->who};
     return Aborting{"stopped by " + now.request->who, {}, true};
   }
   if (held) return std::nullopt;
-  if (now.verdict.reaction == Reaction::hold) return Held{now.verdict.cause, {}};
+  if (now.demand.reaction == Reaction::hold) return Held{now.demand.cause, {}};
   if (asks_for(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
   return std::nullopt;
 }
 
-Procedure step(const ProcedureLimits& limits, const Execute&, const Happening& now) {
+RunStateMachine step(const RunLimits& limits, const Execute&, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  if (now.verdict.reaction == Reaction::suspend) return Suspended{now.verdict.cause, {}, {}};
+  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   if (now.complete) return Completed{};
   return Execute{};
 }
 
-Procedure step(const ProcedureLimits& limits, Suspended state, const Happening& now) {
+RunStateMachine step(const RunLimits& limits, Suspended state, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  const bool stands = now.verdict.reaction == Reaction::suspend;
+  const bool stands = now.demand.reaction == Reaction::suspend;
   state.since += now.elapsed;
   state.clear = stands ? Duration{} : state.clear + now.elapsed;
-  if (stands) state.cause = now.verdict.cause;
+  if (stands) state.cause = now.demand.cause;
   if (state.since >= limits.longest_suspended) return too_long("suspended", state.since, state.cause);
   const bool asked = asks_for(now, OperatorCommand::resume) && !stands;
   return asked || state.clear >= limits.resume_delay ? onwards(now, state.cause) : state;
 }
 
-Procedure step(const ProcedureLimits& limits, Returning state, const Happening& now) {
+RunStateMachine step(const RunLimits& limits, Returning state, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  if (now.verdict.reaction == Reaction::suspend) return Suspended{now.verdict.cause, {}, {}};
+  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   state.since += now.elapsed;
   if (now.in_place) return Execute{};
   if (state.since >= limits.longest_return) return too_long("returning", state.since, state.cause);
   return state;
 }
 
-Procedure step(const ProcedureLimits& limits, Held state, const Happening& now) {
+RunStateMachine step(const RunLimits& limits, Held state, const RunInputs& now) {
   if (auto other = overruled(limits, now, true)) return *other;
   state.since += now.elapsed;
   if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
-  if (!asks_for(now, OperatorCommand::resume) || now.verdict.reaction == Reaction::hold) return state;
-  if (now.verdict.reaction == Reaction::suspend) return Suspended{now.verdict.cause, {}, {}};
+  if (!asks_for(now, OperatorCommand::resume) || now.demand.reaction == Reaction::hold) return state;
+  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   return onwards(now, state.cause);
 }
 
 /// A stop that becomes an abort stays one.
-Procedure step(const ProcedureLimits&, Aborting state, const Happening& now) {
+RunStateMachine step(const RunLimits&, Aborting state, const RunInputs& now) {
   state.since += now.elapsed;
-  if (state.stops && now.verdict.reaction == Reaction::abort) state = {now.verdict.cause, state.since, false};
+  if (state.stops && now.demand.reaction == Reaction::abort) state = {now.demand.cause, state.since, false};
   if (state.stops && asks_for(now, OperatorCommand::abort))
     state = {"aborted by " + now.request->who, state.since, false};
   if (!now.safe_confirmed) return state;
@@ -80,9 +80,9 @@ Procedure step(const ProcedureLimits&, Aborting state, const Happening& now) {
   return Aborted{state.cause};
 }
 
-Procedure step(const ProcedureLimits&, const Aborted& state, const Happening&) { return state; }
-Procedure step(const ProcedureLimits&, const Stopped& state, const Happening&) { return state; }
-Procedure step(const ProcedureLimits&, const Completed& state, const Happening&) { return state; }
+RunStateMachine step(const RunLimits&, const Aborted& state, const RunInputs&) { return state; }
+RunStateMachine step(const RunLimits&, const Stopped& state, const RunInputs&) { return state; }
+RunStateMachine step(const RunLimits&, const Completed& state, const RunInputs&) { return state; }
 
 RunState word(const Execute&) { return RunState::execute; }
 RunState word(const Suspended&) { return RunState::suspended; }
@@ -100,20 +100,20 @@ std::string cause(const auto& state) { return state.cause; }
 
 }  // namespace
 
-Procedure next(const ProcedureLimits& limits, const Procedure& procedure, const Happening& happening) {
-  return std::visit([&](const auto& state) { return step(limits, state, happening); }, procedure);
+RunStateMachine next(const RunLimits& limits, const RunStateMachine& machine, const RunInputs& inputs) {
+  return std::visit([&](const auto& state) { return step(limits, state, inputs); }, machine);
 }
 
-RunState run_state(const Procedure& procedure) {
-  return std::visit([](const auto& state) { return word(state); }, procedure);
+RunState run_state(const RunStateMachine& machine) {
+  return std::visit([](const auto& state) { return word(state); }, machine);
 }
 
-std::string cause_of(const Procedure& procedure) {
-  return std::visit([](const auto& state) { return cause(state); }, procedure);
+std::string cause_of(const RunStateMachine& machine) {
+  return std::visit([](const auto& state) { return cause(state); }, machine);
 }
 
-bool is_over(const Procedure& procedure) {
-  const auto state = run_state(procedure);
+bool is_over(const RunStateMachine& machine) {
+  const auto state = run_state(machine);
   return state == RunState::aborted || state == RunState::stopped || state == RunState::complete;
 }
 

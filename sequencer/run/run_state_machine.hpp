@@ -54,12 +54,12 @@ struct Stopped {
   std::string cause;
 };
 struct Completed {};
-using Procedure = std::variant<Execute, Suspended, Returning, Held, Aborting, Aborted, Stopped, Completed>;
+using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborting, Aborted, Stopped, Completed>;
 
 /// What a second brought.
-struct Happening {
+struct RunInputs {
   Duration elapsed{};
-  Verdict verdict;                         ///< of the interlocks
+  InterlockDemand demand;                  ///< of the interlocks
   std::optional<OperatorRequest> request;  ///< the one that is carried out
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
@@ -68,13 +68,13 @@ struct Happening {
 
 /// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then
 /// suspend.
-[[nodiscard]] Procedure next(const ProcedureLimits& limits, const Procedure& procedure, const Happening& happening);
+[[nodiscard]] RunStateMachine next(const RunLimits& limits, const RunStateMachine& machine, const RunInputs& inputs);
 
-[[nodiscard]] RunState run_state(const Procedure& procedure);
+[[nodiscard]] RunState run_state(const RunStateMachine& machine);
 /// Why it is not in Execute; empty where there is nothing to say.
-[[nodiscard]] std::string cause_of(const Procedure& procedure);
+[[nodiscard]] std::string cause_of(const RunStateMachine& machine);
 /// Whether a run goes on after this state.
-[[nodiscard]] bool is_over(const Procedure& procedure);
+[[nodiscard]] bool is_over(const RunStateMachine& machine);
 
 /// The table of the drawing: whether `to` may follow `from` within one second.
 [[nodiscard]] bool may_follow(RunState from, RunState to);

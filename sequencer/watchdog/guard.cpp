@@ -60,15 +60,15 @@ void answer(int descriptor) {
 
 }  // namespace
 
-std::string armed_message(std::string_view armed_text) {
-  return fmt::format("{}{}\n{}", kArmedFollows, armed_text.size(), armed_text);
+std::string safe_state_message(std::string_view safe_state_text) {
+  return fmt::format("{}{}\n{}", kSafeStateFollows, safe_state_text.size(), safe_state_text);
 }
 
-Result<std::string> receive_armed(int descriptor, Duration within) {
+Result<std::string> receive_safe_state(int descriptor, Duration within) {
   const Deadline deadline(within);
   const auto first = take_byte(descriptor, deadline);
   if (!first) return failure(first.error());
-  if (*first != kArmedFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");
+  if (*first != kSafeStateFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");
   const auto length = take_length(descriptor, deadline);
   if (!length) return failure(length.error());
   std::string text(*length, '\0');

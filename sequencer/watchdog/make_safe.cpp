@@ -64,41 +64,41 @@ MakeSafeExit exit_for(const Rescued& rescued) {
 /// What was asked for on the command line.
 enum class Manner { gently, kill, insist };
 
-MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because);
+MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because);
 
 MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
-  const auto armed = read_armed(armed_path(record));
-  if (!armed) return complain(voice, armed.error(), MakeSafeExit::file);
-  if (!*armed) {
+  const auto safe_state = read_safe_state(safe_state_path(record));
+  if (!safe_state) return complain(voice, safe_state.error(), MakeSafeExit::file);
+  if (!*safe_state) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
     voice.say(record + (is_there ? ": no run is under way; nothing to do"
                                  : ": there is no such record, and no armed file beside it"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
-  const auto& by = (*armed)->armed_by;
+  const auto& by = (*safe_state)->written_by;
   if (manner == Manner::gently && lives(by)) {
     voice.say(fmt::format("process {} drives the chamber and lives; with --kill it is ended first", by.pid));
     return MakeSafeExit::in_use;
   }
-  const auto chamber = chamber_of(**armed);
+  const auto chamber = chamber_of(**safe_state);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
-  if (manner == Manner::insist) return rescue(voice, **armed, *chamber, kEnded);
+  if (manner == Manner::insist) return rescue(voice, **safe_state, *chamber, kEnded);
   if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
-  Trail trail(**armed, kEnded);
-  auto rescued = attempt_once(**armed, *chamber, voice);
+  Trail trail(**safe_state, kEnded);
+  auto rescued = attempt_once(**safe_state, *chamber, voice);
   for (int waited = 0; rescued.in_use && waited < kWaitsFor; ++waited) {
     std::this_thread::sleep_for(seconds(1));
-    if (const auto now = read_armed(armed_path(record)); now && !*now) {
+    if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
       voice.say(record + ": another program has made its chamber safe");
       return MakeSafeExit::safe;
     }
-    rescued = attempt_once(**armed, *chamber, voice);
+    rescued = attempt_once(**safe_state, *chamber, voice);
   }
   if (rescued.in_use) return exit_for(rescued);
   trail.leave(rescued);
-  if (rescued.reached == SafeStage::all) trail.disarm();
+  if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   voice.say(trail.words());
   if (!trail.settle(kFilesWithin)) voice.say("the disk does not answer: nothing could be written beside the record");
   return exit_for(rescued);
@@ -110,13 +110,13 @@ const char* in_words(WatchEnd end) {
 
 /// Until the chamber has confirmed it, or another program has taken the run, or driven the chamber for a minute, or
 /// made it safe.
-MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chamber, const char* because) {
-  if (!kill_surely(armed.armed_by, kProgramsEndWithin))
-    voice.say(fmt::format("process {} could not be ended", armed.armed_by.pid));
-  Trail trail(armed, because);
-  auto rescued = attempt_once(armed, chamber, voice);
+MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because) {
+  if (!kill_surely(safe_state.written_by, kProgramsEndWithin))
+    voice.say(fmt::format("process {} could not be ended", safe_state.written_by.pid));
+  Trail trail(safe_state, because);
+  auto rescued = attempt_once(safe_state, chamber, voice);
   voice.say(because);
-  for (int driven = 0;; rescued = attempt_once(armed, chamber, voice)) {
+  for (int driven = 0;; rescued = attempt_once(safe_state, chamber, voice)) {
     driven = rescued.is_driven ? driven + 1 : 0;
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.words());
     if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
@@ -126,34 +126,34 @@ MakeSafeExit rescue(Voice& voice, const Armed& armed, const ArmedChamber& chambe
     }
     std::this_thread::sleep_for(rescued.reached == SafeStage::set_point ? kUntilTheRest : kUntilTheSetPoint);
   }
-  if (rescued.reached == SafeStage::all) trail.disarm();
+  if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   while (!trail.settle(kFilesWithin)) {  // nobody waits for this process: it stays until the disk answers
   }
   return exit_for(rescued);
 }
 
 /// What the program that started this one has armed. If it has died before it could say so, its file says it.
-Result<Armed> orders_for(const std::string& record) {
-  const auto file = armed_path(record);
-  const auto orders = receive_armed(STDIN_FILENO, kOrdersWithin);
-  if (orders) return parse_armed(*orders, file);
-  const auto left = read_armed(file);
-  if (left && *left && ends((*left)->armed_by, kProgramsEndWithin)) return **left;
+Result<SafeState> orders_for(const std::string& record) {
+  const auto file = safe_state_path(record);
+  const auto orders = receive_safe_state(STDIN_FILENO, kOrdersWithin);
+  if (orders) return parse_safe_state(*orders, file);
+  const auto left = read_safe_state(file);
+  if (left && *left && ends((*left)->written_by, kProgramsEndWithin)) return **left;
   return failure(orders.error());
 }
 
 MakeSafeExit guard(Voice& voice, const std::string& record) {
-  const auto armed = orders_for(record);
-  if (!armed)
-    return complain(voice, armed.error(),
-                    armed.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
-  const auto chamber = chamber_of(*armed);
+  const auto safe_state = orders_for(record);
+  if (!safe_state)
+    return complain(voice, safe_state.error(),
+                    safe_state.error().kind == FaultKind::bad_file ? MakeSafeExit::file : MakeSafeExit::usage);
+  const auto chamber = chamber_of(*safe_state);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);  // if nobody hears it, the line has its end
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
   for (;; std::this_thread::sleep_for(kUntilTheSetPoint)) try {
-      return rescue(voice, *armed, *chamber, in_words(end));
+      return rescue(voice, *safe_state, *chamber, in_words(end));
     } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
       voice.say(fmt::format("{}; it is tried again", failed.what()));
     }

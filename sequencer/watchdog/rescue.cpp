@@ -28,8 +28,8 @@ constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
 
 /// Whether who holds the chamber has it rightly: a program of this user or of root, and not the one that has gone.
 /// One that was stopped drives nothing and makes nothing safe.
-bool is_successor(const ChamberHolder& holder, const std::string& program, const Armed& armed) {
-  if (holder.pid == 0 || holder.pid == armed.armed_by.pid || holder.pid == ::getpid()) return false;
+bool is_successor(const ChamberHolder& holder, const std::string& program, const SafeState& safe_state) {
+  if (holder.pid == 0 || holder.pid == safe_state.written_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
   if (is_stopped(holder.pid)) return false;
   constexpr std::array<std::string_view, 2> kOwn{"gyrotherm", kMakesSafe};
@@ -50,7 +50,7 @@ void take(const std::string& line, Rescued& rescued) {
   rescued.details = line.substr(std::min<std::size_t>(static_cast<std::size_t>(end - line.data()) + 1, line.size()));
 }
 
-void carry_out(const ArmedChamber& chamber, const ChildWork::Tell& tell) {
+void carry_out(const SafeStateChamber& chamber, const ChildWork::Tell& tell) {
   const SteadyClock clock;
   (void)attempt_safe(chamber.goal, {.connect = chamber.connect,
                                     .wait = [](Duration time) { std::this_thread::sleep_for(time); },
@@ -60,12 +60,12 @@ void carry_out(const ArmedChamber& chamber, const ChildWork::Tell& tell) {
 
 }  // namespace
 
-Rescued attempt_once(const Armed& armed, const ArmedChamber& chamber, Voice& voice) {
-  const auto lock = ChamberLock::take(chamber.place, armed.record + " (made safe)");
+Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice) {
+  const auto lock = ChamberLock::take(chamber.place, safe_state.record + " (made safe)");
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = ChamberLock::holder(chamber.place);
     const auto program = holder ? program_of(holder->pid) : "";
-    if (holder && is_successor(*holder, program, armed)) {
+    if (holder && is_successor(*holder, program, safe_state)) {
       voice.say("another program has the chamber: " + holder->words);
       return {.reached = {}, .details = {}, .in_use = true, .is_driven = program != kMakesSafe};
     }

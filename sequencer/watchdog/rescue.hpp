@@ -21,6 +21,6 @@ struct Rescued {
 /// is dying keeps its lock while it hangs in the disk, and a stranger who holds it must not keep a chamber hot. An
 /// attempt that hangs is ended, after ten seconds or, once the chamber has shown the safe set point, after fifteen
 /// more.
-[[nodiscard]] Rescued attempt_once(const Armed& armed, const ArmedChamber& chamber, Voice& voice);
+[[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice);
 
 }  // namespace gyrotherm

@@ -96,19 +96,20 @@ class Attempt {
 
 SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means) { return Attempt(goal, means).carry_out(); }
 
-Result<ArmedChamber> chamber_of(const Armed& armed) {
-  const auto where = armed_path(armed.record);
-  const auto line = parse_line(armed.line);
+Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
+  const auto where = safe_state_path(safe_state.record);
+  const auto line = parse_line(safe_state.line);
   if (!line || !carries_bytes(*line)) return failure(FaultKind::bad_file, where, "its line leads to no chamber");
-  auto map = parse_register_map(armed.map_text, where + " (register map)", armed.word_order);
+  auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
-  const auto linked = on_link(std::move(*map), armed.link);
+  const auto linked = on_link(std::move(*map), safe_state.link);
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
-  return ArmedChamber{.place = chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
-                      .goal = {armed.safe_set_point, set_point_tolerance(*linked), armed.switch_off, armed.by_program},
-                      .connect = [map = *linked, line = *line] {
-                        return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
-                      }};
+  return SafeStateChamber{
+      .place = chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
+      .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off, safe_state.by_program},
+      .connect = [map = *linked, line = *line] {
+        return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
+      }};
 }
 
 }  // namespace gyrotherm

@@ -49,12 +49,12 @@ struct SafeGoal {
 /// eight seconds are over; once the chamber has shown it, the rest, three times at most.
 [[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means);
 
-struct ArmedChamber {
+struct SafeStateChamber {
   std::string place;  ///< of its lock (drivers/chamber/chamber_lock.hpp)
   SafeGoal goal;
   std::function<std::unique_ptr<Chamber>()> connect;
 };
 /// The chamber that the armed file describes, by its map. Fails with bad_file.
-[[nodiscard]] Result<ArmedChamber> chamber_of(const Armed& armed);
+[[nodiscard]] Result<SafeStateChamber> chamber_of(const SafeState& safe_state);
 
 }  // namespace gyrotherm

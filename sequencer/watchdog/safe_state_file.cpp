@@ -55,37 +55,38 @@ std::string objection(int file) {
 
 }  // namespace
 
-std::string armed_path(const std::string& record) { return record + ".armed"; }
+std::string safe_state_path(const std::string& record) { return record + ".armed"; }
 
-std::string to_text(const Armed& armed) {
+std::string to_text(const SafeState& safe_state) {
   return fmt::format(
       "{}\nrecord: {}\nline: {}\nlink: {}\nword_order: {}\nsafe_set_point_c: {}\nswitch_off: {}\nby_program: {}\n"
       "pid: {}\nstarted: {}\nboot: {}\nmap_bytes: {}\n{}",
-      kArmedSchema, armed.record, armed.line, name(armed.link), order_in_words(armed.word_order),
-      armed.safe_set_point.value, armed.switch_off ? "yes" : "no", armed.by_program ? "yes" : "no", armed.armed_by.pid,
-      armed.armed_by.started, armed.armed_by.boot, armed.map_text.size(), armed.map_text);
+      kSafeStateSchema, safe_state.record, safe_state.line, name(safe_state.link),
+      order_in_words(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off ? "yes" : "no",
+      safe_state.by_program ? "yes" : "no", safe_state.written_by.pid, safe_state.written_by.started,
+      safe_state.written_by.boot, safe_state.map_text.size(), safe_state.map_text);
 }
 
-Result<Armed> parse_armed(std::string_view text, const std::string& file) {
-  KeyedText keyed(text, file, kArmedSchema);
-  Armed armed;
-  armed.record = keyed.text("record");
-  armed.line = keyed.text("line");
-  armed.link = read_link(keyed);
-  armed.word_order = read_order(keyed);
-  armed.safe_set_point = {keyed.number<double>("safe_set_point_c")};
-  armed.switch_off = keyed.yes("switch_off");
-  armed.by_program = keyed.yes("by_program");
-  armed.armed_by.pid = keyed.number<std::int32_t>("pid");
-  armed.armed_by.started = keyed.number<std::uint64_t>("started");
-  armed.armed_by.boot = keyed.text("boot");
-  armed.map_text = keyed.rest("map_bytes");
-  if (!keyed.wrong() && armed.armed_by.pid <= 0) keyed.mistake("pid: no process has this number");
+Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
+  KeyedText keyed(text, file, kSafeStateSchema);
+  SafeState safe_state;
+  safe_state.record = keyed.text("record");
+  safe_state.line = keyed.text("line");
+  safe_state.link = read_link(keyed);
+  safe_state.word_order = read_order(keyed);
+  safe_state.safe_set_point = {keyed.number<double>("safe_set_point_c")};
+  safe_state.switch_off = keyed.yes("switch_off");
+  safe_state.by_program = keyed.yes("by_program");
+  safe_state.written_by.pid = keyed.number<std::int32_t>("pid");
+  safe_state.written_by.started = keyed.number<std::uint64_t>("started");
+  safe_state.written_by.boot = keyed.text("boot");
+  safe_state.map_text = keyed.rest("map_bytes");
+  if (!keyed.wrong() && safe_state.written_by.pid <= 0) keyed.mistake("pid: no process has this number");
   if (auto verdict = keyed.verdict(); !verdict) return failure(std::move(verdict.error()));
-  return armed;
+  return safe_state;
 }
 
-Result<std::optional<Armed>> read_armed(const std::string& file) {
+Result<std::optional<SafeState>> read_safe_state(const std::string& file) {
   struct stat named {};
   if (::lstat(file.c_str(), &named) != 0 && errno == ENOENT) return std::nullopt;
   const auto opened = open_regular_file(file, Links::refused);
@@ -94,17 +95,17 @@ Result<std::optional<Armed>> read_armed(const std::string& file) {
     return failure(FaultKind::bad_file, file, std::move(why));
   const auto text = read_whole(*opened, file);
   if (!text) return failure(text.error());
-  auto armed = parse_armed(*text, file);
-  if (!armed) return failure(std::move(armed.error()));
-  return *armed;
+  auto safe_state = parse_safe_state(*text, file);
+  if (!safe_state) return failure(std::move(safe_state.error()));
+  return *safe_state;
 }
 
-Result<void> arm(const Armed& armed) {
-  if (armed.record.find('\n') != std::string::npos)
-    return failure(FaultKind::storage, armed.record, "a record's path has no line break");
-  return replace_own_file(armed_path(armed.record), to_text(armed));
+Result<void> write_safe_state(const SafeState& safe_state) {
+  if (safe_state.record.find('\n') != std::string::npos)
+    return failure(FaultKind::storage, safe_state.record, "a record's path has no line break");
+  return replace_own_file(safe_state_path(safe_state.record), to_text(safe_state));
 }
 
-void disarm(const std::string& record) { ::unlink(armed_path(record).c_str()); }
+void remove_safe_state(const std::string& record) { ::unlink(safe_state_path(record).c_str()); }
 
 }  // namespace gyrotherm

@@ -13,35 +13,35 @@
 
 namespace gyrotherm {
 
-inline constexpr std::string_view kArmedSchema = "gyrotherm-armed/2";
+inline constexpr std::string_view kSafeStateSchema = "gyrotherm-armed/2";
 
-struct Armed {
+struct SafeState {
   std::string record;                   ///< its path, absolute
   std::string line;                     ///< the chamber's, as rig files say it
   LinkKind link{};                      ///< of the map, in use on that line
   std::optional<WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
   Celsius safe_set_point;
-  bool switch_off{};         ///< then conditioning is ended too
-  bool by_program{};         ///< the controller carries the profile out: its program is ended first
-  ProcessIdentity armed_by;  ///< who commands the chamber meanwhile
-  std::string map_text;      ///< the register map
-  bool operator==(const Armed&) const = default;
+  bool switch_off{};           ///< then conditioning is ended too
+  bool by_program{};           ///< the controller carries the profile out: its program is ended first
+  ProcessIdentity written_by;  ///< who commands the chamber meanwhile
+  std::string map_text;        ///< the register map
+  bool operator==(const SafeState&) const = default;
 };
 
 /// "RUN.db" → "RUN.db.armed".
-[[nodiscard]] std::string armed_path(const std::string& record);
+[[nodiscard]] std::string safe_state_path(const std::string& record);
 
 /// Text, one `key: value` a line, the map at the end after its length in bytes.
-[[nodiscard]] std::string to_text(const Armed& armed);
+[[nodiscard]] std::string to_text(const SafeState& safe_state);
 /// Fails with bad_file if the text is not what to_text() writes; `file` is its place.
-[[nodiscard]] Result<Armed> parse_armed(std::string_view text, const std::string& file);
+[[nodiscard]] Result<SafeState> parse_safe_state(std::string_view text, const std::string& file);
 /// Nothing if there is no such file. Fails with bad_file, also if it belongs neither to this user nor to root, or
 /// others may write it: whoever wrote it says which process is killed, and where a chamber is sent.
-[[nodiscard]] Result<std::optional<Armed>> read_armed(const std::string& file);
+[[nodiscard]] Result<std::optional<SafeState>> read_safe_state(const std::string& file);
 
 /// Writes the armed file of armed.record, mode 0640. Fails with storage.
-[[nodiscard]] Result<void> arm(const Armed& armed);
+[[nodiscard]] Result<void> write_safe_state(const SafeState& safe_state);
 /// Removes it; nothing happens if there is none.
-void disarm(const std::string& record);
+void remove_safe_state(const std::string& record);
 
 }  // namespace gyrotherm

@@ -14,10 +14,11 @@ constexpr const char *kStand = "stand", *kGone = "gone", *kFulfilled = "fulfille
 
 }  // namespace
 
-Trail::Trail(const Armed& armed, std::string because) : armed_(armed), began_(SteadyClock().now().utc) {
+Trail::Trail(const SafeState& safe_state, std::string because)
+    : safe_state_(safe_state), began_(SteadyClock().now().utc) {
   trace_ = {.at = began_,
             .because = std::move(because),
-            .set_point = armed.safe_set_point,
+            .set_point = safe_state.safe_set_point,
             .confirmed = false,
             .details = {}};
 }
@@ -36,7 +37,7 @@ bool Trail::leave(const Rescued& rescued) {
   return true;
 }
 
-void Trail::disarm() {
+void Trail::remove_safe_state() {
   to_disarm_ = true;
   go_on();
 }
@@ -52,8 +53,8 @@ void Trail::go_on() {
   const bool write = std::exchange(trace_to_write_, false), remove = std::exchange(to_disarm_, false);
   writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& tell) {
     if (write)
-      if (const auto left = leave_trace(armed_.record, trace_); !left) tell(text(left.error()));
-    if (remove) gyrotherm::disarm(armed_.record);
+      if (const auto left = leave_trace(safe_state_.record, trace_); !left) tell(text(left.error()));
+    if (remove) gyrotherm::remove_safe_state(safe_state_.record);
   });
 }
 
@@ -67,10 +68,10 @@ bool Trail::settle(Duration within) {
 }
 
 std::string Trail::look_at_orders() const {
-  const auto now = read_armed(armed_path(armed_.record));
+  const auto now = read_safe_state(safe_state_path(safe_state_.record));
   if (!now) return kStand;
-  if (*now) return (*now)->armed_by == armed_.armed_by ? kStand : kAnothers;
-  const auto left = read_trace(armed_.record);
+  if (*now) return (*now)->written_by == safe_state_.written_by ? kStand : kAnothers;
+  const auto left = read_trace(safe_state_.record);
   const bool by_another = left && *left && (*left)->confirmed && (*left)->at >= began_ && **left != trace_;
   return by_another ? kFulfilled : kGone;
 }

@@ -16,13 +16,13 @@ namespace gyrotherm {
 class Trail {
  public:
   /// `armed` outlives it.
-  Trail(const Armed& armed, std::string because);
+  Trail(const SafeState& safe_state, std::string because);
 
   /// Makes it the trace that `status` shows. False if it says nothing new, or has but another reason why nothing was
   /// confirmed, less than a minute after the last. Never waits.
   bool leave(const Rescued& rescued);
   /// The armed file shall go. Never waits.
-  void disarm();
+  void remove_safe_state();
   /// Whether all of it has been done within that time.
   [[nodiscard]] bool settle(Duration within);
 
@@ -38,7 +38,7 @@ class Trail {
   void go_on();
   [[nodiscard]] std::string look_at_orders() const;
 
-  const Armed& armed_;
+  const SafeState& safe_state_;
   MadeSafe trace_;
   Duration began_;  ///< UTC
   std::optional<Deadline> same_until_, gone_until_;

@@ -81,7 +81,7 @@ bool says_that_it_watches(int line) {
 }  // namespace
 
 /// What the life line and its threads share.
-struct LifeLine::Ties {
+struct WatchdogClient::Ties {
   /// What is wrong, and for a while after it no longer is: nobody should miss it.
   class Trouble {
    public:
@@ -104,9 +104,9 @@ struct LifeLine::Ties {
     steady_clock::time_point seen_{};
   };
 
-  explicit Ties(Armed what) : armed(std::move(what)) {}
+  explicit Ties(SafeState what) : safe_state(std::move(what)) {}
 
-  const Armed armed;
+  const SafeState safe_state;
   std::mutex mutex;  ///< of everything below
   std::condition_variable change;
   Descriptor line;                                     ///< to the guard; closed: there is none
@@ -136,7 +136,7 @@ void end_guard(pid_t pid, Descriptor line) {
 
 /// A new guard in the place of the one before, which ends once the new one watches. Called without the lock: starting
 /// a program may take its time.
-Result<void> LifeLine::Ties::start_guard() {
+Result<void> WatchdogClient::Ties::start_guard() {
   const auto program = program_beside_this_one(kGuard);
   const auto refuse = [&](const std::string& why) {
     return failure(FaultKind::bad_file, program, "the guard cannot be started: " + why);
@@ -146,11 +146,11 @@ Result<void> LifeLine::Ties::start_guard() {
   Descriptor own(ends[0]);
   Descriptor theirs(ends[1]);
   pid_t pid = -1;
-  if (const int failed = spawn(program, armed.record, theirs.number(), pid); failed != 0)
+  if (const int failed = spawn(program, safe_state.record, theirs.number(), pid); failed != 0)
     return refuse(std::strerror(failed));
   theirs.close();
   const char preparing = kPreparing;
-  if (!send_all(own.number(), armed_message(to_text(armed))) || !send_all(own.number(), {&preparing, 1}) ||
+  if (!send_all(own.number(), safe_state_message(to_text(safe_state))) || !send_all(own.number(), {&preparing, 1}) ||
       !says_that_it_watches(own.number())) {
     ::kill(pid, SIGKILL);
     ::waitpid(pid, nullptr, 0);
@@ -168,7 +168,7 @@ Result<void> LifeLine::Ties::start_guard() {
 }
 
 /// Called with the lock.
-void LifeLine::Ties::send(char byte) {
+void WatchdogClient::Ties::send(char byte) {
   if (!line.is_open()) return;
   const auto sent = ::send(line.number(), &byte, 1, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (sent < 0 && errno == EPIPE) watching = false;
@@ -176,7 +176,7 @@ void LifeLine::Ties::send(char byte) {
 }
 
 /// Called with the lock.
-void LifeLine::Ties::listen() {
+void WatchdogClient::Ties::listen() {
   std::array<char, 64> heard;
   while (line.is_open()) {
     const auto size = ::recv(line.number(), heard.data(), heard.size(), MSG_DONTWAIT);
@@ -186,7 +186,7 @@ void LifeLine::Ties::listen() {
   }
 }
 
-void LifeLine::Ties::tend_guard() {
+void WatchdogClient::Ties::tend_guard() {
   std::unique_lock lock(mutex);
   listen();
   const bool silent = unanswered && steady_clock::now() - *unanswered > kAnswersWithin;
@@ -202,19 +202,19 @@ void LifeLine::Ties::tend_guard() {
 }
 
 /// A good-bye that came meanwhile removes the file again.
-void LifeLine::Ties::tend_file() {
-  const auto path = armed_path(armed.record);
-  const auto found = read_armed(path);
-  const bool in_place = found && *found && **found == armed;
-  const auto written = in_place ? Result<void>() : arm(armed);
+void WatchdogClient::Ties::tend_file() {
+  const auto path = safe_state_path(safe_state.record);
+  const auto found = read_safe_state(path);
+  const bool in_place = found && *found && **found == safe_state;
+  const auto written = in_place ? Result<void>() : write_safe_state(safe_state);
   const std::lock_guard lock(mutex);
   if (in_place) return of_file.is_over();
-  if (stop) return disarm(armed.record);
+  if (stop) return remove_safe_state(safe_state.record);
   of_file.begins(written ? path + " was gone or changed; it was put back" : text(written.error()));
 }
 
 /// The work of a thread.
-void LifeLine::Ties::tend(void (Ties::*chore)()) {
+void WatchdogClient::Ties::tend(void (Ties::*chore)()) {
   block_signals();
   std::unique_lock lock(mutex);
   while (!change.wait_for(lock, kTendEvery, [this] { return stop; })) {
@@ -226,17 +226,17 @@ void LifeLine::Ties::tend(void (Ties::*chore)()) {
   change.notify_all();
 }
 
-Result<std::unique_ptr<LifeLine>> LifeLine::tie(const Armed& armed) {
-  auto ties = std::make_shared<Ties>(armed);
-  const auto before = read_armed(armed_path(armed.record));
-  if (auto written = arm(armed); !written) return failure(written.error());
+Result<std::unique_ptr<WatchdogClient>> WatchdogClient::tie(const SafeState& safe_state) {
+  auto ties = std::make_shared<Ties>(safe_state);
+  const auto before = read_safe_state(safe_state_path(safe_state.record));
+  if (auto written = write_safe_state(safe_state); !written) return failure(written.error());
   for (const int number : {SIGTSTP, SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);  // no run stands still by accident
   const bool after_a_death = before && *before;
   if (auto started = ties->start_guard(); !started) {
-    if (!after_a_death || !arm(**before)) disarm(armed.record);
+    if (!after_a_death || !write_safe_state(**before)) remove_safe_state(safe_state.record);
     return failure(started.error());
   }
-  std::unique_ptr<LifeLine> line(new LifeLine(ties));
+  std::unique_ptr<WatchdogClient> line(new WatchdogClient(ties));
   line->took_over_ = after_a_death;
   line->systemd_ = NotifySocket::from_environment();
   line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
@@ -249,7 +249,7 @@ Result<std::unique_ptr<LifeLine>> LifeLine::tie(const Armed& armed) {
   return line;
 }
 
-void LifeLine::beat() {
+void WatchdogClient::heartbeat() {
   if (watchdog_limit_ && !beating_) systemd_->tell("WATCHDOG_USEC=" + *watchdog_limit_);
   beating_ = true;
   if (watchdog_limit_) systemd_->tell("WATCHDOG=1");
@@ -257,14 +257,14 @@ void LifeLine::beat() {
   ties_->send(kAlive);
 }
 
-std::string LifeLine::trouble() const {
+std::string WatchdogClient::trouble() const {
   const std::lock_guard lock(ties_->mutex);
   auto words = ties_->of_guard.words();
   return words.empty() ? ties_->of_file.words() : words;
 }
 
 /// A thread that hangs in the disk is left behind there.
-void LifeLine::end_threads() {
+void WatchdogClient::end_threads() {
   if (!guard_tender_.joinable()) return;
   std::unique_lock lock(ties_->mutex);
   ties_->stop = true;
@@ -275,7 +275,7 @@ void LifeLine::end_threads() {
 }
 
 /// The good-bye comes before all that may last: while a disk hangs the file cannot be removed.
-void LifeLine::good_bye() {
+void WatchdogClient::good_bye() {
   {
     const std::lock_guard lock(ties_->mutex);
     ties_->send(kGoodBye);
@@ -283,12 +283,12 @@ void LifeLine::good_bye() {
   }
   if (systemd_) systemd_->tell("STOPPING=1");
   end_threads();
-  disarm(ties_->armed.record);
+  remove_safe_state(ties_->safe_state.record);
 }
 
 /// The line stays open until the process ends: the guard, which kills whoever lives then, leaves it time to say how the
 /// run ended.
-LifeLine::~LifeLine() {
+WatchdogClient::~WatchdogClient() {
   end_threads();
   const std::lock_guard lock(ties_->mutex);
   (void)std::move(ties_->line).release();

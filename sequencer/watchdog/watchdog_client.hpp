@@ -15,18 +15,18 @@ namespace gyrotherm {
 
 /// Calls come from the thread that ticks. Only tie() waits, some seconds, and good_bye(), one at most: two threads of
 /// its own start programs and look after files.
-class LifeLine {
+class WatchdogClient {
  public:
   /// Writes the armed file, starts the guard and waits until it watches. Fails with storage, or with bad_file if no
   /// guard can be started; then there is the armed file that was there before, or none.
-  [[nodiscard]] static Result<std::unique_ptr<LifeLine>> tie(const Armed& armed);
+  [[nodiscard]] static Result<std::unique_ptr<WatchdogClient>> tie(const SafeState& safe_state);
   /// Without a good-bye the guard takes the end of the process for a death.
-  ~LifeLine();
-  LifeLine(const LifeLine&) = delete;
-  LifeLine& operator=(const LifeLine&) = delete;
+  ~WatchdogClient();
+  WatchdogClient(const WatchdogClient&) = delete;
+  WatchdogClient& operator=(const WatchdogClient&) = delete;
 
   /// A tick is done. Silence is a hang.
-  void beat();
+  void heartbeat();
   /// The run has ended in order: nobody need make anything safe.
   void good_bye();
   /// There was an armed file: a program had died, and its chamber has not been made safe.
@@ -36,7 +36,7 @@ class LifeLine {
 
  private:
   struct Ties;
-  explicit LifeLine(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
+  explicit WatchdogClient(std::shared_ptr<Ties> ties) : ties_(std::move(ties)) {}
   void end_threads();
 
   std::shared_ptr<Ties> ties_;  ///< shared with the threads, of which one may outlast this while a disk hangs

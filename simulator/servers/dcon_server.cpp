@@ -42,7 +42,7 @@ std::string DconSession::answer(const DconModule& module, std::string_view comma
 }
 
 std::string DconSession::readings(const DconModule& module, std::string_view which) const {
-  const auto celsius = world_.thermometers_as_measured_c();
+  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<double, kDconInputs> shown{};
   for (std::size_t i = 0; i < shown.size(); ++i)
     shown[i] = module.inputs[i] ? celsius[*module.inputs[i]] : std::numeric_limits<double>::infinity();

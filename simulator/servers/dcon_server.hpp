@@ -24,15 +24,15 @@ struct DconModule {
 class DconSession final : public TextSession {
  public:
   /// `world` must outlive this.
-  DconSession(const World& world, std::vector<DconModule> modules)
-      : TextSession('\r'), world_(world), modules_(std::move(modules)) {}
+  DconSession(const VirtualLaboratory& laboratory, std::vector<DconModule> modules)
+      : TextSession('\r'), laboratory_(laboratory), modules_(std::move(modules)) {}
 
  private:
   [[nodiscard]] std::string answer(std::string_view command) const override;
   [[nodiscard]] std::string answer(const DconModule& module, std::string_view command) const;
   [[nodiscard]] std::string readings(const DconModule& module, std::string_view which) const;
 
-  const World& world_;
+  const VirtualLaboratory& laboratory_;
   std::vector<DconModule> modules_;
 };
 

@@ -17,7 +17,7 @@ std::string Lakeshore218Session::answer(std::string_view command) const {
 }
 
 std::string Lakeshore218Session::readings(std::string_view argument, double zero_c) const {
-  const auto celsius = world_.thermometers_as_measured_c();
+  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<double, kLakeshore218Inputs> shown{};
   for (std::size_t i = 0; i < shown.size(); ++i) {
     shown[i] = (inputs_[i] ? celsius[*inputs_[i]] : -kZeroCelsiusInKelvin) + zero_c;

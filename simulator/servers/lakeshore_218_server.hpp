@@ -14,13 +14,14 @@ class Lakeshore218Session final : public TextSession {
   using Inputs = gyrotherm::Inputs<kLakeshore218Inputs>;
 
   /// `world` must outlive this.
-  Lakeshore218Session(const World& world, const Inputs& inputs) : TextSession('\n'), world_(world), inputs_(inputs) {}
+  Lakeshore218Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
+      : TextSession('\n'), laboratory_(laboratory), inputs_(inputs) {}
 
  private:
   [[nodiscard]] std::string answer(std::string_view command) const override;
   [[nodiscard]] std::string readings(std::string_view argument, double zero_c) const;
 
-  const World& world_;
+  const VirtualLaboratory& laboratory_;
   Inputs inputs_;
 };
 

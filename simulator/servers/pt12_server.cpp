@@ -34,7 +34,7 @@ std::string Pt12Session::answer(std::string_view command) const {
   if (upper == "ID?") return "PT12\r\n";
   if (upper == "SN?") return "VIRTUAL1\r\n";
   if (upper == "CONNECTED?") return connected();
-  const auto celsius = world_.thermometers_as_measured_c();
+  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<std::optional<double>, kPt12Inputs> shown;
   for (std::size_t i = 0; i < shown.size(); ++i)
     if (inputs_[i]) shown[i] = celsius[*inputs_[i]];

@@ -14,13 +14,14 @@ class Pt12Session final : public TextSession {
   using Inputs = gyrotherm::Inputs<kPt12Inputs>;
 
   /// `world` must outlive this.
-  Pt12Session(const World& world, const Inputs& inputs) : TextSession('\r'), world_(world), inputs_(inputs) {}
+  Pt12Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
+      : TextSession('\r'), laboratory_(laboratory), inputs_(inputs) {}
 
  private:
   [[nodiscard]] std::string answer(std::string_view command) const override;
   [[nodiscard]] std::string connected() const;
 
-  const World& world_;
+  const VirtualLaboratory& laboratory_;
   Inputs inputs_;
 };
 

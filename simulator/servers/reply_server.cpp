@@ -18,8 +18,8 @@ constexpr int kMostEvents = 64;
 
 }  // namespace
 
-ReplyServer::ReplyServer(std::mutex& world_guard)
-    : world_guard_(world_guard),
+ReplyServer::ReplyServer(std::mutex& laboratory_guard)
+    : laboratory_guard_(laboratory_guard),
       poll_(::epoll_create1(EPOLL_CLOEXEC)),
       stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       incoming_(kMostBytesAtOnce) {
@@ -75,7 +75,7 @@ void ReplyServer::admit(Listener& listener) {
   auto socket = accept_client(listener.socket);
   if (!socket.is_open() || listener.clients == kMostClients) return;
   const int descriptor = socket.number();
-  const std::scoped_lock lock(world_guard_);
+  const std::scoped_lock lock(laboratory_guard_);
   clients_.emplace(descriptor, Client{std::move(socket), listener.make_session(), &listener});
   ++listener.clients;
   watch(descriptor);
@@ -96,7 +96,7 @@ bool ReplyServer::exchange(Client& client) {
   if (size == 0) return false;
   reply_.clear();
   {
-    const std::scoped_lock lock(world_guard_);
+    const std::scoped_lock lock(laboratory_guard_);
     if (!client.session->feed(std::span(incoming_).first(static_cast<std::size_t>(size)), reply_)) return false;
   }
   return reply_.empty() || send_now(client.socket, reply_);
@@ -108,7 +108,7 @@ void ReplyServer::exchange(Line& line) {
   if (size <= 0) return;
   reply_.clear();
   {
-    const std::scoped_lock lock(world_guard_);
+    const std::scoped_lock lock(laboratory_guard_);
     if (!line.session) line.session = line.make_session();
     if (!line.session->feed(std::span(incoming_).first(static_cast<std::size_t>(size)), reply_)) line.session.reset();
   }

@@ -18,8 +18,8 @@ class ReplyServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
-  /// Sessions are made and fed with `world_guard` held.
-  explicit ReplyServer(std::mutex& world_guard);
+  /// Sessions are made and fed with `laboratory_guard` held.
+  explicit ReplyServer(std::mutex& laboratory_guard);
   /// Ends the thread, then every connection.
   ~ReplyServer();
   ReplyServer(const ReplyServer&) = delete;
@@ -54,7 +54,7 @@ class ReplyServer {
   [[nodiscard]] bool exchange(Client& client);
   void exchange(Line& line);
 
-  std::mutex& world_guard_;
+  std::mutex& laboratory_guard_;
   Descriptor poll_;
   Descriptor stop_;
   std::unordered_map<int, Listener> listeners_;  ///< by descriptor

@@ -14,8 +14,8 @@ constexpr std::size_t kCalibratedAt = 0xF0;
 
 }  // namespace
 
-VirtualUsbTemp::VirtualUsbTemp(const World& world, std::mutex& world_guard, const Inputs& inputs)
-    : world_(world), world_guard_(world_guard), inputs_(inputs) {
+VirtualUsbTemp::VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs)
+    : laboratory_(laboratory), laboratory_guard_(laboratory_guard), inputs_(inputs) {
   for (std::uint8_t input = 0; input < kMccInputs; ++input)
     for (const auto& request : mcc_setup(input, MccRtd{})) obey(request);
 }
@@ -35,8 +35,8 @@ Result<std::size_t> VirtualUsbTemp::read(std::span<std::byte> report, Duration) 
 
 float VirtualUsbTemp::temperature(std::size_t input) {
   if (!inputs_[input]) return kMccDisabled;
-  const std::scoped_lock lock(world_guard_);
-  return static_cast<float>(world_.thermometers_as_measured_c()[*inputs_[input]]);
+  const std::scoped_lock lock(laboratory_guard_);
+  return static_cast<float>(laboratory_.thermometers_as_measured_c()[*inputs_[input]]);
 }
 
 void VirtualUsbTemp::reply(const MccRequest& request, const std::vector<std::uint8_t>& bytes) {

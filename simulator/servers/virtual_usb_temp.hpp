@@ -22,8 +22,8 @@ class VirtualUsbTemp final : public HidReports {
  public:
   using Inputs = gyrotherm::Inputs<kMccInputs>;
 
-  /// Both must outlive this; `world_guard` is held while the world is read.
-  VirtualUsbTemp(const World& world, std::mutex& world_guard, const Inputs& inputs);
+  /// Both must outlive this; `laboratory_guard` is held while the world is read.
+  VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs);
 
   [[nodiscard]] Result<std::string> open() override { return std::string("USB-TEMP 0VIRTUAL"); }
   [[nodiscard]] Result<void> write(std::span<const std::byte> report) override;
@@ -37,8 +37,8 @@ class VirtualUsbTemp final : public HidReports {
   [[nodiscard]] float temperature(std::size_t input);
   [[nodiscard]] std::vector<std::uint8_t> item(const MccRequest& request) const;
 
-  const World& world_;
-  std::mutex& world_guard_;
+  const VirtualLaboratory& laboratory_;
+  std::mutex& laboratory_guard_;
   Inputs inputs_;
   std::map<Item, std::vector<std::uint8_t>> items_;
   std::deque<std::vector<std::byte>> replies_;

@@ -28,12 +28,12 @@ namespace gyrotherm {
   return terms;
 }
 
-/// What owns the samples that a TrainingSet refers to.
+/// What owns the samples that a FitInput refers to.
 struct Samples {
   SampleMatrix x;
   Eigen::VectorXd y;
   std::vector<Term> terms;
-  [[nodiscard]] TrainingSet set() const { return {x, y, terms}; }
+  [[nodiscard]] FitInput set() const { return {x, y, terms}; }
 };
 
 /// y of a smooth bend in the first two of the inputs, with noise.

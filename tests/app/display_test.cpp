@@ -51,7 +51,7 @@ struct Shown {
     profile.segments[0].name = "cold";
     rig.simulated = true;
     rig.gyro.info = kGyro;
-    ThermometerEntry entry;
+    ThermometerSettings entry;
     entry.calibrated.resize(2);
     entry.calibrated[0].name = "A";
     entry.calibrated[1].name = "B";

@@ -11,7 +11,7 @@
 #include <random>
 #include <thread>
 
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm {

@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "acquisition/record/record.hpp"
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 
 namespace gyrotherm {
 namespace {

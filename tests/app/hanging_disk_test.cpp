@@ -11,7 +11,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/text_file.hpp"
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/text_file.hpp"
 #include "tests/app/program.hpp"
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 
 namespace gyrotherm {
 namespace {

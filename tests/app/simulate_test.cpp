@@ -5,7 +5,7 @@
 #include <regex>
 
 #include "tests/app/program.hpp"
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <sstream>
 
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -33,9 +33,9 @@ std::map<std::string, std::string> shown_files() {
 Result<RigFile> shown_rig() {
   auto files = shown_files();
   const auto by_default = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
-  const auto laboratory = by_default.substr(by_default.find("[analysis]"));
+  const auto dry_run = by_default.substr(by_default.find("[analysis]"));
   return parse_rig(
-      files["profiles/rigs/acme.toml"] + laboratory, "acme.toml",
+      files["profiles/rigs/acme.toml"] + dry_run, "acme.toml",
       {.chamber_map = files["profiles/chambers/acme_tc100.toml"],
        .gyro_model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value(),
        .gyro_stream = files["profiles/gyro-streams/acme-g1.toml"]});
@@ -51,12 +51,12 @@ TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
 }
 
 TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
-  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
+  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = shown_rig();
   ASSERT_TRUE(rig) << text(rig.error());
-  laboratory.file() = std::move(*rig);
-  laboratory.run(600);
-  const auto record = read_record(laboratory.path());
+  dry_run.file() = std::move(*rig);
+  dry_run.run(600);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 600u);
   for (std::size_t i = 0; i < record->slot.size(); ++i) {

@@ -43,7 +43,7 @@ class BenchSampler final : public Sampler {
     sample.slot = slot;
     sample.at = clock.now();
     sample.chamber = {state(), sample.at};
-    sample.thermometers.assign(9, {Celsius{article_c}, sample.at});
+    sample.thermometers.assign(9, {Celsius{uut_c}, sample.at});
     if (thermometer_c) sample.thermometers[0].value = Celsius{*thermometer_c};
     sample.gyro = {PulseCount{106, std::chrono::seconds(1)}, sample.at};
     if (gyro_silent) sample.gyro.value = silence("gyro");
@@ -67,7 +67,7 @@ class BenchSampler final : public Sampler {
     return {};
   }
 
-  double article_c = 20;
+  double uut_c = 20;
   std::optional<double> thermometer_c;  ///< of the first one
   bool gyro_silent = false;
 
@@ -94,10 +94,10 @@ class BenchRig final : public Rig {
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance&, const ChamberProgram*) override { return {}; }
   void let_pass(std::int64_t seconds) override {
-    constexpr double kArticleLag = 900;
+    constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {
       chamber.second();
-      sampler_.article_c += (chamber.air_c - sampler_.article_c) / kArticleLag;
+      sampler_.uut_c += (chamber.air_c - sampler_.uut_c) / kUutLag;
       clock_.advance(std::chrono::seconds(1));
     }
   }
@@ -158,8 +158,8 @@ class Bench {
 
   /// Seconds without a tick.
   void late(int seconds) { rig_.let_pass(seconds), slot_ += seconds; }
-  Outcome seconds(int count) {
-    for (; count > 0 && outcome_ == Outcome::going_on; --count) {
+  RunOutcome seconds(int count) {
+    for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
       rig_.let_pass(1);
       const auto outcome = experiment_->tick(slot_++);
       EXPECT_TRUE(outcome);
@@ -183,11 +183,11 @@ class Bench {
     return found;
   }
   /// Of the profile, as its clock has it.
-  [[nodiscard]] Progress progress() const { return progress_of(profile_, experiment_->state()); }
+  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, experiment_->state()); }
 
   BenchChamber& chamber() { return rig_.chamber; }
   BenchSampler& instruments() { return rig_.sampler(); }
-  Experiment& experiment() { return *experiment_; }
+  RunController& run_controller() { return *experiment_; }
   BenchStore& record() { return store_; }
 
  private:
@@ -203,9 +203,9 @@ class Bench {
   BenchRig rig_;
   Profile profile_;
   BenchStore store_;
-  std::optional<Experiment> experiment_;
+  std::optional<RunController> experiment_;
   std::int64_t slot_ = 0;
-  Outcome outcome_ = Outcome::going_on;
+  RunOutcome outcome_ = RunOutcome::going_on;
 };
 
 }  // namespace gyrotherm

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -39,7 +39,7 @@ std::vector<MapOnALink> all_maps() {
 class EveryMap : public testing::TestWithParam<MapOnALink> {};
 
 TEST_P(EveryMap, RunsTheShortQualification) {
-  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = on_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
   const auto& set_point = *map->find("set_point");
@@ -47,10 +47,10 @@ TEST_P(EveryMap, RunsTheShortQualification) {
   // On RTU the first request waits for twice this: the line may still carry answers to somebody else.
   map->link.modbus.timeout = std::min<Duration>(map->link.modbus.timeout, std::chrono::milliseconds(400));
   map->limits.every = Duration{};
-  laboratory.file().chamber_map = *map;
-  ASSERT_EQ(laboratory.run(), Outcome::complete);
+  dry_run.file().chamber_map = *map;
+  ASSERT_EQ(dry_run.run(), RunOutcome::complete);
 
-  const auto record = read_record(laboratory.path());
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 3600u);
   double furthest = 0;
@@ -63,13 +63,13 @@ TEST_P(EveryMap, RunsTheShortQualification) {
 }
 
 TEST(SetPoints, AreSentNoMoreOftenThanTheMapSays) {
-  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = map_of("csz_ezt570i");
   map.link.modbus.timeout = std::chrono::milliseconds(400);
   ASSERT_EQ(map.limits.every, std::chrono::seconds(2));
-  laboratory.file().chamber_map = map;
-  laboratory.run(600);
-  const auto record = read_record(laboratory.path());
+  dry_run.file().chamber_map = map;
+  dry_run.run(600);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   const auto& sent = record->chamber_set_point_c;
   std::size_t last = 0, changes = 0;

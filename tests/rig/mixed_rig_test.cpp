@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -12,9 +12,9 @@ namespace {
 constexpr std::int64_t kSeconds = 3000;
 
 Record recorded_on(const std::string& rig) {
-  Laboratory laboratory(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml", 1, rig);
-  laboratory.run(kSeconds);
-  auto record = read_record(laboratory.path());
+  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml", 1, rig);
+  dry_run.run(kSeconds);
+  auto record = read_record(dry_run.path());
   EXPECT_TRUE(record) << text(record.error());
   return std::move(*record);
 }

@@ -158,10 +158,10 @@ longest_return = "5 h"
   EXPECT_EQ(limits.follow_time, 6min);
   EXPECT_EQ(limits.backlog, 61s);
   EXPECT_EQ(limits.clear_after, 11s);
-  EXPECT_EQ(rig->procedure.resume_delay, 12s);
-  EXPECT_EQ(rig->procedure.longest_suspended, 3h);
-  EXPECT_EQ(rig->procedure.longest_held, 13h);
-  EXPECT_EQ(rig->procedure.longest_return, 5h);
+  EXPECT_EQ(rig->run_limits.resume_delay, 12s);
+  EXPECT_EQ(rig->run_limits.longest_suspended, 3h);
+  EXPECT_EQ(rig->run_limits.longest_held, 13h);
+  EXPECT_EQ(rig->run_limits.longest_return, 5h);
 }
 
 /// docs/interlocks.md has the table.
@@ -186,10 +186,10 @@ TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
   EXPECT_EQ(limits.follow_band, Kelvins{2});
   EXPECT_EQ(limits.follow_time, 5min);
   EXPECT_EQ(limits.backlog, 60s);
-  for (const auto delay : {limits.clear_after, rig->procedure.resume_delay}) EXPECT_EQ(delay, 10s);
-  EXPECT_EQ(rig->procedure.longest_suspended, 2h);
-  EXPECT_EQ(rig->procedure.longest_held, 12h);
-  EXPECT_EQ(rig->procedure.longest_return, 4h);
+  for (const auto delay : {limits.clear_after, rig->run_limits.resume_delay}) EXPECT_EQ(delay, 10s);
+  EXPECT_EQ(rig->run_limits.longest_suspended, 2h);
+  EXPECT_EQ(rig->run_limits.longest_held, 12h);
+  EXPECT_EQ(rig->run_limits.longest_return, 4h);
 }
 
 std::string with_tables(const std::string& tables) {
@@ -200,9 +200,9 @@ TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
   const auto rig =
       parse_rig(with_tables("[policy]\ndoor = \"hold\"\ngyro_silent = \"warn\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::door)], Reaction::hold);
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::gyro_silent)], Reaction::warn);
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(Cause::restarted)], Reaction::suspend);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::door)], Reaction::hold);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::gyro_silent)], Reaction::warn);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::restarted)], Reaction::suspend);
   EXPECT_NE(mistake_in(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoors = \"hold\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
@@ -214,7 +214,7 @@ TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->safe_set_point, Celsius{23});
   EXPECT_TRUE(rig->safe_off);
-  EXPECT_EQ(rig->procedure.on_stop, OnStop::hold);
+  EXPECT_EQ(rig->run_limits.on_stop, OnStop::hold);
   EXPECT_NE(mistake_in(with_tables("[safe]\nset_point = 90\n")), "");
 }
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "app/one_core.hpp"
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -11,9 +11,9 @@ class ShippedProfile : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
   const OneCore one_core;
-  Laboratory laboratory(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
-  ASSERT_TRUE(check_profile(laboratory.profile(), laboratory.file().chamber_limits));
-  EXPECT_EQ(laboratory.run(), Outcome::complete);
+  DryRun dry_run(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
+  ASSERT_TRUE(check_profile(dry_run.profile(), dry_run.file().chamber_limits));
+  EXPECT_EQ(dry_run.run(), RunOutcome::complete);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,

@@ -43,7 +43,7 @@ TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
   ASSERT_TRUE(line.chamber->head_for({30.0}));
   EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
   ASSERT_TRUE(line.chamber->head_for({35.0}));
-  line.world.command({25.0});  // somebody at the panel
+  line.laboratory.command({25.0});  // somebody at the panel
   const auto seen = line.chamber->read();
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().kind, FaultKind::mismatch);

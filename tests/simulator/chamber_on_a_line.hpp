@@ -15,7 +15,7 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/drivers/hex_bytes.hpp"
 #include "tests/drivers/line/simulated_line.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 
@@ -70,8 +70,8 @@ class ChamberOnALine {
  public:
   explicit ChamberOnALine(RegisterMap described)
       : map(std::move(described)),
-        world(world_of_rig("virtual"), {}),
-        unit(map, world),
+        laboratory(laboratory_of_rig("virtual"), {}),
+        unit(map, laboratory),
         session(make_modbus_session(unit)),
         chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
   ChamberOnALine(const std::string& name, LinkKind kind) : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
@@ -95,13 +95,13 @@ class ChamberOnALine {
   void pass(int seconds) {
     for (int i = 0; i < seconds; ++i) {
       unit.pass_second();
-      world.step();
+      laboratory.step();
     }
   }
 
   VirtualClock clock;
   RegisterMap map;
-  World world;
+  VirtualLaboratory laboratory;
   ChamberRegisters unit;
   std::unique_ptr<Session> session;
   std::vector<std::string> heard;  ///< requests, as hex bytes

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
 
-PlantParameters shipped() { return world_of_rig("virtual").plant; }
+PlantParameters shipped() { return laboratory_of_rig("virtual").plant; }
 
 TEST(ChamberPlant, FollowsEveryRampOfTheQualificationWithinOneKelvin) {
   for (const double rate : {1.0, 2.0, 3.0, 5.0}) {

@@ -73,7 +73,7 @@ TEST_P(Upload, IsComparedAndCarriedOut) {
   double furthest = 0;
   for (int second = 0; second < 3600; ++second) {
     line.pass(1);
-    furthest = std::max(furthest, std::abs(line.world.set_point().value - set_point_at(program, second)));
+    furthest = std::max(furthest, std::abs(line.laboratory.set_point().value - set_point_at(program, second)));
   }
   EXPECT_LT(furthest, 0.06) << "the set point is a straight line between those of the memory's resolution";
   const auto during = line.chamber->read();
@@ -81,7 +81,7 @@ TEST_P(Upload, IsComparedAndCarriedOut) {
   EXPECT_EQ(line.unit.program().step(), 6) << "the last second is the last step's";
   line.pass(5);
   EXPECT_FALSE(line.unit.program().runs());
-  EXPECT_EQ(line.world.set_point().value, 20);
+  EXPECT_EQ(line.laboratory.set_point().value, 20);
 }
 
 TEST_P(Upload, IsEndedByASetPoint) {
@@ -95,7 +95,7 @@ TEST_P(Upload, IsEndedByASetPoint) {
   ASSERT_TRUE(done) << text(done.error());
   line.pass(10);
   EXPECT_FALSE(line.unit.program().runs());
-  EXPECT_EQ(line.world.set_point().value, 25);
+  EXPECT_EQ(line.laboratory.set_point().value, 25);
 }
 
 TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
@@ -155,7 +155,7 @@ TEST(EztUnit, IsSilentWhereOthersAnswerWithAnExceptionAndIgnoresBlocksElsewhere)
   EXPECT_EQ(registers->read(ReadFunction::holding_registers, 1800, 1).error().kind, FaultKind::timeout);
   const std::uint16_t word = 300;
   EXPECT_TRUE(registers->write(WriteFunction::registers, 60, std::span(&word, 1))) << "acknowledged …";
-  EXPECT_EQ(line.world.set_point().value, 20) << "… and ignored";
+  EXPECT_EQ(line.laboratory.set_point().value, 20) << "… and ignored";
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_readout.hpp"
 #include "simulator/reduced_gyro.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 #include "tests/simulator/statistics.hpp"
 
 namespace gyrotherm {
@@ -29,9 +29,9 @@ double deviation(const std::vector<double>& one_second) { return standard_deviat
 
 const PartSeries& rate_cycles() {
   static const PartSeries series = [] {
-    const auto world = world_of_rig("virtual");
-    ChamberPlant plant(world.plant);
-    TwinGyro gyro(std::get<TwinGyroParameters>(world.body));
+    const auto laboratory = laboratory_of_rig("virtual");
+    ChamberPlant plant(laboratory.plant);
+    ReducedGyro gyro(std::get<ReducedGyroParameters>(laboratory.body));
     PartSeries all;
     for (const double rate : {1.0, 2.0, 3.0, 5.0})
       for (const double set_point_c : rate_cycle_c(rate)) {
@@ -65,7 +65,7 @@ TEST(DefaultRig, HysteresisIsAsLargeAsStated) {
 
 /// From differences of neighbours, as a record's floor is read: 0.0019 °/h, that of the reference simulation.
 TEST(DefaultRig, HasTheNoiseFloorOfTheReference) {
-  const auto readout_of = [](const char* rig) { return GyroReadout(world_of_rig(rig).gyro, 1); };
+  const auto readout_of = [](const char* rig) { return GyroReadout(laboratory_of_rig(rig).gyro, 1); };
   for (const auto* rig : {"virtual", "virtual-reference"}) {
     auto readout = readout_of(rig);
     double squares = 0;

@@ -5,49 +5,50 @@
 
 #include "core/text_file.hpp"
 #include "core/toml_reader.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
 
 /// A shipped rig file with one piece of its text replaced.
-Result<WorldParameters> rig_with(const std::string& rig, const std::string& piece, const std::string& replacement) {
+Result<LaboratoryParameters> rig_with(const std::string& rig, const std::string& piece,
+                                      const std::string& replacement) {
   auto text = rig_text(rig);
   const auto at = text.find(piece);
   EXPECT_NE(at, std::string::npos) << piece;
-  return parse_world(text.replace(at, piece.size(), replacement), "rig.toml", "");
+  return parse_laboratory(text.replace(at, piece.size(), replacement), "rig.toml", "");
 }
 
-Result<WorldParameters> file_with(const std::string& piece, const std::string& replacement) {
+Result<LaboratoryParameters> file_with(const std::string& piece, const std::string& replacement) {
   return rig_with("virtual-reference", piece, replacement);
 }
 
-void expect_mistake(const Result<WorldParameters>& world, const std::string& what,
+void expect_mistake(const Result<LaboratoryParameters>& laboratory, const std::string& what,
                     const std::string& where = "rig.toml:") {
-  ASSERT_FALSE(world);
-  EXPECT_EQ(world.error().kind, FaultKind::bad_file);
-  EXPECT_TRUE(world.error().where.starts_with(where)) << world.error().where;
-  EXPECT_NE(world.error().what.find(what), std::string::npos) << world.error().what;
+  ASSERT_FALSE(laboratory);
+  EXPECT_EQ(laboratory.error().kind, FaultKind::bad_file);
+  EXPECT_TRUE(laboratory.error().where.starts_with(where)) << laboratory.error().where;
+  EXPECT_NE(laboratory.error().what.find(what), std::string::npos) << laboratory.error().what;
 }
 
-TEST(WorldFile, OfEveryReferenceRigIsRead) {
+TEST(LaboratoryFile, OfEveryReferenceRigIsRead) {
   for (const char* name : {"virtual-reference", "virtual-gradients"}) {
-    const auto world = parse_world(rig_text(name), name);
-    ASSERT_TRUE(world) << text(world.error());
-    const auto& gyro = std::get<ReferenceGyroParameters>(world->body);
+    const auto laboratory = parse_laboratory(rig_text(name), name);
+    ASSERT_TRUE(laboratory) << text(laboratory.error());
+    const auto& gyro = std::get<LumpedGyroParameters>(laboratory->body);
     EXPECT_EQ(gyro.network.nodes.size(), 11U);
     EXPECT_EQ(gyro.network.links.size(), 13U);
   }
 }
 
-TEST(WorldFile, OfTheDefaultRigStandsOnTheTwin) {
-  const auto gyro = twin_of_rig("virtual");
+TEST(LaboratoryFile, OfTheDefaultRigStandsOnTheTwin) {
+  const auto gyro = reduced_of_rig("virtual");
   EXPECT_GT(gyro.model.conduction.rows(), 0);
   EXPECT_EQ(gyro.film, GyroFilm::chamber);
   EXPECT_EQ(gyro.bias.mode_hops.kelvin_per_mode, 0) << "off by default";
 }
 
-TEST(WorldFile, FindsTheGyroBesideItsRig) {
+TEST(LaboratoryFile, FindsTheGyroBesideItsRig) {
   const auto used = gyro_model_of(rig_text("virtual"), rig_path("virtual"));
   ASSERT_TRUE(used) << text(used.error());
   EXPECT_EQ(used->name, "calibrated");
@@ -55,23 +56,23 @@ TEST(WorldFile, FindsTheGyroBesideItsRig) {
   EXPECT_EQ(used->text, read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value());
 }
 
-TEST(WorldFile, TheRecordsCopyOfTheGyroIsEnough) {
+TEST(LaboratoryFile, TheRecordsCopyOfTheGyroIsEnough) {
   const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
-  EXPECT_TRUE(parse_world(rig_text("virtual"), "elsewhere/rig.toml", gyro));
+  EXPECT_TRUE(parse_laboratory(rig_text("virtual"), "elsewhere/rig.toml", gyro));
 }
 
-TEST(WorldFile, NamesAGyroThatIsNotThere) {
-  const auto world = parse_world(rig_text("virtual"), "elsewhere/rig.toml");
-  expect_mistake(world, "calibrated.reduced.toml", "elsewhere/rig.toml:");
+TEST(LaboratoryFile, NamesAGyroThatIsNotThere) {
+  const auto laboratory = parse_laboratory(rig_text("virtual"), "elsewhere/rig.toml");
+  expect_mistake(laboratory, "calibrated.reduced.toml", "elsewhere/rig.toml:");
 }
 
-TEST(WorldFile, OfTheReferenceNamesNoGyro) {
+TEST(LaboratoryFile, OfTheReferenceNamesNoGyro) {
   const auto used = gyro_model_of(rig_text("virtual-reference"), "elsewhere/rig.toml");
   ASSERT_TRUE(used);
   EXPECT_EQ(used->name + used->film + used->text, "");
 }
 
-TEST(WorldFile, TakesOneNumberForAllThermometersOrOneForEach) {
+TEST(LaboratoryFile, TakesOneNumberForAllThermometersOrOneForEach) {
   const auto all = file_with("\nnoise_k = 0.01 ", "\nnoise_k = 0.02 ");
   const auto each = file_with("\nnoise_k = 0.01 ", "\nnoise_k = [0, 1, 2, 3, 4, 5, 6, 7, 8] ");
   ASSERT_TRUE(all) << text(all.error());
@@ -84,17 +85,17 @@ TEST(WorldFile, TakesOneNumberForAllThermometersOrOneForEach) {
   expect_mistake(file_with("\nnoise_k = 0.01 ", "\nnoise_k = -1 "), "at least 0");
 }
 
-TEST(WorldFile, NamesABodyThatItDoesNotKnow) {
+TEST(LaboratoryFile, NamesABodyThatItDoesNotKnow) {
   expect_mistake(file_with("body = \"reference\"", "body = \"referenc\""), "reference");
 }
-TEST(WorldFile, NamesAFilmThatItDoesNotKnow) {
+TEST(LaboratoryFile, NamesAFilmThatItDoesNotKnow) {
   expect_mistake(rig_with("virtual", "film = \"chamber\"", "film = \"stil\""), "still");
 }
-TEST(WorldFile, NamesAModeHopThatWouldNeverEnd) {
+TEST(LaboratoryFile, NamesAModeHopThatWouldNeverEnd) {
   expect_mistake(rig_with("virtual", "reach_modes = 1.5", "reach_modes = 0.4"), "half mode");
 }
 
-TEST(WorldFile, HasTheEarthRateOfItsRigsGeometry) {
+TEST(LaboratoryFile, HasTheEarthRateOfItsRigsGeometry) {
   for (const char* name : {"virtual", "virtual-reference", "virtual-gradients"}) {
     const auto gyro = TomlTable::parse(rig_text(name), name)->table("gyro");
     const auto radians = [&](const char* key) { return gyro.number(key) * std::numbers::pi / 180; };
@@ -102,13 +103,13 @@ TEST(WorldFile, HasTheEarthRateOfItsRigsGeometry) {
     const double elevation = radians("elevation");
     const double along_axis = std::cos(latitude) * std::cos(radians("azimuth")) * std::cos(elevation) +
                               std::sin(latitude) * std::sin(elevation);
-    const auto world = world_of_rig(name);
-    EXPECT_NEAR(world.gyro.earth_rate_deg_per_h, 15.041067 * along_axis, 1e-6);
-    EXPECT_EQ(world.gyro.arcsec_per_pulse, gyro.number("arcsec_per_pulse"));
+    const auto laboratory = laboratory_of_rig(name);
+    EXPECT_NEAR(laboratory.gyro.earth_rate_deg_per_h, 15.041067 * along_axis, 1e-6);
+    EXPECT_EQ(laboratory.gyro.arcsec_per_pulse, gyro.number("arcsec_per_pulse"));
   }
 }
 
-TEST(WorldFile, DescribesAFrameThatCarriesItsGyro) {
+TEST(LaboratoryFile, DescribesAFrameThatCarriesItsGyro) {
   const auto root = TomlTable::parse(rig_text("virtual"), "virtual");
   const auto format = read_frame_format(root->table("gyro").table("frame"));
   EXPECT_EQ(format.length, 16U);
@@ -118,24 +119,26 @@ TEST(WorldFile, DescribesAFrameThatCarriesItsGyro) {
   EXPECT_EQ(format.check.model.width, 16);
 }
 
-TEST(WorldFile, NamesAMissingTable) { expect_mistake(parse_world("name = \"real\"", "rig.toml"), "[virtual]"); }
-TEST(WorldFile, NamesAnUnknownKey) {
+TEST(LaboratoryFile, NamesAMissingTable) {
+  expect_mistake(parse_laboratory("name = \"real\"", "rig.toml"), "[virtual]");
+}
+TEST(LaboratoryFile, NamesAnUnknownKey) {
   expect_mistake(file_with("integral_time_s", "integral_tim_s"), "integral_time_s");
 }
-TEST(WorldFile, NamesANumberThatMustBePositive) {
+TEST(LaboratoryFile, NamesANumberThatMustBePositive) {
   expect_mistake(file_with("wave_period_k = 55", "wave_period_k = 0"), "above 0");
 }
-TEST(WorldFile, NamesATimeConstantBelowTheStep) {
+TEST(LaboratoryFile, NamesATimeConstantBelowTheStep) {
   expect_mistake(file_with("actuator_s = 3", "actuator_s = 0.5"), "step of 1 s");
 }
-TEST(WorldFile, NamesAListOfTheWrongLength) {
+TEST(LaboratoryFile, NamesAListOfTheWrongLength) {
   expect_mistake(file_with("[114.5,  122.3,", "[122.3,"), "10 numbers, expected 11");
 }
-TEST(WorldFile, NamesALinkToAStrangeNode) {
+TEST(LaboratoryFile, NamesALinkToAStrangeNode) {
   expect_mistake(file_with("\"hub\", \"base\"]\n", "\"hub\", \"bas\"]\n"), "\"bas\"");
 }
-TEST(WorldFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
-TEST(WorldFile, NamesANodeWithoutAWayToTheChamber) {
+TEST(LaboratoryFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
+TEST(LaboratoryFile, NamesANodeWithoutAWayToTheChamber) {
   expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
 }
 

@@ -5,7 +5,7 @@
 
 #include <iterator>
 
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 #include "tests/simulator/statistics.hpp"
 
 namespace gyrotherm {
@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kSixthDecimal = 0.5e-6 + 1e-12;
 
-std::vector<double> biases_of(const ReferenceGyroParameters& parameters, const std::vector<double>& air_c) {
-  ReferenceGyro gyro(parameters);
+std::vector<double> biases_of(const LumpedGyroParameters& parameters, const std::vector<double>& air_c) {
+  LumpedGyro gyro(parameters);
   std::vector<double> biases;
   for (const double air : air_c) {
     biases.push_back(gyro.bias().value);
@@ -34,7 +34,7 @@ struct Anchor {
 class ReferenceBiasLaw : public testing::TestWithParam<Anchor> {};
 
 TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
-  auto gyro = reference_of_rig(GetParam().rig);
+  auto gyro = lumped_of_rig(GetParam().rig);
   gyro.bias.scale = 1;
   std::vector<double> all;
   const std::vector<double> rates{1, 2, 3, 5};
@@ -47,20 +47,20 @@ TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
 }
 
 TEST_P(ReferenceBiasLaw, RestsAt20WhereTheReferenceDoes) {
-  auto gyro = reference_of_rig(GetParam().rig);
+  auto gyro = lumped_of_rig(GetParam().rig);
   gyro.bias.scale = 1;
   EXPECT_NEAR(biases_of(gyro, {20}).front(), GetParam().at_rest, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRandomProfile) {
-  const auto gyro = reference_of_rig(GetParam().rig);
+  const auto gyro = lumped_of_rig(GetParam().rig);
   const auto clusters = clusters_of(biases_of(gyro, random_profile_c()));
   ASSERT_EQ(clusters.size(), 1440U);
   EXPECT_NEAR(standard_deviation_of(clusters), GetParam().random_profile, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, IsScaledToTheDeviationOfThePaper) {
-  const auto scale = reference_of_rig(GetParam().rig).bias.scale;
+  const auto scale = lumped_of_rig(GetParam().rig).bias.scale;
   EXPECT_NEAR(scale * GetParam().all_cycles, 0.025735, 1e-6);
 }
 

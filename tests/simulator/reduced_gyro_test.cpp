@@ -10,8 +10,8 @@
 namespace gyrotherm {
 namespace {
 
-TwinGyroParameters small_type() {
-  TwinGyroParameters type;
+ReducedGyroParameters small_type() {
+  ReducedGyroParameters type;
   type.model = small_gyro();
   type.start_c = 20;
   type.film = GyroFilm::chamber;
@@ -20,10 +20,10 @@ TwinGyroParameters small_type() {
   return type;
 }
 
-double at(const TwinGyro& gyro, ThermalOutput output) { return gyro.inner_c()[static_cast<std::size_t>(output)]; }
+double at(const ReducedGyro& gyro, ThermalOutput output) { return gyro.inner_c()[static_cast<std::size_t>(output)]; }
 
-TEST(TwinGyro, StaysAtRest) {
-  TwinGyro gyro(small_type());
+TEST(ReducedGyro, StaysAtRest) {
+  ReducedGyro gyro(small_type());
   const double rest_c = gyro.places_c()[0];
   const double rest_bias = gyro.bias().value;
   EXPECT_GT(rest_c, 22) << "it is switched on";
@@ -32,40 +32,40 @@ TEST(TwinGyro, StaysAtRest) {
   EXPECT_NEAR(gyro.bias().value, rest_bias, 1e-9);
 }
 
-TEST(TwinGyro, OfEqualArmsHasNoGasFlowAtAnyTime) {
-  TwinGyro gyro(small_type());
+TEST(ReducedGyro, OfEqualArmsHasNoGasFlowAtAnyTime) {
+  ReducedGyro gyro(small_type());
   for (int t = 0; t < 1800; ++t) {
     gyro.step({20 - 0.03 * t});
     ASSERT_NEAR(gyro.bias_parts().gas_flow, 0, 1e-9) << t;
   }
 }
 
-TEST(TwinGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
+TEST(ReducedGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
   auto type = small_type();
   type.arms.gain_left_over_right = 1.1;
   const auto model = with_unequal_arms(type.model, type.arms);
   EXPECT_NEAR(model.powers_w[0] / model.powers_w[1], 1.1, 1e-12);
   EXPECT_NEAR(model.powers_w[0] + model.powers_w[1], 0.588, 1e-12);
-  const TwinGyro gyro(type);
+  const ReducedGyro gyro(type);
   EXPECT_GT(at(gyro, ThermalOutput::gain_left), at(gyro, ThermalOutput::gain_right));
   EXPECT_GT(gyro.bias_parts().gas_flow, 0);
 }
 
 /// At rest the heat through the film is what all sources give, wherever it passes on its way.
-TEST(TwinGyro, ALeadCarriesHeatAndLosesNone) {
+TEST(ReducedGyro, ALeadCarriesHeatAndLosesNone) {
   auto type = small_type();
-  const TwinGyro without(type);
+  const ReducedGyro without(type);
   type.arms.left_lead_w_per_k = 0.01;
-  const TwinGyro with(type);
+  const ReducedGyro with(type);
   EXPECT_NEAR(at(with, ThermalOutput::shell), at(without, ThermalOutput::shell), 1e-6);
   EXPECT_LT(at(with, ThermalOutput::gain_left), at(without, ThermalOutput::gain_left) - 0.1);
   EXPECT_LT(at(with, ThermalOutput::gain_left), at(with, ThermalOutput::gain_right));
 }
 
-TEST(TwinGyro, UnequalLeadsPartTheArmsInARamp) {
+TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
   auto type = small_type();
   type.arms.left_lead_w_per_k = 0.01;
-  TwinGyro gyro(type);
+  ReducedGyro gyro(type);
   const double at_rest_k = at(gyro, ThermalOutput::gain_left) - at(gyro, ThermalOutput::gain_right);
   for (int t = 0; t < 1200; ++t) gyro.step({20 + t / 30.0});
   const double in_ramp_k = at(gyro, ThermalOutput::gain_left) - at(gyro, ThermalOutput::gain_right);
@@ -73,32 +73,32 @@ TEST(TwinGyro, UnequalLeadsPartTheArmsInARamp) {
   EXPECT_GT(in_ramp_k, 0) << "the lead now warms its arm";
 }
 
-TEST(TwinGyro, TheFilmOfTheFanKeepsItCooler) {
+TEST(ReducedGyro, TheFilmOfTheFanKeepsItCooler) {
   auto type = small_type();
-  const TwinGyro in_chamber(type);
+  const ReducedGyro in_chamber(type);
   type.film = GyroFilm::still;
-  EXPECT_GT(TwinGyro(type).places_c()[8], in_chamber.places_c()[8] + 1);
+  EXPECT_GT(ReducedGyro(type).places_c()[8], in_chamber.places_c()[8] + 1);
 }
 
-WorldParameters small_world() {
-  WorldParameters world;
+LaboratoryParameters small_laboratory() {
+  LaboratoryParameters laboratory;
   auto type = small_type();
   type.bias.waves = {{1e-3, 50, 0}};
   type.bias.plays = {{5, 1e-3}};
   type.arms = {.left_lead_w_per_k = 1e-3, .right_lead_w_per_k = 2e-3};
   type.spread = {.capacity = 0.05, .gap = 0.1, .film = 0.1, .power = 0.02, .arms = 0.02};
   type.lead_spread = 0.2;
-  world.body = type;
-  world.spread = {.bias = 0.2, .offset_k = 0.02, .gain = 1e-3, .time_constant = 0.2, .turn_on_deg_per_h = 0.002};
-  world.thermometers.time_constant_s.fill(5);
-  return world;
+  laboratory.body = type;
+  laboratory.spread = {.bias = 0.2, .offset_k = 0.02, .gain = 1e-3, .time_constant = 0.2, .turn_on_deg_per_h = 0.002};
+  laboratory.thermometers.time_constant_s.fill(5);
+  return laboratory;
 }
 
 TEST(DrawGyro, KeepsTheFilesTwinForSeedZero) {
-  const auto type = small_world();
+  const auto type = small_laboratory();
   const auto drawn = draw_gyro(type, 0);
-  const auto& before = std::get<TwinGyroParameters>(type.body);
-  const auto& after = std::get<TwinGyroParameters>(drawn.body);
+  const auto& before = std::get<ReducedGyroParameters>(type.body);
+  const auto& after = std::get<ReducedGyroParameters>(drawn.body);
   EXPECT_EQ(after.model.conduction, before.model.conduction);
   EXPECT_EQ(after.model.powers_w, before.model.powers_w);
   EXPECT_EQ(after.bias.mirror_deg_per_h_per_k, before.bias.mirror_deg_per_h_per_k);
@@ -108,25 +108,25 @@ TEST(DrawGyro, KeepsTheFilesTwinForSeedZero) {
 
 /// Wherever heat leaves the block, all of it leaves through the film: leads and spread do not disturb the balance.
 TEST(DrawGyro, KeepsTheBalanceOfHeat) {
-  auto type = small_world();
+  auto type = small_laboratory();
   auto without_leads = type;
-  std::get<TwinGyroParameters>(without_leads.body).arms = {};
+  std::get<ReducedGyroParameters>(without_leads.body).arms = {};
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const TwinGyro with(std::get<TwinGyroParameters>(draw_gyro(type, seed).body));
-    const TwinGyro without(std::get<TwinGyroParameters>(draw_gyro(without_leads, seed).body));
+    const ReducedGyro with(std::get<ReducedGyroParameters>(draw_gyro(type, seed).body));
+    const ReducedGyro without(std::get<ReducedGyroParameters>(draw_gyro(without_leads, seed).body));
     EXPECT_NEAR(at(with, ThermalOutput::shell), at(without, ThermalOutput::shell), 1e-6) << seed;
     EXPECT_NE(at(with, ThermalOutput::gain_left), at(without, ThermalOutput::gain_left)) << seed;
   }
 }
 
 TEST(DrawGyro, GivesEverySeedAnotherTwin) {
-  const auto type = small_world();
-  const auto& first = std::get<TwinGyroParameters>(type.body);
+  const auto type = small_laboratory();
+  const auto& first = std::get<ReducedGyroParameters>(type.body);
   double squares = 0;
   constexpr int kGyros = 400;
   for (std::uint64_t seed = 1; seed <= kGyros; ++seed) {
     const auto drawn = draw_gyro(type, seed);
-    const auto& other = std::get<TwinGyroParameters>(drawn.body);
+    const auto& other = std::get<ReducedGyroParameters>(drawn.body);
     ASSERT_NE(other.model.conduction, first.model.conduction) << seed;
     ASSERT_NE(other.bias.waves[0].phase_deg, first.bias.waves[0].phase_deg) << seed;
     ASSERT_NE(other.bias.plays[0].deg_per_h, first.bias.plays[0].deg_per_h) << seed;

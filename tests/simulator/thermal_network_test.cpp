@@ -7,7 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 #include "tests/simulator/statistics.hpp"
 
 namespace gyrotherm {
@@ -16,11 +16,11 @@ namespace {
 constexpr double kThirdDecimal = 0.5e-3 + 1e-9;
 constexpr double kSecondDecimal = 0.5e-2 + 1e-9;
 
-NetworkEquations reference() { return equations_of(reference_of_rig("virtual-reference").network); }
+NetworkEquations reference() { return equations_of(lumped_of_rig("virtual-reference").network); }
 
 /// One series per place.
 std::vector<std::vector<double>> driven_by(const std::vector<double>& air_c) {
-  ThermalNetwork network(reference_of_rig("virtual-reference").network);
+  ThermalNetwork network(lumped_of_rig("virtual-reference").network);
   std::vector<std::vector<double>> series(kThermalPlaces);
   for (const double air : air_c) {
     for (std::size_t i = 0; i < kThermalPlaces; ++i) series[i].push_back(network.temperatures_c()[i]);

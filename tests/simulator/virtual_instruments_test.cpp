@@ -11,7 +11,7 @@
 #include <string>
 
 #include "drivers/line/modbus_frame.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -67,7 +67,7 @@ class Client {
 class VirtualInstrumentsTest : public testing::Test {
  protected:
   static std::unique_ptr<VirtualInstruments> start(std::uint64_t seed = 0) {
-    auto started = VirtualInstruments::start(World(world_of_rig("virtual"), {.gyro = seed, .run = 0}),
+    auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {.gyro = seed, .run = 0}),
                                              {.chamber = chamber_map("virtual"),
                                               .thermometers = {{{"A", "B", "C", "D", "E", "F", "G", "H"}}, {{"shell"}}},
                                               .gyro = gyro_of_rig("virtual")});
@@ -76,7 +76,8 @@ class VirtualInstrumentsTest : public testing::Test {
   }
   [[nodiscard]] double read_chamber(const Client& client, const char* item) const {
     const auto& found = *map.find(item);
-    const ModbusRequest request{1, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
+    const ModbusRequest request{
+        1, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
     client.send(encode_request(request));
     const auto words = decode_reply(request, client.receive(9 + 2 * std::size_t{request.count}));
     EXPECT_TRUE(words);
@@ -85,8 +86,12 @@ class VirtualInstrumentsTest : public testing::Test {
   void write_chamber(const Client& client, const char* item, double value) const {
     const auto& found = *map.find(item);
     const auto words = encode(found, value);
-    const ModbusRequest request{
-        2, map.link.modbus.unit, ModbusFunction::write_multiple, found.address, static_cast<std::uint16_t>(words.size()), words};
+    const ModbusRequest request{2,
+                                map.link.modbus.unit,
+                                ModbusFunction::write_multiple,
+                                found.address,
+                                static_cast<std::uint16_t>(words.size()),
+                                words};
     client.send(encode_request(request));
     EXPECT_TRUE(decode_reply(request, client.receive(12)));
   }
@@ -102,7 +107,7 @@ class VirtualInstrumentsTest : public testing::Test {
 TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
   const Client chamber(instruments->chamber_port());
   const Client thermometer(instruments->thermometer_port(0));
-  World same(world_of_rig("virtual"), {});
+  VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   write_chamber(chamber, "set_point", -30);
   write_chamber(chamber, "control_mode", 1);
   same.command({-30});
@@ -117,7 +122,7 @@ TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
 
 TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
   const Client shell(instruments->thermometer_port(1));
-  const World same(world_of_rig("virtual"), {});
+  const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
 }
 
@@ -129,7 +134,7 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
   EXPECT_EQ(bytes, second.receive(160));
   FrameDecoder decoder(gyro_of_rig("virtual"));
   decoder.feed(bytes);
-  World same(world_of_rig("virtual"), {});
+  VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   for (std::uint32_t i = 0; i < 10; ++i) {
     const auto frame = decoder.take();
     same.step();
@@ -217,7 +222,7 @@ TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
 
 TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
   const auto started =
-      VirtualInstruments::start(World(world_of_rig("virtual"), {}),
+      VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
                                 {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyro = gyro_of_rig("virtual")});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::usage);
@@ -226,7 +231,7 @@ TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
 
 TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
   const auto started = VirtualInstruments::start(
-      World(world_of_rig("virtual"), {}),
+      VirtualLaboratory(laboratory_of_rig("virtual"), {}),
       {.chamber = map, .thermometers = {}, .gyro = gyro_of_rig("virtual"), .first_port = instruments->chamber_port()});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::disconnected);

@@ -5,25 +5,25 @@
 #include <array>
 #include <cmath>
 
-#include "simulator/injected_faults.hpp"
+#include "simulator/laboratory_faults.hpp"
 #include "simulator/spread.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
 
 /// All that instruments can see of a world, after each of some steps towards a set point.
-std::vector<double> seen(World& world, Celsius set_point, int seconds) {
+std::vector<double> seen(VirtualLaboratory& laboratory, Celsius set_point, int seconds) {
   std::vector<double> all;
-  world.command(set_point);
-  world.switch_on(true);
+  laboratory.command(set_point);
+  laboratory.switch_on(true);
   for (int t = 0; t < seconds; ++t) {
-    world.step();
-    all.push_back(world.air_as_measured().value);
-    all.push_back(world.output_percent());
-    all.push_back(static_cast<double>(world.pulses()));
-    all.push_back(static_cast<double>(world.device_time_us()));
-    for (const double reading : world.thermometers_as_measured_c()) all.push_back(reading);
+    laboratory.step();
+    all.push_back(laboratory.air_as_measured().value);
+    all.push_back(laboratory.output_percent());
+    all.push_back(static_cast<double>(laboratory.pulses()));
+    all.push_back(static_cast<double>(laboratory.device_time_us()));
+    for (const double reading : laboratory.thermometers_as_measured_c()) all.push_back(reading);
   }
   return all;
 }
@@ -31,26 +31,26 @@ std::vector<double> seen(World& world, Celsius set_point, int seconds) {
 constexpr std::array kRigs{"virtual", "virtual-reference"};
 
 std::vector<double> seen_with_seed(const std::string& rig, std::uint64_t seed) {
-  World world(world_of_rig(rig), {.gyro = seed, .run = 0});
-  return seen(world, {-10}, 600);
+  VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = seed, .run = 0});
+  return seen(laboratory, {-10}, 600);
 }
 
-TEST(World, IsReproducedByItsSeedAndItsSetPoints) {
+TEST(VirtualLaboratory, IsReproducedByItsSeedAndItsSetPoints) {
   for (const auto* rig : kRigs)
     for (const std::uint64_t seed : {0U, 1U, 12345U})
       EXPECT_EQ(seen_with_seed(rig, seed), seen_with_seed(rig, seed)) << rig << ' ' << seed;
 }
 
-TEST(World, DiffersBySeed) {
+TEST(VirtualLaboratory, DiffersBySeed) {
   for (const auto* rig : kRigs) {
     EXPECT_NE(seen_with_seed(rig, 0), seen_with_seed(rig, 1)) << rig;
     EXPECT_NE(seen_with_seed(rig, 1), seen_with_seed(rig, 2)) << rig;
   }
 }
 
-TEST(World, TwoRunsOfOneGyroShareNoNoise) {
-  World first(world_of_rig("virtual"), {.gyro = 1, .run = 1});
-  World second(world_of_rig("virtual"), {.gyro = 1, .run = 2});
+TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {
+  VirtualLaboratory first(laboratory_of_rig("virtual"), {.gyro = 1, .run = 1});
+  VirtualLaboratory second(laboratory_of_rig("virtual"), {.gyro = 1, .run = 2});
   for (int i = 0; i < 100; ++i) {
     first.step();
     second.step();
@@ -59,9 +59,9 @@ TEST(World, TwoRunsOfOneGyroShareNoNoise) {
   EXPECT_NEAR(static_cast<double>(first.pulses()), static_cast<double>(second.pulses()), 10) << "the same physics";
 }
 
-TEST(World, DoesNotChangeByBeingRead) {
-  World read(world_of_rig("virtual"), {.gyro = 3, .run = 0});
-  World unread(world_of_rig("virtual"), {.gyro = 3, .run = 0});
+TEST(VirtualLaboratory, DoesNotChangeByBeingRead) {
+  VirtualLaboratory read(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
+  VirtualLaboratory unread(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   (void)seen(read, {30}, 100);
   unread.command({30});
   unread.switch_on(true);
@@ -69,39 +69,39 @@ TEST(World, DoesNotChangeByBeingRead) {
   EXPECT_EQ(seen(read, {30}, 10), seen(unread, {30}, 10));
 }
 
-TEST(World, StartsAtRestAndSwitchedOff) {
-  const World world(world_of_rig("virtual-reference"), {.gyro = 0, .run = 0});
-  EXPECT_FALSE(world.is_on());
-  EXPECT_EQ(world.set_point().value, 20);
-  EXPECT_EQ(world.pulses(), 0);
-  EXPECT_NEAR(world.air_as_measured().value, 20, 0.06);
-  EXPECT_NEAR(world.thermometers_as_measured_c()[0], 23.297, 0.06);
-  EXPECT_NEAR(world.thermometers_as_measured_c()[8], 20.960, 0.06);
+TEST(VirtualLaboratory, StartsAtRestAndSwitchedOff) {
+  const VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {.gyro = 0, .run = 0});
+  EXPECT_FALSE(laboratory.is_on());
+  EXPECT_EQ(laboratory.set_point().value, 20);
+  EXPECT_EQ(laboratory.pulses(), 0);
+  EXPECT_NEAR(laboratory.air_as_measured().value, 20, 0.06);
+  EXPECT_NEAR(laboratory.thermometers_as_measured_c()[0], 23.297, 0.06);
+  EXPECT_NEAR(laboratory.thermometers_as_measured_c()[8], 20.960, 0.06);
 }
 
-TEST(World, RefusesSetPointsThatThePlantCannotHold) {
-  const World world(world_of_rig("virtual"), {.gyro = 0, .run = 0});
-  EXPECT_TRUE(world.accepts({-45}));
-  EXPECT_TRUE(world.accepts({90}));
-  EXPECT_FALSE(world.accepts({-45.1}));
-  EXPECT_FALSE(world.accepts({std::nan("")}));
+TEST(VirtualLaboratory, RefusesSetPointsThatThePlantCannotHold) {
+  const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {.gyro = 0, .run = 0});
+  EXPECT_TRUE(laboratory.accepts({-45}));
+  EXPECT_TRUE(laboratory.accepts({90}));
+  EXPECT_FALSE(laboratory.accepts({-45.1}));
+  EXPECT_FALSE(laboratory.accepts({std::nan("")}));
 }
 
-TEST(World, CountsEarthRateAndBias) {
+TEST(VirtualLaboratory, CountsEarthRateAndBias) {
   for (const auto* rig : kRigs) {
-    const auto parameters = world_of_rig(rig);
-    World world(parameters, {});
-    (void)seen(world, {20}, 3600);
-    const double arcsec = static_cast<double>(world.pulses()) * parameters.gyro.arcsec_per_pulse;
-    EXPECT_NEAR(arcsec / 3600, parameters.gyro.earth_rate_deg_per_h + world.true_bias().value, 0.002) << rig;
+    const auto parameters = laboratory_of_rig(rig);
+    VirtualLaboratory laboratory(parameters, {});
+    (void)seen(laboratory, {20}, 3600);
+    const double arcsec = static_cast<double>(laboratory.pulses()) * parameters.gyro.arcsec_per_pulse;
+    EXPECT_NEAR(arcsec / 3600, parameters.gyro.earth_rate_deg_per_h + laboratory.true_bias().value, 0.002) << rig;
   }
 }
 
 TEST(DrawGyro, KeepsTheFilesGyroForSeedZero) {
-  const auto type = world_of_rig("virtual-reference");
+  const auto type = laboratory_of_rig("virtual-reference");
   const auto drawn = draw_gyro(type, 0);
-  const auto& before = std::get<ReferenceGyroParameters>(type.body);
-  const auto& after = std::get<ReferenceGyroParameters>(drawn.body);
+  const auto& before = std::get<LumpedGyroParameters>(type.body);
+  const auto& after = std::get<LumpedGyroParameters>(drawn.body);
   EXPECT_EQ(after.network.capacity_j_per_k, before.network.capacity_j_per_k);
   EXPECT_EQ(after.network.film_w_per_k, before.network.film_w_per_k);
   EXPECT_EQ(after.bias.gradient_deg_per_h_per_k, before.bias.gradient_deg_per_h_per_k);
@@ -109,14 +109,14 @@ TEST(DrawGyro, KeepsTheFilesGyroForSeedZero) {
 }
 
 TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
-  const auto type = world_of_rig("virtual-reference");
-  const auto& before = std::get<ReferenceGyroParameters>(type.body);
+  const auto type = laboratory_of_rig("virtual-reference");
+  const auto& before = std::get<LumpedGyroParameters>(type.body);
   double sum = 0;
   double squares = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 500; ++seed) {
     const auto drawn = draw_gyro(type, seed);
-    const auto& after = std::get<ReferenceGyroParameters>(drawn.body);
+    const auto& after = std::get<LumpedGyroParameters>(drawn.body);
     EXPECT_NE(drawn.thermometers.offset_k[0], 0);
     EXPECT_NE(after.bias.arm_deg_per_h_per_k, before.bias.arm_deg_per_h_per_k);
     for (std::size_t i = 0; i < before.network.nodes.size(); ++i, ++count) {
@@ -130,59 +130,60 @@ TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
 }
 
 /// The air after some minutes on the way to `set_point`.
-double air_after(World& world, Celsius set_point, int minutes) {
-  world.command(set_point);
-  world.switch_on(true);
-  for (int t = 0; t < 60 * minutes; ++t) world.step();
-  return world.air_as_measured().value;
+double air_after(VirtualLaboratory& laboratory, Celsius set_point, int minutes) {
+  laboratory.command(set_point);
+  laboratory.switch_on(true);
+  for (int t = 0; t < 60 * minutes; ++t) laboratory.step();
+  return laboratory.air_as_measured().value;
 }
 
-TEST(World, DoesNotHeatWithoutItsHeaterAndWarmsBehindAnOpenDoor) {
-  World world(world_of_rig("virtual-reference"), {});
-  WorldFaults faults;
+TEST(VirtualLaboratory, DoesNotHeatWithoutItsHeaterAndWarmsBehindAnOpenDoor) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
+  LaboratoryFaults faults;
   faults.plant.heating_share = 0;
-  world.suffer(faults);
-  EXPECT_LT(air_after(world, {60}, 20), 22);
-  world.suffer({});
-  EXPECT_NEAR(air_after(world, {60}, 20), 60, 1);
+  laboratory.inject(faults);
+  EXPECT_LT(air_after(laboratory, {60}, 20), 22);
+  laboratory.inject({});
+  EXPECT_NEAR(air_after(laboratory, {60}, 20), 60, 1);
   faults = {};
   faults.plant.door_open = true;
-  world.suffer(faults);
-  EXPECT_LT(air_after(world, {60}, 20), 50);
+  laboratory.inject(faults);
+  EXPECT_LT(air_after(laboratory, {60}, 20), 50);
 }
 
-TEST(World, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
-  World world(world_of_rig("virtual-reference"), {});
-  WorldFaults faults;
+TEST(VirtualLaboratory, RunsAwayWhereItsMachineryIsStuckOrItsSensorLies) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
+  LaboratoryFaults faults;
   faults.plant.stuck_output = 1;
-  world.suffer(faults);
-  EXPECT_GT(air_after(world, {20}, 20), 90);
-  World frozen(world_of_rig("virtual-reference"), {});
+  laboratory.inject(faults);
+  EXPECT_GT(air_after(laboratory, {20}, 20), 90);
+  VirtualLaboratory frozen(laboratory_of_rig("virtual-reference"), {});
   faults = {};
   faults.plant.sensor_c = 20;
-  frozen.suffer(faults);
+  frozen.inject(faults);
   EXPECT_NEAR(air_after(frozen, {40}, 5), 20, 0.05) << "it shows what it showed, and its noise";
-  frozen.suffer({});
+  frozen.inject({});
   EXPECT_GT(frozen.output_percent(), 50);
   frozen.step();
   EXPECT_GT(frozen.air_as_measured().value, 50) << "while the air went on";
 }
 
-TEST(World, ShowsWhatItsThermometersShowAndMendsThem) {
-  World world(world_of_rig("virtual-reference"), {});
-  const auto sound = std::vector(world.thermometers_as_measured_c().begin(), world.thermometers_as_measured_c().end());
-  WorldFaults faults;
+TEST(VirtualLaboratory, ShowsWhatItsThermometersShowAndMendsThem) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual-reference"), {});
+  const auto sound =
+      std::vector(laboratory.thermometers_as_measured_c().begin(), laboratory.thermometers_as_measured_c().end());
+  LaboratoryFaults faults;
   faults.thermometers[0].shown_c = 850;
   faults.thermometers[1].error_k = 2;
   std::swap(faults.thermometers[2].place, faults.thermometers[8].place);
-  world.suffer(faults);
-  const auto shown = world.thermometers_as_measured_c();
+  laboratory.inject(faults);
+  const auto shown = laboratory.thermometers_as_measured_c();
   EXPECT_EQ(shown[0], 850);
   EXPECT_EQ(shown[1], sound[1] + 2);
   EXPECT_EQ(shown[2], sound[8]);
   EXPECT_EQ(shown[8], sound[2]);
-  world.suffer({});
-  for (std::size_t i = 0; i < sound.size(); ++i) EXPECT_EQ(world.thermometers_as_measured_c()[i], sound[i]);
+  laboratory.inject({});
+  for (std::size_t i = 0; i < sound.size(); ++i) EXPECT_EQ(laboratory.thermometers_as_measured_c()[i], sound[i]);
 }
 
 }  // namespace

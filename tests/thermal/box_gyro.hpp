@@ -1,8 +1,8 @@
 /// A gyro of 384 cells that takes milliseconds: a block with a warm side in a cabinet, air between them.
 #pragma once
 
+#include "thermal/model_order_reduction.hpp"
 #include "thermal/reduced/thermal_system.hpp"
-#include "thermal/reduction.hpp"
 
 namespace gyrotherm {
 

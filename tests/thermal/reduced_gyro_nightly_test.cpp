@@ -13,9 +13,9 @@
 #include "thermal/full_transient.hpp"
 #include "thermal/gyro_file.hpp"
 #include "thermal/gyro_reduction.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 #include "thermal/reduced/thermal_spread.hpp"
-#include "thermal/reduction_error.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -88,17 +88,17 @@ Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model
 double largest_difference(const ThermalSystem& system, const ReducedModel& model, int step_s) {
   constexpr int kUpdate_s = 10;
   FullTransient full(system, full_rest(system, model, program_c(0)), 1e-7);
-  ThermalTwin twin(model, {.start = {program_c(0)}, .seconds_per_update = kUpdate_s});
+  ReducedTransient reduced(model, {.start = {program_c(0)}, .seconds_per_update = kUpdate_s});
   double largest_k = 0;
   for (int t = 0; t < kProgram_s; t += step_s) {
     if (t % kUpdate_s == 0) {
       EXPECT_TRUE(full.set(step_s, coefficients_at(model, gap_air_c(full.outputs_c()), GyroFilm::chamber)));
     }
     EXPECT_TRUE(full.step(switched_on(model, program_c(t)), switched_on(model, program_c(t + step_s))));
-    for (int s = 1; s <= step_s; ++s) twin.step({program_c(t + s)});
+    for (int s = 1; s <= step_s; ++s) reduced.step({program_c(t + s)});
     const Eigen::VectorXd truth = full.outputs_c();
     for (std::size_t i = 0; i < 8; ++i)
-      largest_k = std::max(largest_k, std::abs(truth[static_cast<Eigen::Index>(i)] - twin.outputs_c()[i]));
+      largest_k = std::max(largest_k, std::abs(truth[static_cast<Eigen::Index>(i)] - reduced.outputs_c()[i]));
   }
   return largest_k;
 }

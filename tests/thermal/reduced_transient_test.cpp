@@ -17,7 +17,7 @@
 namespace gyrotherm {
 namespace {
 
-constexpr unsigned kTwinSeed = 61;
+constexpr unsigned kReducedSeed = 61;
 
 /// One second by the exponential of the system extended by its inputs, which are ramps.
 OneSecond by_exponential(const ReducedModel& model, const ThermalCoefficients& c) {
@@ -74,11 +74,11 @@ TEST(OneSecond, IsTheMatrixExponential) {
 TEST(StepTable, IsTheStepAtAnyTemperature) {
   const auto& model = reduced_box_gyro();
   StepTable table(model, GyroFilm::chamber);
-  std::mt19937_64 random(kTwinSeed);
+  std::mt19937_64 random(kReducedSeed);
   std::uniform_real_distribution<double> anywhere(-80, 130);
   for (int i = 0; i < 20; ++i) {
     const double air_c = anywhere(random);
-    SCOPED_TRACE(fmt::format("seed {}: {} °C", kTwinSeed, air_c));
+    SCOPED_TRACE(fmt::format("seed {}: {} °C", kReducedSeed, air_c));
     const auto second = one_second(model, coefficients_at(model, air_c, GyroFilm::chamber));
     Eigen::VectorXd states = Eigen::VectorXd::LinSpaced(model.conduction.rows(), -30, 50);
     const Eigen::VectorXd expected = second.carry * states + second.before * 17 + second.after * 18 + second.powers;
@@ -88,40 +88,40 @@ TEST(StepTable, IsTheStepAtAnyTemperature) {
   }
 }
 
-TEST(ThermalTwin, StaysWhereItRests) {
+TEST(ReducedTransient, StaysWhereItRests) {
   for (const bool linear : {true, false}) {
-    ThermalTwin twin(reduced_box_gyro(), {.start = {-15}, .linear = linear});
-    const std::vector<double> start(twin.outputs_c().begin(), twin.outputs_c().end());
-    for (int i = 0; i < 20000; ++i) twin.step({-15});
-    for (std::size_t i = 0; i < start.size(); ++i) EXPECT_NEAR(twin.outputs_c()[i], start[i], 1e-8);
+    ReducedTransient reduced(reduced_box_gyro(), {.start = {-15}, .linear = linear});
+    const std::vector<double> start(reduced.outputs_c().begin(), reduced.outputs_c().end());
+    for (int i = 0; i < 20000; ++i) reduced.step({-15});
+    for (std::size_t i = 0; i < start.size(); ++i) EXPECT_NEAR(reduced.outputs_c()[i], start[i], 1e-8);
   }
 }
 
-TEST(ThermalTwin, LinearStepsAreTheExponentialsOfConstantCoefficients) {
+TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd states = rest_of(model, GyroFilm::still, 20);
   const auto c = coefficients_at(model, gap_air_c(model.outputs * states), GyroFilm::still);
   const auto second = by_exponential(model, c);
   const auto r = states.size();
-  ThermalTwin twin(model, {.film = GyroFilm::still, .linear = true});
+  ReducedTransient reduced(model, {.film = GyroFilm::still, .linear = true});
   for (int i = 1; i <= 9000; ++i) {
     states = (second.carry * states + second.before.head(r) * program_c(i - 1) + second.after.head(r) * program_c(i) +
               second.powers)
                  .eval();
-    twin.step({program_c(i)});
+    reduced.step({program_c(i)});
     const Eigen::VectorXd expected = model.outputs * states;
     for (std::size_t j = 0; j < kThermalOutputs; ++j)
-      ASSERT_NEAR(twin.outputs_c()[j], expected[static_cast<Eigen::Index>(j)], 1e-8) << i;
+      ASSERT_NEAR(reduced.outputs_c()[j], expected[static_cast<Eigen::Index>(j)], 1e-8) << i;
   }
 }
 
 /// The other way to step: diagonalise anew at each update and carry the state from the old modes into the new ones.
-TEST(ThermalTwin, FollowsModesThatAreFoundAnewAtEachUpdate) {
+TEST(ReducedTransient, FollowsModesThatAreFoundAnewAtEachUpdate) {
   const auto& model = reduced_box_gyro();
   Eigen::VectorXd outputs = model.outputs * rest_of(model, GyroFilm::chamber, 20);
   auto modes = modes_of(model, coefficients_at(model, 20, GyroFilm::chamber));
   Eigen::VectorXd amplitudes = modes.shapes.transpose() * rest_of(model, GyroFilm::chamber, 20);
-  ThermalTwin twin(model, {});
+  ReducedTransient reduced(model, {});
   ModalWeights weights;
   Eigen::MatrixXd inputs;
   for (int i = 1; i <= 9000; ++i) {
@@ -137,16 +137,16 @@ TEST(ThermalTwin, FollowsModesThatAreFoundAnewAtEachUpdate) {
     const Eigen::ArrayXd to = inputs * switched_on(model, program_c(i));
     amplitudes = (weights.decay * amplitudes.array() + weights.before * from + weights.after * to).matrix();
     outputs = model.outputs * (modes.shapes * amplitudes);
-    twin.step({program_c(i)});
+    reduced.step({program_c(i)});
     for (std::size_t j = 0; j < kThermalOutputs; ++j)
-      ASSERT_NEAR(twin.outputs_c()[j], outputs[static_cast<Eigen::Index>(j)], 1e-7) << i;
+      ASSERT_NEAR(reduced.outputs_c()[j], outputs[static_cast<Eigen::Index>(j)], 1e-7) << i;
   }
 }
 
-TEST(ThermalTwin, IsTheSameBitForBitOnEachRun) {
+TEST(ReducedTransient, IsTheSameBitForBitOnEachRun) {
   for (const bool linear : {true, false}) {
-    ThermalTwin one(reduced_box_gyro(), {.linear = linear});
-    ThermalTwin other(reduced_box_gyro(), {.linear = linear});
+    ReducedTransient one(reduced_box_gyro(), {.linear = linear});
+    ReducedTransient other(reduced_box_gyro(), {.linear = linear});
     for (int i = 1; i <= 3000; ++i) {
       one.step({program_c(i)});
       other.step({program_c(i)});
@@ -156,9 +156,9 @@ TEST(ThermalTwin, IsTheSameBitForBitOnEachRun) {
   }
 }
 
-TEST(ThermalTwin, WarmAirConductsBetterThanTheStartsCoefficientsSay) {
-  ThermalTwin constant(reduced_box_gyro(), {.start = {-40}, .linear = true});
-  ThermalTwin following(reduced_box_gyro(), {.start = {-40}});
+TEST(ReducedTransient, WarmAirConductsBetterThanTheStartsCoefficientsSay) {
+  ReducedTransient constant(reduced_box_gyro(), {.start = {-40}, .linear = true});
+  ReducedTransient following(reduced_box_gyro(), {.start = {-40}});
   for (int i = 0; i < 100000; ++i) {
     constant.step({60});
     following.step({60});
@@ -174,15 +174,15 @@ double largest_difference(const ThermalSystem& system, const ReducedModel& model
   auto above = direct_solver()(matrices.sum(0, 1, c), system.inputs * switched_on(model, 0));
   FullTransient full(system, (above->col(0).array() + 20).matrix());
   EXPECT_TRUE(full.set(step_s, c));
-  ThermalTwin twin(model, {.linear = true});
+  ReducedTransient reduced(model, {.linear = true});
   double largest = 0;
   for (int second = 0; second < 1800;) {
     const double from = program_c(second);
-    for (int i = 0; i < static_cast<int>(step_s); ++i) twin.step({program_c(++second)});
+    for (int i = 0; i < static_cast<int>(step_s); ++i) reduced.step({program_c(++second)});
     EXPECT_TRUE(full.step(switched_on(model, from), switched_on(model, program_c(second))));
     const Eigen::VectorXd outputs = full.outputs_c();
     for (std::size_t j = 0; j < kThermalOutputs; ++j)
-      largest = std::max(largest, std::abs(outputs[static_cast<Eigen::Index>(j)] - twin.outputs_c()[j]));
+      largest = std::max(largest, std::abs(outputs[static_cast<Eigen::Index>(j)] - reduced.outputs_c()[j]));
   }
   return largest;
 }

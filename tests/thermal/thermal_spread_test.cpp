@@ -13,13 +13,13 @@ constexpr ThermalSpread kWide{.capacity = 0.05, .gap = 0.2, .film = 0.3, .power 
 
 RandomStream stream(std::uint64_t seed) { return {seed, RandomPurpose::capacity_spread}; }
 
-TEST(TwinSpread, NoSpreadIsTheSameGyro) {
+TEST(ThermalSpread, NoSpreadIsTheSameGyro) {
   auto random = stream(5);
   const auto other = perturbed(reduced_box_gyro(), {}, random);
   EXPECT_EQ(reduced_model_text(other), reduced_model_text(reduced_box_gyro()));
 }
 
-TEST(TwinSpread, TakesTheSameCountOfNumbersWhateverTheSpread) {
+TEST(ThermalSpread, TakesTheSameCountOfNumbersWhateverTheSpread) {
   auto narrow = stream(5);
   auto wide = stream(5);
   (void)perturbed(reduced_box_gyro(), {}, narrow);
@@ -27,7 +27,7 @@ TEST(TwinSpread, TakesTheSameCountOfNumbersWhateverTheSpread) {
   EXPECT_EQ(narrow.uniform(), wide.uniform());
 }
 
-TEST(TwinSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
+TEST(ThermalSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     auto random = stream(seed);
@@ -38,7 +38,7 @@ TEST(TwinSpread, EveryGyroIsABodyThatCoolsToItsSurroundings) {
   }
 }
 
-TEST(TwinSpread, UnequalArmsKeepTheirSumAndTellLeftFromRight) {
+TEST(ThermalSpread, UnequalArmsKeepTheirSumAndTellLeftFromRight) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
   const auto other = perturbed(type, {.arms = 0.2}, random);
@@ -50,7 +50,7 @@ TEST(TwinSpread, UnequalArmsKeepTheirSumAndTellLeftFromRight) {
   EXPECT_GT(std::abs(rest[9] - rest[10]), 1e-2);
 }
 
-TEST(TwinSpread, CapacityChangesHowFastAndNotWhere) {
+TEST(ThermalSpread, CapacityChangesHowFastAndNotWhere) {
   const auto& type = reduced_box_gyro();
   auto random = stream(7);
   const auto other = perturbed(type, {.capacity = 0.2}, random);

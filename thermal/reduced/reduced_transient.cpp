@@ -30,7 +30,7 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
   return states;
 }
 
-struct ThermalTwin::Parts {
+struct ReducedTransient::Parts {
   /// Constant coefficients: the states are amplitudes of modes.
   class ModalStep final {
    public:
@@ -55,7 +55,7 @@ struct ThermalTwin::Parts {
     Eigen::ArrayXd decay_, before_, after_, powers_;
   };
 
-  Parts(const ReducedModel& model, const ThermalTwinOptions& chosen)
+  Parts(const ReducedModel& model, const ReducedTransientOptions& chosen)
       : options(chosen),
         air_c(chosen.start.value),
         states(rest_of(model, chosen.film, air_c)),
@@ -64,7 +64,7 @@ struct ThermalTwin::Parts {
     publish();
   }
 
-  static std::variant<ModalStep, StepTable> law_of(const ReducedModel& model, const ThermalTwinOptions& chosen,
+  static std::variant<ModalStep, StepTable> law_of(const ReducedModel& model, const ReducedTransientOptions& chosen,
                                                    Eigen::VectorXd& start, Eigen::MatrixXd& rows) {
     if (!chosen.linear) return StepTable(model, chosen.film);
     return ModalStep(model, coefficients_at(model, gap_air_c(rows * start), chosen.film), start, rows);
@@ -72,7 +72,7 @@ struct ThermalTwin::Parts {
 
   void publish() { outputs_c.noalias() = outputs * states; }
 
-  ThermalTwinOptions options;
+  ReducedTransientOptions options;
   double air_c;
   long seconds = 0;
   Eigen::VectorXd states;
@@ -81,15 +81,15 @@ struct ThermalTwin::Parts {
   Eigen::Vector<double, kThermalOutputs> outputs_c;
 };
 
-ThermalTwin::ThermalTwin(const ReducedModel& model, const ThermalTwinOptions& options)
+ReducedTransient::ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options)
     : parts_(std::make_unique<Parts>(model, options)) {
   assert(options.seconds_per_update >= 1);
 }
-ThermalTwin::~ThermalTwin() = default;
-ThermalTwin::ThermalTwin(ThermalTwin&&) noexcept = default;
-ThermalTwin& ThermalTwin::operator=(ThermalTwin&&) noexcept = default;
+ReducedTransient::~ReducedTransient() = default;
+ReducedTransient::ReducedTransient(ReducedTransient&&) noexcept = default;
+ReducedTransient& ReducedTransient::operator=(ReducedTransient&&) noexcept = default;
 
-void ThermalTwin::step(Celsius air) {
+void ReducedTransient::step(Celsius air) {
   auto& p = *parts_;
   if (auto* table = std::get_if<StepTable>(&p.law)) {
     if (p.seconds % p.options.seconds_per_update == 0) table->update(gap_air_c(p.outputs_c));
@@ -102,7 +102,7 @@ void ThermalTwin::step(Celsius air) {
   p.publish();
 }
 
-std::span<const double, kThermalOutputs> ThermalTwin::outputs_c() const {
+std::span<const double, kThermalOutputs> ReducedTransient::outputs_c() const {
   return std::span<const double, kThermalOutputs>(parts_->outputs_c.data(), kThermalOutputs);
 }
 

@@ -11,7 +11,7 @@
 
 namespace gyrotherm {
 
-struct ThermalTwinOptions {
+struct ReducedTransientOptions {
   Celsius start{20};  ///< air at which the gyro, switched on, rests at the start
   GyroFilm film = GyroFilm::chamber;
   bool linear = false;          ///< keep the air's conductivity of the start
@@ -24,12 +24,12 @@ struct ThermalTwinOptions {
 /// The temperature of the air in the gaps: the mean of block and shell.
 [[nodiscard]] double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c);
 
-class ThermalTwin final {
+class ReducedTransient final {
  public:
-  ThermalTwin(const ReducedModel& model, const ThermalTwinOptions& options);
-  ~ThermalTwin();
-  ThermalTwin(ThermalTwin&&) noexcept;
-  ThermalTwin& operator=(ThermalTwin&&) noexcept;
+  ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options);
+  ~ReducedTransient();
+  ReducedTransient(ReducedTransient&&) noexcept;
+  ReducedTransient& operator=(ReducedTransient&&) noexcept;
 
   /// Lets one second pass while the chamber's air goes linearly from where it was to `air`; exact for that input and
   /// constant coefficients.

@@ -147,9 +147,9 @@ TEST(Folds, AreRefusedWhereTheGuardLeavesNothing) {
 
 TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
   const Clusters record = without_cycles(400);
-  const Lesson lesson{record, *plan_folds({record}, blocks(5, 20))};
-  for (const FoldRows& outer : lesson.folds.folds) {
-    const Lesson inner = within(lesson, outer.training);
+  const TrainingSet training_set{record, *plan_folds({record}, blocks(5, 20))};
+  for (const FoldRows& outer : training_set.folds.folds) {
+    const TrainingSet inner = within(training_set, outer.training);
     EXPECT_EQ(inner.folds.folds.size(), 4u);
     expect_each_held_out_once(inner.folds, outer.training.size());
     for (const FoldRows& fold : inner.folds.folds) {
@@ -167,11 +167,12 @@ TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
 
 TEST(Folds, OfWhatIsLeftAreBlocksWhereOneWouldRemain) {
   const Clusters record = clusters_at({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1});
-  const Lesson lesson{record, *plan_folds({record})};
-  const auto left = with_two_folds(within(lesson, lesson.folds.folds[0].training));
+  const TrainingSet training_set{record, *plan_folds({record})};
+  const auto left = with_two_folds(within(training_set, training_set.folds.folds[0].training));
   ASSERT_TRUE(left);
   EXPECT_EQ(left->folds.folds.size(), 4u);
-  EXPECT_FALSE(with_two_folds(within(lesson, lesson.folds.folds[1].training))) << "four clusters cannot be cut";
+  EXPECT_FALSE(with_two_folds(within(training_set, training_set.folds.folds[1].training)))
+      << "four clusters cannot be cut";
 }
 
 TEST(Folds, AreReadFromTheirWord) {

@@ -86,8 +86,8 @@ TEST(SelfOrganisingMap, KeepsNeighboursTogether) {
 TEST(NeighbourDistances, AreOfTheTwoNearest) {
   const SampleMatrix centres = (SampleMatrix(4, 1) << 0, 1, 3, 10).finished();
   EXPECT_EQ(neighbour_distances(centres), Eigen::Vector4d(2, 1.5, 2.5, 8));
-  const SampleMatrix twins = (SampleMatrix(3, 1) << 0, 0, 4).finished();
-  EXPECT_EQ(neighbour_distances(twins), Eigen::Vector3d(2, 2, 4));
+  const SampleMatrix reduced_gyros = (SampleMatrix(3, 1) << 0, 0, 4).finished();
+  EXPECT_EQ(neighbour_distances(reduced_gyros), Eigen::Vector3d(2, 2, 4));
 }
 
 TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {

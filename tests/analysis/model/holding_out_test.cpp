@@ -34,9 +34,9 @@ FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
 double held_out_rmse(const Clusters& clusters, const FoldPlan& plan) {
   const Method& svr = **find_method("svr");
   const InputPlan inputs{.fixed = {temperature_term("T"), temperature_term("dT")}, .candidates = {}, .rule = {}};
-  const Recipe recipe{svr, {{"C", 30}, {"sigma", std::sqrt(1 / (2 * 0.3))}, {"epsilon", 0.02}}, {}};
+  const EstimatorOptions estimator{svr, {{"C", 30}, {"sigma", std::sqrt(1 / (2 * 0.3))}, {"epsilon", 0.02}}, {}};
   const auto splits = split_at_folds({clusters, plan}, inputs, svr, {});
-  const auto residual = leave_out_residual(*splits, clusters.start_s.size(), recipe, {});
+  const auto residual = leave_out_residual(*splits, clusters.start_s.size(), estimator, {});
   return std::sqrt(residual->squaredNorm() / static_cast<double>(residual->size())) / 3600;
 }
 

@@ -78,7 +78,7 @@ Eigen::VectorXd change(const Model& full, const Model& reduced, const Clusters& 
   return *predict(full, clusters) - *predict(reduced, clusters);
 }
 
-Model reduced(const Model& model, const Clusters& clusters, const ReductionGoal& goal) {
+Model reduced(const Model& model, const Clusters& clusters, const ReducedSetGoal& goal) {
   auto smaller = reduce(model, clusters, goal);
   EXPECT_TRUE(smaller) << text(smaller.error());
   return *smaller;
@@ -90,7 +90,7 @@ TEST(ReducedSet, LosesLessTheMoreItKeeps) {
     const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
     double before = 1e300;
     for (int vectors = 1; vectors <= kVectors; ++vectors) {
-      const Reduction loss = *reduced(model, clusters_of(80, seed), {.vectors = vectors}).reduction;
+      const ReducedSetSummary loss = *reduced(model, clusters_of(80, seed), {.vectors = vectors}).reduction;
       EXPECT_LE(loss.vectors, vectors);
       EXPECT_LE(loss.bound_deg_per_h, before * (1 + 1e-9) + 1e-9);
       before = loss.bound_deg_per_h;
@@ -117,7 +117,7 @@ TEST(ReducedSet, StatesTheLossThatIsMeasured) {
     const Clusters clusters = clusters_of(120, seed + 50);
     const Model smaller = reduced(model, clusters, {.vectors = 15});
     const Eigen::VectorXd measured = change(model, smaller, clusters);
-    const Reduction& loss = *smaller.reduction;
+    const ReducedSetSummary& loss = *smaller.reduction;
     EXPECT_GT(loss.max_change_deg_per_h, 0);
     EXPECT_NEAR(loss.max_change_deg_per_h, measured.cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_NEAR(loss.rms_change_deg_per_h, std::sqrt(measured.squaredNorm() / 120), 1e-12);
@@ -178,7 +178,7 @@ TEST(ReducedSet, ComesBackFromItsFile) {
 TEST(ReducedSet, RefusesWhatItCannotDo) {
   const Clusters clusters = clusters_of(20, 6);
   const Model model = model_of(6);
-  const auto refused = [&](const Model& which, const ReductionGoal& goal) {
+  const auto refused = [&](const Model& which, const ReducedSetGoal& goal) {
     const auto smaller = reduce(which, clusters, goal);
     EXPECT_FALSE(smaller);
     EXPECT_TRUE(smaller || smaller.error().kind == FaultKind::usage);

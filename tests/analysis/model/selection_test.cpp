@@ -43,20 +43,20 @@ std::vector<Term> temperatures() {
   return terms;
 }
 
-Lesson lesson_of(Clusters clusters) {
+TrainingSet training_set_of(Clusters clusters) {
   FoldPlan folds = *plan_folds({clusters});
   return {std::move(clusters), std::move(folds)};
 }
 
 /// Independent temperatures with a bias made of two gradients, one of them squared, and white noise.
-Lesson made_of_two_gradients(std::uint64_t seed) {
+TrainingSet made_of_two_gradients(std::uint64_t seed) {
   Clusters clusters = wandering(*make_clusters(make_synthetic_run({.hold_s = 1000})), seed);
   const SampleMatrix x = *evaluate({gradient_term("A", "D"), gradient_term("C", "F")}, clusters);
   std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
   std::normal_distribution<double> noise(0, 1e-3);
   clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
-  return lesson_of(std::move(clusters));
+  return training_set_of(std::move(clusters));
 }
 
 TEST(Selection, OfThePapersTableIsItsThirteenPairsOfRankSeven) {
@@ -87,10 +87,10 @@ TEST(Selection, DoesNotMindTheSign) {
 TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
   Clusters clusters = *make_clusters(make_synthetic_run({}));
   clusters.bias_deg_per_h = 3 * clusters.temperature_c.col(2);
-  const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), lesson_of(clusters));
+  const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), training_set_of(clusters));
   ASSERT_TRUE(selection);
   EXPECT_TRUE(selection->fallback) << "one input is no choice: " << selection->statement;
-  EXPECT_FALSE(select_inputs({}, {}, {}, lesson_of(clusters)));
+  EXPECT_FALSE(select_inputs({}, {}, {}, training_set_of(clusters)));
 }
 
 TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
@@ -117,8 +117,8 @@ TEST(ForwardSelection, TakesAtMostSoMany) {
 }
 
 TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
-  const Lesson lesson = made_of_two_gradients(4);
-  const auto select = [&] { return *select_forward({}, all_gradients(kEightNames), lesson, 4); };
+  const TrainingSet training_set = made_of_two_gradients(4);
+  const auto select = [&] { return *select_forward({}, all_gradients(kEightNames), training_set, 4); };
   const Selection all = select();
   const Selection one = oneapi::tbb::task_arena(1).execute(select);
   EXPECT_EQ(all.terms, one.terms);

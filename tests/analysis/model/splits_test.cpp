@@ -16,7 +16,7 @@ Result<Choice> choose_sum(std::span<const Fold> folds, const MethodOptions&, con
   return Choice{.parameters = {{"sum", sum}}, .tuning = {}, .warnings = {}};
 }
 
-Result<Fit> fit_constant(const TrainingSet& set, const HyperParameters& parameters, const MethodOptions&) {
+Result<Fit> fit_constant(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   return Fit{.function = LinearModel{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = value_of(parameters, "sum")},
              .effective_parameters = 1,
              .particulars = {}};
@@ -27,10 +27,10 @@ Eigen::VectorXd doubled(const Clusters& training) { return 2 * training.bias_deg
 constexpr Method kSpy{
     .name = "spy", .title = "", .citation = "", .inputs = "", .choose = choose_sum, .fit = fit_constant};
 
-Eigen::VectorXd nested_predictions(const Lesson& lesson, const InputPlan& plan) {
-  const auto splits = split_at_folds(lesson, plan, kSpy, {});
-  const auto residual = nested_residual(lesson, *splits, plan, {kSpy, {}, {}}, {});
-  return lesson.clusters.bias_deg_per_h - *residual;
+Eigen::VectorXd nested_predictions(const TrainingSet& training_set, const InputPlan& plan) {
+  const auto splits = split_at_folds(training_set, plan, kSpy, {});
+  const auto residual = nested_residual(training_set, *splits, plan, {kSpy, {}, {}}, {});
+  return training_set.clusters.bias_deg_per_h - *residual;
 }
 
 TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
@@ -52,23 +52,23 @@ TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
 
 TEST(Splits, FilterWhatIsLearntFromAndNeverWhatIsHeldOut) {
   const Dataset dataset = make_synthetic_run({});
-  const Lesson lesson{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
+  const TrainingSet training_set{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
   Method filtering = kSpy;
   filtering.filter = doubled;
-  const auto splits = split_at_folds(lesson, *plan_inputs("A-B", dataset), filtering, {});
+  const auto splits = split_at_folds(training_set, *plan_inputs("A-B", dataset), filtering, {});
   ASSERT_TRUE(splits);
-  for (const Split& split : *splits) {
-    EXPECT_EQ(split.held_out.bias_deg_per_h, lesson.clusters.bias_deg_per_h(split.held_out_rows));
-    const auto& rows = lesson.folds.folds[&split - splits->data()].training;
-    EXPECT_EQ(split.training.clusters.bias_deg_per_h, 2 * lesson.clusters.bias_deg_per_h(rows));
+  for (const FoldData& split : *splits) {
+    EXPECT_EQ(split.held_out.bias_deg_per_h, training_set.clusters.bias_deg_per_h(split.held_out_rows));
+    const auto& rows = training_set.folds.folds[&split - splits->data()].training;
+    EXPECT_EQ(split.training.clusters.bias_deg_per_h, 2 * training_set.clusters.bias_deg_per_h(rows));
   }
 }
 
 TEST(Splits, StopWhenAsked) {
   const Dataset dataset = make_synthetic_run({});
-  const Lesson lesson{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
+  const TrainingSet training_set{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
   const auto splits =
-      split_at_folds(lesson, *plan_inputs("A-B", dataset), kSpy, [](std::string_view, double) { return false; });
+      split_at_folds(training_set, *plan_inputs("A-B", dataset), kSpy, [](std::string_view, double) { return false; });
   ASSERT_FALSE(splits);
   EXPECT_EQ(splits.error().kind, FaultKind::interrupted);
 }

@@ -132,7 +132,7 @@ class InOrder final : public ByteStream {
   Duration free_{};  ///< when the last answer is out
   std::deque<std::pair<Duration, std::string>> coming_;
 };
-const Beat kWho{.question = "who", .answer_begins = "me"};
+const ResyncQuery kWho{.question = "who", .answer_begins = "me"};
 
 struct OneInstrument {
   explicit OneInstrument(bool alone) {

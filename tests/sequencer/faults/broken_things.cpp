@@ -3,7 +3,7 @@
 namespace gyrotherm {
 namespace {
 
-using D = Demonstration;
+using D = BreakableRun;
 
 /// Seconds of a demonstration.
 constexpr int kEarly = 10, kFirstHold = 60, kRamp = 400, kHold = 900;
@@ -51,20 +51,20 @@ void well(D& d) { condition(d, kGood); }
 
 template <class Fault>
 void plant(D& d, Fault fault) {
-  d.break_plant([&](WorldFaults& faults) { fault(faults); });
+  d.break_plant([&](LaboratoryFaults& faults) { fault(faults); });
 }
 void thermometer_off_by(D& d, double kelvins) {
-  plant(d, [=](WorldFaults& faults) { faults.thermometers[0].error_k = kelvins; });
+  plant(d, [=](LaboratoryFaults& faults) { faults.thermometers[0].error_k = kelvins; });
 }
 void output(D& d, std::optional<double> stuck) {
-  plant(d, [=](WorldFaults& faults) { faults.plant.stuck_output = stuck; });
+  plant(d, [=](LaboratoryFaults& faults) { faults.plant.stuck_output = stuck; });
 }
 /// It shows too little; the controller heats until it shows what it is to show.
 void sensor_detached(D& d) {
-  plant(d, [](WorldFaults& faults) { faults.plant.sensor_error_k = -15; });
+  plant(d, [](LaboratoryFaults& faults) { faults.plant.sensor_error_k = -15; });
 }
 void all_sound(D& d) {
-  plant(d, [](WorldFaults& faults) { faults = {}; });
+  plant(d, [](LaboratoryFaults& faults) { faults = {}; });
 }
 
 Setting with(std::function<void(RigFile&)> rig, const char* segments = kSteps) {
@@ -72,45 +72,45 @@ Setting with(std::function<void(RigFile&)> rig, const char* segments = kSteps) {
 }
 
 void open_door(D& d) {
-  plant(d, [](WorldFaults& faults) { faults.plant.door_open = true; });
+  plant(d, [](LaboratoryFaults& faults) { faults.plant.door_open = true; });
   condition(d, kDoorOpen);
 }
 
 std::vector<BrokenThing> what_ends_a_run() {
   return {{.shows = "HeatersStuckBeyondTheAirsLimit",
-           .cause = Cause::air_limit,
+           .cause = InterlockId::air_limit,
            .reaction = Reaction::abort,
            .at = kFirstHold,
            .breaks = [](D& d) { output(d, 1); },
            .acts_within = 60,
            .setting = with([](RigFile& file) { file.limits.air_highest = {30}; })},
           {.shows = "AThermometerBeyondItsLimit",
-           .cause = Cause::thermometer_limit,
+           .cause = InterlockId::thermometer_limit,
            .reaction = Reaction::abort,
            .at = kHold,
            .breaks = [](D& d) { thermometer_off_by(d, 80); },
            .acts_within = 2},
           {.shows = "ATrippedLimiter",
-           .cause = Cause::chamber_alarm,
+           .cause = InterlockId::chamber_alarm,
            .reaction = Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { condition(d, kLimiterTripped); },
            .acts_within = 3},
           {.shows = "AnEmergencyStop",
-           .cause = Cause::emergency_stop,
+           .cause = InterlockId::emergency_stop,
            .reaction = Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { condition(d, kEmergencyStop); },
            .acts_within = 3},
           {.shows = "ASoakThatNeverCounts",
-           .cause = Cause::deadline,
+           .cause = InterlockId::deadline,
            .reaction = Reaction::abort,
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 14); },
            .acts_within = 1200,
            .setting = {.segments = kSoak}},
           {.shows = "AProgramEndedAtThePanel",
-           .cause = Cause::program,
+           .cause = InterlockId::program,
            .reaction = Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().write("stop", 1); },
@@ -120,13 +120,13 @@ std::vector<BrokenThing> what_ends_a_run() {
 
 std::vector<BrokenThing> what_the_chambers_sensor_does() {
   return {{.shows = "TheChambersSensorDetached",
-           .cause = Cause::chamber_sensor,
+           .cause = InterlockId::chamber_sensor,
            .reaction = Reaction::abort,
            .at = kFirstHold,
            .breaks = sensor_detached,
            .acts_within = 30},
           {.shows = "TheChambersSensorApartFromAThermometerInTheAir",
-           .cause = Cause::chamber_sensor,
+           .cause = InterlockId::chamber_sensor,
            .reaction = Reaction::abort,
            .at = kFirstHold,
            .breaks = sensor_detached,
@@ -136,14 +136,14 @@ std::vector<BrokenThing> what_the_chambers_sensor_does() {
 
 std::vector<BrokenThing> what_falls_silent() {
   return {{.shows = "TheChambersLineCut",
-           .cause = Cause::chamber_silent,
+           .cause = InterlockId::chamber_silent,
            .reaction = Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().line().trouble.gone = true; },
            .acts_within = 6,
            .mends = [](D& d) { d.plant().chamber().line().trouble.gone = false; }},
           {.shows = "AThermometersLineCut",
-           .cause = Cause::thermometers_lost,
+           .cause = InterlockId::thermometers_lost,
            .reaction = Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(0).trouble.gone = true; },
@@ -153,17 +153,17 @@ std::vector<BrokenThing> what_falls_silent() {
              file.limits.thermometers_needed = 5;
              file.limits.needed_thermometers.clear();
            }),
-           .also = {Cause::channel_lost}},
+           .also = {InterlockId::channel_lost}},
           {.shows = "AThermometersLineCutThatTheAnalysisNeeds",
-           .cause = Cause::needed_channel_lost,
+           .cause = InterlockId::needed_channel_lost,
            .reaction = Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 6,
            .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
-           .also = {Cause::channel_lost}},
+           .also = {InterlockId::channel_lost}},
           {.shows = "TheGyrosLineCut",
-           .cause = Cause::gyro_silent,
+           .cause = InterlockId::gyro_silent,
            .reaction = Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().gyro().trouble.gone = true; },
@@ -173,7 +173,7 @@ std::vector<BrokenThing> what_falls_silent() {
 
 std::vector<BrokenThing> what_the_chamber_does() {
   return {{.shows = "AnOpenDoor",
-           .cause = Cause::door,
+           .cause = InterlockId::door,
            .reaction = Reaction::suspend,
            .at = kHold,
            .breaks = open_door,
@@ -185,23 +185,23 @@ std::vector<BrokenThing> what_the_chamber_does() {
                },
            .over_within = 300},
           {.shows = "TheSupplyLost",
-           .cause = Cause::supply,
+           .cause = InterlockId::supply,
            .reaction = Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { condition(d, kSupplyLost); },
            .acts_within = 3,
            .mends = well},
           {.shows = "ADoorThatNoSwitchTells",
-           .cause = Cause::air_rate,
+           .cause = InterlockId::air_rate,
            .reaction = Reaction::suspend,
            .at = kInTheCold,
-           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.door_open = true; }); },
+           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.door_open = true; }); },
            .acts_within = 60,
            .mends = all_sound,
            .over_within = 300,
            .setting = with([](RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
           {.shows = "HeatersStuckWarmTheArticle",
-           .cause = Cause::thermometer_rate,
+           .cause = InterlockId::thermometer_rate,
            .reaction = Reaction::suspend,
            .at = kFirstHold,
            .breaks = [](D& d) { output(d, 1); },
@@ -210,39 +210,39 @@ std::vector<BrokenThing> what_the_chamber_does() {
            .over_within = 300,
            .setting = with([](RigFile& file) { file.limits.thermometers_fastest = {2}; })},
           {.shows = "HeatersWithoutPower",
-           .cause = Cause::following,
+           .cause = InterlockId::following,
            .reaction = Reaction::suspend,
            .at = kRamp - 60,
-           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.heating_share = 0; }); },
+           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
            .acts_within = 900,
            .mends = all_sound,
            .over_within = 600},
           {.shows = "HeatersWithoutPowerNearALimit",
-           .cause = Cause::following,
+           .cause = InterlockId::following,
            .reaction = Reaction::abort,
            .at = kRamp - 80,
-           .breaks = [](D& d) { plant(d, [](WorldFaults& faults) { faults.plant.heating_share = 0; }); },
+           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
            .acts_within = 900,
            .setting = with([](RigFile& file) { file.limits.air_lowest = {19.5}; })}};
 }
 
 std::vector<BrokenThing> what_becomes_of_set_points() {
   return {{.shows = "ASetPointFromThePanel",
-           .cause = Cause::foreign_set_point,
+           .cause = InterlockId::foreign_set_point,
            .reaction = Reaction::suspend,
            .at = kHold,
-           .breaks = [](D& d) { d.plant().world().command({45}); },
+           .breaks = [](D& d) { d.plant().laboratory().command({45}); },
            .acts_within = 2,
-           .mends = [](D& d) { d.plant().world().command({40}); }},
+           .mends = [](D& d) { d.plant().laboratory().command({40}); }},
           {.shows = "SwitchedOffAtThePanel",
-           .cause = Cause::foreign_set_point,
+           .cause = InterlockId::foreign_set_point,
            .reaction = Reaction::suspend,
            .at = kHold,
-           .breaks = [](D& d) { d.plant().world().switch_on(false); },
+           .breaks = [](D& d) { d.plant().laboratory().switch_on(false); },
            .acts_within = 5,
-           .mends = [](D& d) { d.plant().world().switch_on(true); }},
+           .mends = [](D& d) { d.plant().laboratory().switch_on(true); }},
           {.shows = "APowerCutOfTheChamber",
-           .cause = Cause::restarted,
+           .cause = InterlockId::restarted,
            .reaction = Reaction::suspend,
            .at = kHold,
            .breaks =
@@ -256,7 +256,7 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .over_within = 600,
            .brought_back = true},
           {.shows = "SetPointsAcknowledgedAndNotApplied",
-           .cause = Cause::not_taken,
+           .cause = InterlockId::not_taken,
            .reaction = Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().trouble.ignores_writes = true; },
@@ -267,13 +267,13 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
 
 std::vector<BrokenThing> what_computers_do() {
   return {{.shows = "AMachineThatSlept",
-           .cause = Cause::slept,
+           .cause = InterlockId::slept,
            .reaction = Reaction::hold,
            .at = kHold,
            .breaks = [](D& d) { d.sleep(121); },
            .acts_within = 1},
           {.shows = "AFullDisk",
-           .cause = Cause::storage,
+           .cause = InterlockId::storage,
            .reaction = Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
@@ -282,7 +282,7 @@ std::vector<BrokenThing> what_computers_do() {
            .over_within = 11,
            .setting = {.rows_on_disk = 14'400}},
           {.shows = "AFullDiskForLongerThanTheMemoryHolds",
-           .cause = Cause::storage,
+           .cause = InterlockId::storage,
            .reaction = Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
@@ -294,7 +294,7 @@ std::vector<BrokenThing> what_computers_do() {
 
 std::vector<BrokenThing> what_only_warns() {
   return {{.shows = "AThermometersLineCutThatTheAnalysisDoesNotNeed",
-           .cause = Cause::channel_lost,
+           .cause = InterlockId::channel_lost,
            .reaction = Reaction::warn,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
@@ -302,7 +302,7 @@ std::vector<BrokenThing> what_only_warns() {
            .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
            .setting = with([](RigFile& file) { file.limits.needed_thermometers.clear(); })},
           {.shows = "ARecordWhoseFileIsTakenAway",
-           .cause = Cause::record_damaged,
+           .cause = InterlockId::record_damaged,
            .reaction = Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.take_record_away(); },
@@ -310,14 +310,14 @@ std::vector<BrokenThing> what_only_warns() {
            .setting = {.rows_on_disk = 14'400},
            .for_good = true},
           {.shows = "AGuardThatHasEnded",
-           .cause = Cause::unguarded,
+           .cause = InterlockId::unguarded,
            .reaction = Reaction::warn,
            .at = kEarly,
-           .breaks = [](D& d) { d.experiment().see_guard("the guard has ended"); },
+           .breaks = [](D& d) { d.run_controller().see_guard("the guard has ended"); },
            .acts_within = 1,
-           .mends = [](D& d) { d.experiment().see_guard(""); }},
+           .mends = [](D& d) { d.run_controller().see_guard(""); }},
           {.shows = "AThermometerApartFromTheOthers",
-           .cause = Cause::disagreement,
+           .cause = InterlockId::disagreement,
            .reaction = Reaction::warn,
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 40); },
@@ -329,19 +329,19 @@ std::vector<BrokenThing> what_only_warns() {
              file.limits.thermometers_fastest = {50};
            })},
           {.shows = "AFrozenThermometer",
-           .cause = Cause::stuck,
+           .cause = InterlockId::stuck,
            .reaction = Reaction::warn,
            .at = kRamp,
            .breaks =
                [](D& d) {
-                 const auto shown = d.plant().world().thermometers_as_measured_c()[0];
-                 plant(d, [=](WorldFaults& faults) { faults.thermometers[0].shown_c = shown; });
+                 const auto shown = d.plant().laboratory().thermometers_as_measured_c()[0];
+                 plant(d, [=](LaboratoryFaults& faults) { faults.thermometers[0].shown_c = shown; });
                },
            .acts_within = 600,
            .mends = all_sound,
            .over_within = 11},
           {.shows = "AStepOfTheTimeOfDay",
-           .cause = Cause::wall_clock,
+           .cause = InterlockId::wall_clock,
            .reaction = Reaction::warn,
            .at = kRamp,
            .breaks = [](D& d) { d.clock().step_utc(std::chrono::hours(-1)); },

@@ -4,24 +4,24 @@
 #include <ostream>
 #include <vector>
 
-#include "tests/sequencer/faults/demonstration.hpp"
+#include "tests/sequencer/faults/breakable_run.hpp"
 
 namespace gyrotherm {
 
 /// One thing that breaks, and what docs/interlocks.md says of it.
 struct BrokenThing {
   const char* shows;
-  Cause cause;
+  InterlockId cause;
   Reaction reaction;
   int at;  ///< second in which it breaks
-  void (*breaks)(Demonstration&);
-  int acts_within;                     ///< seconds
-  void (*mends)(Demonstration&) = {};  ///< nothing: it passes by itself
-  int over_within = 60;                ///< seconds, once it is mended
+  void (*breaks)(BreakableRun&);
+  int acts_within;                    ///< seconds
+  void (*mends)(BreakableRun&) = {};  ///< nothing: it passes by itself
+  int over_within = 60;               ///< seconds, once it is mended
   Setting setting = {};
-  bool brought_back = false;     ///< the set point is not left where it was found
-  std::vector<Cause> also = {};  ///< milder ones that it raises besides, earlier or at once
-  bool for_good = false;         ///< its alarm stands until the run ends
+  bool brought_back = false;           ///< the set point is not left where it was found
+  std::vector<InterlockId> also = {};  ///< milder ones that it raises besides, earlier or at once
+  bool for_good = false;               ///< its alarm stands until the run ends
 };
 inline std::ostream& operator<<(std::ostream& out, const BrokenThing& thing) { return out << thing.shows; }
 

@@ -15,9 +15,10 @@ constexpr std::uint8_t kLastReadFunction = 4;
 
 }  // namespace
 
-ChamberPort::ChamberPort(ChamberRegisters& registers, World& world, const Clock& rig, std::uint64_t seed)
+ChamberPort::ChamberPort(ChamberRegisters& registers, VirtualLaboratory& laboratory, const Clock& rig,
+                         std::uint64_t seed)
     : registers_(registers),
-      world_(world),
+      laboratory_(laboratory),
       set_point_(*registers.map().find("set_point")),
       session_(make_modbus_session(registers)),
       line_(
@@ -44,7 +45,8 @@ void ChamberPort::note(const ModbusRequest& request) {
 
 void ChamberPort::clamp() {
   const auto limit = trouble.clamps_at->value;
-  if (std::abs(world_.set_point().value) > limit) world_.command({std::copysign(limit, world_.set_point().value)});
+  if (std::abs(laboratory_.set_point().value) > limit)
+    laboratory_.command({std::copysign(limit, laboratory_.set_point().value)});
 }
 
 void ChamberPort::spoil(Bytes& answer) {
@@ -79,7 +81,7 @@ void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
 Result<void> MemoryConnection::open(Duration within) {
   if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "no connection");
   if (port_.trouble.half_open) {
-    port_.line().lane().pass(within);
+    port_.line().line_clock().pass(within);
     return failure(FaultKind::disconnected, "", "no connection");
   }
   open_ = true;
@@ -97,20 +99,20 @@ Result<void> MemoryConnection::send(std::span<const std::byte> frame) {
   if (answer_.empty() || trouble.answers_lost || loss == LineEnd::Loss::of_answer) return {};
   if (line.happens(trouble.garbled)) answer_[line.random()() % kTcpHeader] ^= std::byte{0x40};  // TCP guards the rest
   const bool cut = line.happens(trouble.cut);
-  const auto at = line.lane().time() + trouble.late;
+  const auto at = line.line_clock().time() + trouble.late;
   coming_.push_back({at, answer_, cut});
   if (line.happens(trouble.doubled)) coming_.push_back({at, answer_, false});
   return {};
 }
 
 Result<std::size_t> MemoryConnection::receive(std::span<std::byte> frame, Duration within) {
-  auto& lane = port_.line().lane();
+  auto& line_clock = port_.line().line_clock();
   if (port_.line().trouble.gone) return failure(FaultKind::disconnected, "", "reset");
-  if (coming_.empty() || coming_.front().at > lane.time() + within || coming_.front().cut) {
-    lane.pass(within);
+  if (coming_.empty() || coming_.front().at > line_clock.time() + within || coming_.front().cut) {
+    line_clock.pass(within);
     return failure(FaultKind::timeout, "", "no reply");
   }
-  if (const auto wait = coming_.front().at - lane.time(); wait > Duration::zero()) lane.pass(wait);
+  if (const auto wait = coming_.front().at - line_clock.time(); wait > Duration::zero()) line_clock.pass(wait);
   const auto& bytes = coming_.front().frame;
   const auto size = std::min(frame.size(), bytes.size());
   std::copy_n(bytes.begin(), size, frame.begin());
@@ -119,9 +121,9 @@ Result<std::size_t> MemoryConnection::receive(std::span<std::byte> frame, Durati
 }
 
 bool MemoryConnection::silent_for(Duration time) {
-  auto& lane = port_.line().lane();
-  if (!coming_.empty() && coming_.front().at <= lane.time() + time) return false;
-  lane.pass(time);
+  auto& line_clock = port_.line().line_clock();
+  if (!coming_.empty() && coming_.front().at <= line_clock.time() + time) return false;
+  line_clock.pass(time);
   return true;
 }
 

@@ -33,7 +33,7 @@ struct SetPointSent {
 class ChamberPort {
  public:
   /// `registers` and `world` outlive it.
-  ChamberPort(ChamberRegisters& registers, World& world, const Clock& rig, std::uint64_t seed);
+  ChamberPort(ChamberRegisters& registers, VirtualLaboratory& laboratory, const Clock& rig, std::uint64_t seed);
 
   ChamberTrouble trouble;
   [[nodiscard]] LineEnd& line() { return line_; }
@@ -58,7 +58,7 @@ class ChamberPort {
   void spoil(Bytes& answer);
 
   ChamberRegisters& registers_;
-  World& world_;
+  VirtualLaboratory& laboratory_;
   const RegisterItem& set_point_;
   std::unique_ptr<Session> session_;
   LineEnd line_;

@@ -8,20 +8,20 @@
 #include "acquisition/record/background_store.hpp"
 #include "acquisition/record/record_status.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "tests/sequencer/faults/disturbance.hpp"
+#include "tests/sequencer/faults/fault_injector.hpp"
 
 namespace gyrotherm {
 namespace {
 
-using Kind = MishapKind;
+using Kind = InjectedFaultKind;
 
 }  // namespace
 
-bool is_of_disk(MishapKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
+bool is_of_disk(InjectedFaultKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
 
-bool has_mishaps_of_disk(const Schedule& schedule) {
-  return std::ranges::any_of(schedule, [](const auto& mishap) {
-    return is_of_disk(mishap.kind) || is_of_record(mishap.kind) || mishap.kind == Kind::power_cut;
+bool has_faults_of_disk(const Schedule& schedule) {
+  return std::ranges::any_of(schedule, [](const auto& fault) {
+    return is_of_disk(fault.kind) || is_of_record(fault.kind) || fault.kind == Kind::power_cut;
   });
 }
 
@@ -69,20 +69,20 @@ Result<std::unique_ptr<Store>> Disk::reopen() {
   return attended(std::move(*file), std::move(*status), *part);
 }
 
-void Disk::suffer(const std::vector<Mishap>& standing) {
+void Disk::inject(const std::vector<InjectedFault>& standing) {
   if (!vfs_) return;
   Schedule now;
-  std::ranges::copy_if(standing, std::back_inserter(now), [](const auto& mishap) { return is_of_disk(mishap.kind); });
+  std::ranges::copy_if(standing, std::back_inserter(now), [](const auto& fault) { return is_of_disk(fault.kind); });
   if (now == standing_) return;
   heal();
   standing_ = std::move(now);
-  for (const auto& mishap : standing_) {
-    takes_nothing_ = takes_nothing_ || mishap.kind != Kind::disk_slow;
-    switch (mishap.kind) {
+  for (const auto& fault : standing_) {
+    takes_nothing_ = takes_nothing_ || fault.kind != Kind::disk_slow;
+    switch (fault.kind) {
       case Kind::disk_full: vfs_->fail(1, true, FailingVfs::Kind::full); break;
       case Kind::disk_fails: vfs_->fail(1, true, FailingVfs::Kind::io_error); break;
       case Kind::disk_loses_syncs: vfs_->fail(1, true, FailingVfs::Kind::sync_error); break;
-      case Kind::disk_slow: every_ = std::max(every_, static_cast<std::int64_t>(mishap.size)); break;
+      case Kind::disk_slow: every_ = std::max(every_, static_cast<std::int64_t>(fault.size)); break;
       case Kind::disk_hangs: hangs_ = true; break;
       default: break;
     }
@@ -97,14 +97,14 @@ void Disk::fail_once(std::int64_t operation) {
 
 bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
 
-void Disk::attack(const Mishap& mishap, int part) {
+void Disk::attack(const InjectedFault& fault, int part) {
   namespace fs = std::filesystem;
-  const auto file = part_path(path_, part) + (mishap.target == 0 ? "" : "-wal");
+  const auto file = part_path(path_, part) + (fault.target == 0 ? "" : "-wal");
   std::error_code error;
   const auto size = static_cast<double>(fs::file_size(file, error));
   if (error) return;
-  const auto place = static_cast<std::streamoff>(mishap.size * size);
-  switch (mishap.kind) {
+  const auto place = static_cast<std::streamoff>(fault.size * size);
+  switch (fault.kind) {
     case Kind::file_removed: fs::remove(file, error); return;
     case Kind::file_replaced:
       fs::copy_file(file, file + ".copy", error);

@@ -16,8 +16,8 @@
 
 namespace gyrotherm {
 
-[[nodiscard]] bool is_of_disk(MishapKind kind);
-[[nodiscard]] bool has_mishaps_of_disk(const Schedule& schedule);
+[[nodiscard]] bool is_of_disk(InjectedFaultKind kind);
+[[nodiscard]] bool has_faults_of_disk(const Schedule& schedule);
 
 class Disk {
  public:
@@ -30,12 +30,12 @@ class Disk {
   [[nodiscard]] Result<std::unique_ptr<Store>> create(const RunInfo& info);
   [[nodiscard]] Result<std::unique_ptr<Store>> reopen();
   /// As the mishaps that stand now say.
-  void suffer(const std::vector<Mishap>& standing);
+  void inject(const std::vector<InjectedFault>& standing);
   void fail_once(std::int64_t operation);
   void heal();
   /// Another program does something to the file that the record is being written to, or to its log. Of one that it
   /// destroys, the bytes are gone.
-  void attack(const Mishap& mishap, int part);
+  void attack(const InjectedFault& fault, int part);
   /// What it does for the store in this second.
   void attend(std::int64_t second);
   /// A program dies, and its store with it: its disk does nothing more for it. In a power cut a part of what was not

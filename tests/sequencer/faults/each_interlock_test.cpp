@@ -28,7 +28,7 @@ class EachInterlock : public ::testing::TestWithParam<BrokenThing> {
   void expect_the_chamber_is_made_safe();
 
   const BrokenThing& broken_ = GetParam();
-  Demonstration d_{GetParam().setting};
+  BreakableRun d_{GetParam().setting};
 };
 
 /// The profile goes on all the time.
@@ -38,7 +38,7 @@ void EachInterlock::expect_a_warning_alone() {
   mend();
   const auto over = broken_.for_good ? 0 : d_.until([&] { return !stands(); }, broken_.over_within);
   EXPECT_NE(over, -1) << "it is over by itself";
-  EXPECT_EQ(d_.experiment().run_state(), RunState::execute);
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(d_.progress().in_segment - before.in_segment, std::chrono::seconds(kWhile + over));
 }
 
@@ -46,7 +46,7 @@ void EachInterlock::expect_a_warning_alone() {
 void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
   const auto stood = d_.progress();
   const auto set_point = d_.chambers_set_point();
-  EXPECT_EQ(d_.experiment().run_state(), RunState::suspended);
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::suspended);
   for (int i = 0; i < kWhile && !broken_.brought_back; ++i) {
     d_.seconds(1);
     ASSERT_EQ(d_.chambers_set_point(), set_point);
@@ -54,7 +54,7 @@ void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
   }
   mend();
   const auto on = d_.until(RunState::execute, broken_.over_within);
-  EXPECT_GE(on, broken_.mends ? d_.file().procedure.resume_delay / std::chrono::seconds(1) : 0);
+  EXPECT_GE(on, broken_.mends ? d_.file().run_limits.resume_delay / std::chrono::seconds(1) : 0);
   EXPECT_EQ(d_.progress().segment, stood.segment);
   EXPECT_LE(d_.progress().in_segment - stood.in_segment, std::chrono::seconds(1));
   EXPECT_NE(d_.until([&] { return !stands(); }, broken_.over_within), -1) << "it is over";
@@ -64,29 +64,29 @@ void EachInterlock::expect_it_waits_and_goes_on_by_itself() {
 void EachInterlock::expect_it_waits_for_the_operator() {
   const auto stood = d_.progress();
   const auto set_point = d_.chambers_set_point();
-  EXPECT_EQ(d_.experiment().run_state(), RunState::held);
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::held);
   d_.seconds(900);
   EXPECT_FALSE(stands()) << "its alarm is over";
-  EXPECT_EQ(d_.experiment().run_state(), RunState::held) << "and yet it does not go on by itself";
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chambers_set_point(), set_point);
-  d_.experiment().tell(OperatorCommand::resume, "Ada");
+  d_.run_controller().tell(OperatorCommand::resume, "Ada");
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
 /// In the same second; the run ends when the chamber has shown it, and stays ended.
 void EachInterlock::expect_the_chamber_is_made_safe() {
-  EXPECT_EQ(d_.experiment().run_state(), RunState::aborting);
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
-  EXPECT_EQ(d_.seconds(10), Outcome::made_safe);
-  EXPECT_EQ(d_.experiment().run_state(), RunState::aborted);
-  EXPECT_TRUE(d_.experiment().is_safe());
+  EXPECT_EQ(d_.seconds(10), RunOutcome::made_safe);
+  EXPECT_EQ(d_.run_controller().run_state(), RunState::aborted);
+  EXPECT_TRUE(d_.run_controller().is_safe());
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
 }
 
 TEST_P(EachInterlock, BrokenAloneActsAloneAsItsTablePromises) {
   d_.seconds(broken_.at);
-  ASSERT_EQ(d_.experiment().run_state(), RunState::execute);
+  ASSERT_EQ(d_.run_controller().run_state(), RunState::execute);
   ASSERT_TRUE(d_.standing().empty()) << d_.standing().front();
   broken_.breaks(d_);
   ASSERT_NE(d_.until([&] { return all_stand(); }, broken_.acts_within), -1) << "it does not act";
@@ -98,7 +98,7 @@ TEST_P(EachInterlock, BrokenAloneActsAloneAsItsTablePromises) {
     case Reaction::abort: expect_the_chamber_is_made_safe(); break;
     case Reaction::go_on: FAIL();
   }
-  auto alarms = Demonstration::alarms_in(d_.record());
+  auto alarms = BreakableRun::alarms_in(d_.record());
   for (const auto cause : broken_.also)
     EXPECT_EQ(std::erase_if(alarms, [&](const auto& alarm) { return alarm.cause == name(cause); }), 1u) << name(cause);
   ASSERT_EQ(alarms.size(), 1u) << "one alarm, and no other cause's";
@@ -110,43 +110,45 @@ INSTANTIATE_TEST_SUITE_P(Interlocks, EachInterlock, ::testing::ValuesIn(broken_t
                          [](const auto& one) { return std::string(one.param.shows); });
 
 TEST(Interlocks, AreEachShownByBreakingOneThing) {
-  std::set<Cause> shown;
+  std::set<InterlockId> shown;
   for (const auto& thing : broken_things()) {
     shown.insert(thing.cause);
-    const bool near_a_limit = thing.cause == Cause::following && thing.reaction == Reaction::abort;
+    const bool near_a_limit = thing.cause == InterlockId::following && thing.reaction == Reaction::abort;
     EXPECT_EQ(thing.reaction, near_a_limit ? Reaction::abort : usual_reaction(thing.cause)) << thing.shows;
   }
   for (std::size_t i = 0; i < kCauses; ++i)
-    EXPECT_TRUE(shown.contains(static_cast<Cause>(i))) << name(static_cast<Cause>(i));
+    EXPECT_TRUE(shown.contains(static_cast<InterlockId>(i))) << name(static_cast<InterlockId>(i));
 }
 
 /// The first that shows the cause.
-const BrokenThing& that_shows(Cause cause) { return *std::ranges::find(broken_things(), cause, &BrokenThing::cause); }
+const BrokenThing& that_shows(InterlockId cause) {
+  return *std::ranges::find(broken_things(), cause, &BrokenThing::cause);
+}
 
 TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
-  for (const auto cause : {Cause::chamber_silent, Cause::thermometers_lost, Cause::gyro_silent}) {
+  for (const auto cause : {InterlockId::chamber_silent, InterlockId::thermometers_lost, InterlockId::gyro_silent}) {
     const auto& broken = that_shows(cause);
     auto setting = broken.setting;
     setting.rig = [&](RigFile& file) {
       if (broken.setting.rig) broken.setting.rig(file);
       file.limits.chamber_lost = file.limits.thermometers_lost = file.limits.gyro_lost = std::chrono::seconds(90);
     };
-    Demonstration d(setting);
+    BreakableRun d(setting);
     d.seconds(broken.at);
     broken.breaks(d);
     EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.shows;
-    if (cause == Cause::chamber_silent) {
-      EXPECT_EQ(d.seconds(60), Outcome::going_on) << "nobody can tell whether it is safe";
+    if (cause == InterlockId::chamber_silent) {
+      EXPECT_EQ(d.seconds(60), RunOutcome::going_on) << "nobody can tell whether it is safe";
       broken.mends(d);
     }
-    EXPECT_EQ(d.seconds(15), Outcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.seconds(15), RunOutcome::made_safe) << broken.shows;
     EXPECT_EQ(d.chambers_set_point(), kSafe);
-    EXPECT_EQ(Demonstration::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
+    EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
   }
 }
 
 TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
-  Demonstration d({.rig = [](RigFile& file) {
+  BreakableRun d({.rig = [](RigFile& file) {
     auto& items = file.chamber_map.items;
     auto& set_point = *std::ranges::find(items, "set_point", &RegisterItem::name);
     set_point.type = RegisterType::s16;
@@ -154,24 +156,24 @@ TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
     file.safe_set_point = {20.4};
   }});
   d.seconds(500);
-  EXPECT_EQ(d.experiment().run_state(), RunState::execute);
-  that_shows(Cause::chamber_alarm).breaks(d);
-  EXPECT_EQ(d.seconds(10), Outcome::made_safe);
+  EXPECT_EQ(d.run_controller().run_state(), RunState::execute);
+  that_shows(InterlockId::chamber_alarm).breaks(d);
+  EXPECT_EQ(d.seconds(10), RunOutcome::made_safe);
   EXPECT_EQ(d.chambers_set_point(), Celsius{20});
-  EXPECT_EQ(Demonstration::alarms_in(d.record()).size(), 1u);
+  EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
 TEST(Interlocks, AWaitThatDoesNotEndEndsTheRun) {
-  for (const auto cause : {Cause::door, Cause::slept}) {
+  for (const auto cause : {InterlockId::door, InterlockId::slept}) {
     const auto& broken = that_shows(cause);
-    Demonstration d({.rig = [](RigFile& file) {
-      file.procedure.longest_suspended = file.procedure.longest_held = std::chrono::seconds(120);
+    BreakableRun d({.rig = [](RigFile& file) {
+      file.run_limits.longest_suspended = file.run_limits.longest_held = std::chrono::seconds(120);
     }});
     d.seconds(broken.at);
     broken.breaks(d);
-    d.until(cause == Cause::door ? RunState::suspended : RunState::held, 3);
+    d.until(cause == InterlockId::door ? RunState::suspended : RunState::held, 3);
     EXPECT_EQ(d.until(RunState::aborting, 200), 120) << broken.shows;
-    EXPECT_EQ(d.seconds(5), Outcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.seconds(5), RunOutcome::made_safe) << broken.shows;
     EXPECT_EQ(d.chambers_set_point(), kSafe);
   }
 }

@@ -7,8 +7,8 @@
 #include <set>
 #include <sstream>
 
-#include "tests/sequencer/faults/reduction.hpp"
-#include "tests/sequencer/faults/trial.hpp"
+#include "tests/sequencer/faults/shrinking.hpp"
+#include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -17,21 +17,21 @@ constexpr const char* kHour = "tests/sequencer/faults/hour.toml";
 constexpr const char* kWhole = "profiles/qualification.toml";
 constexpr const char* kSoaked = "profiles/qualification-soaked.toml";
 
-const TrialGround& ground_of(const std::string& profile) {
-  static std::map<std::string, TrialGround> grounds;
+const SimulatedSetup& ground_of(const std::string& profile) {
+  static std::map<std::string, SimulatedSetup> grounds;
   const auto found = grounds.find(profile);
-  return found != grounds.end() ? found->second : grounds.emplace(profile, trial_ground(profile)).first->second;
+  return found != grounds.end() ? found->second : grounds.emplace(profile, simulated_setup(profile)).first->second;
 }
 
 /// Files in memory, where there are any: a trial syncs thousands of times.
 std::string folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
 
-TrialSetting setting_of(std::uint64_t seed, Schedule schedule) {
+SimulatedRunSetting setting_of(std::uint64_t seed, Schedule schedule) {
   return {.seed = seed, .schedule = std::move(schedule), .folder = folder(), .sync_every = sync_every(seed)};
 }
 
 /// What to do about a failure: `fault_schedules --first SEED --reduce`.
-void expect_no_law_broken(const TrialGround& ground, const TrialSetting& setting) {
+void expect_no_law_broken(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto report = carry_out(ground, setting);
   for (const auto& violation : report.violations)
     ADD_FAILURE() << ground.profile.name << ", seed " << setting.seed << ": " << violation << "\n"
@@ -61,15 +61,15 @@ INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9)
 TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/tests/sequencer/faults/regressions.txt");
   ASSERT_TRUE(file);
-  TrialSetting setting = setting_of(0, {});
+  SimulatedRunSetting setting = setting_of(0, {});
   std::string profile;
   const auto carry_out_what_was_read = [&] {
     if (!profile.empty()) expect_no_law_broken(ground_of(profile), setting);
   };
   for (std::string line; std::getline(file, line);) {
     if (line.starts_with('#') || line.empty()) continue;
-    if (const auto mishap = parse_mishap(line)) {
-      setting.schedule.push_back(*mishap);
+    if (const auto fault = parse_fault(line)) {
+      setting.schedule.push_back(*fault);
       continue;
     }
     carry_out_what_was_read();
@@ -105,11 +105,11 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
 
 TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
   const auto options = options_for(ground_of(kHour).profile);
-  std::map<MishapKind, int> drawn;
+  std::map<InjectedFaultKind, int> drawn;
   for (std::uint64_t seed = 1; seed <= 300; ++seed)
-    for (const auto& mishap : draw_schedule(seed, options)) ++drawn[mishap.kind];
-  for (std::size_t kind = 0; kind < kMishapKinds; ++kind)
-    EXPECT_GE(drawn[static_cast<MishapKind>(kind)], 3) << name(static_cast<MishapKind>(kind));
+    for (const auto& fault : draw_schedule(seed, options)) ++drawn[fault.kind];
+  for (std::size_t kind = 0; kind < kInjectedFaultKinds; ++kind)
+    EXPECT_GE(drawn[static_cast<InjectedFaultKind>(kind)], 3) << name(static_cast<InjectedFaultKind>(kind));
   std::array<std::int64_t, 7> seconds{};
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const auto report = carry_out(ground_of(kHour), setting_of(seed, draw_schedule(seed, options)));
@@ -121,32 +121,32 @@ TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
 
 /// Carried out with whatever a disk can do, one schedule each.
 TEST(FaultSchedules, RideOutADiskThatTakesNothing) {
-  const auto with = [](std::uint64_t seed, MishapKind kind, double size) {
+  const auto with = [](std::uint64_t seed, InjectedFaultKind kind, double size) {
     const Schedule schedule{{.at = 600, .kind = kind, .target = 0, .lasts = 400, .size = size},
-                            {.at = 1500, .kind = MishapKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
+                            {.at = 1500, .kind = InjectedFaultKind::power_cut, .target = 0, .lasts = 60, .size = 0}};
     const auto report = carry_out(ground_of(kHour), setting_of(seed, schedule));
     for (const auto& violation : report.violations) ADD_FAILURE() << name(kind) << ": " << violation;
     EXPECT_EQ(report.ending, Ending::complete) << name(kind);
     EXPECT_EQ(report.lives, 2) << name(kind);
     return report;
   };
-  for (const auto kind : {MishapKind::disk_full, MishapKind::disk_hangs}) {
+  for (const auto kind : {InjectedFaultKind::disk_full, InjectedFaultKind::disk_hangs}) {
     const auto report = with(4, kind, 0);
     EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
     EXPECT_EQ(report.parts, 1) << name(kind) << ": the file is good";
   }
-  for (const auto kind : {MishapKind::disk_fails, MishapKind::disk_loses_syncs}) {
+  for (const auto kind : {InjectedFaultKind::disk_fails, InjectedFaultKind::disk_loses_syncs}) {
     const auto report = with(5, kind, 0);
     EXPECT_GE(report.longest_backlog, 390) << name(kind) << ": it took nothing";
     EXPECT_EQ(report.parts, 2) << name(kind) << ": a file that failed is left";
   }
-  const auto slow = with(4, MishapKind::disk_slow, 30);
+  const auto slow = with(4, InjectedFaultKind::disk_slow, 30);
   EXPECT_GE(slow.longest_backlog, 25);
   EXPECT_LE(slow.longest_backlog, 70) << "what comes during one transaction waits for the next";
 }
 
 TEST(FaultSchedules, AMachineThatSleptIsHeld) {
-  const Schedule schedule{{.at = 600, .kind = MishapKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
+  const Schedule schedule{{.at = 600, .kind = InjectedFaultKind::machine_sleeps, .target = 0, .lasts = 300, .size = 0}};
   const auto report = carry_out(ground_of(kHour), setting_of(4, schedule));
   EXPECT_TRUE(report.violations.empty()) << report.violations.front();
   EXPECT_GT(report.seconds_in_state[static_cast<std::size_t>(RunState::held)], 0);
@@ -154,24 +154,25 @@ TEST(FaultSchedules, AMachineThatSleptIsHeld) {
 
 TEST(FaultSchedules, AreReadAsTheyAreWritten) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed)
-    for (const auto& mishap : draw_schedule(seed, {})) EXPECT_EQ(parse_mishap(text(mishap)), mishap) << text(mishap);
-  EXPECT_FALSE(parse_mishap("12 nothing_like_it 0 1 0"));
+    for (const auto& fault : draw_schedule(seed, {})) EXPECT_EQ(parse_fault(text(fault)), fault) << text(fault);
+  EXPECT_FALSE(parse_fault("12 nothing_like_it 0 1 0"));
 }
 
 /// How many rows each segment has.
-std::map<int, std::int64_t> rows_by_segment(const TrialReport& report) {
+std::map<int, std::int64_t> rows_by_segment(const SimulatedRunReport& report) {
   std::map<int, std::int64_t> rows;
   for (const auto& row : report.rows) ++rows[row.segment];
   return rows;
 }
 
 /// What a run is that crashed when `rows` of its seconds were on the disk, and two more were not, and was resumed.
-void expect_twin_up_to(std::size_t rows, std::int64_t down, const TrialGround& ground, const TrialReport& twin) {
+void expect_twin_up_to(std::size_t rows, std::int64_t down, const SimulatedSetup& ground,
+                       const SimulatedRunReport& twin) {
   auto setting = setting_of(2, {});
   setting.sync_every = static_cast<std::int64_t>(rows);
   constexpr std::int64_t kBeginsAt = 2, kNotYetOnTheDisk = 2;
   setting.schedule = {{.at = static_cast<std::int64_t>(rows) + kBeginsAt + kNotYetOnTheDisk,
-                       .kind = MishapKind::program_crashes,
+                       .kind = InjectedFaultKind::program_crashes,
                        .target = 0,
                        .lasts = down,
                        .size = 0}};
@@ -193,7 +194,7 @@ void expect_twin_up_to(std::size_t rows, std::int64_t down, const TrialGround& g
 }
 
 /// The rows that are there when a segment's last second has come to the disk.
-std::vector<std::size_t> ends_of_segments(const TrialReport& twin) {
+std::vector<std::size_t> ends_of_segments(const SimulatedRunReport& twin) {
   std::vector<std::size_t> ends;
   for (std::size_t i = 1; i < twin.rows.size(); ++i)
     if (twin.rows[i].segment != twin.rows[i - 1].segment) ends.push_back(i);

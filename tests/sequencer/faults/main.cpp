@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/sequencer/faults/reduction.hpp"
-#include "tests/sequencer/faults/trial.hpp"
+#include "tests/sequencer/faults/shrinking.hpp"
+#include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace {
 
@@ -45,7 +45,7 @@ Schedule read_schedule(const std::string& path) {
   Schedule schedule;
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);)
-    if (const auto mishap = parse_mishap(line)) schedule.push_back(*mishap);
+    if (const auto fault = parse_fault(line)) schedule.push_back(*fault);
   return schedule;
 }
 
@@ -53,14 +53,14 @@ Schedule read_schedule(const std::string& path) {
 
 int main(int argc, char** argv) {
   const auto wanted = wanted_by(argc, argv);
-  const auto ground = trial_ground(wanted.profile);
+  const auto ground = simulated_setup(wanted.profile);
   const auto options = options_for(ground.profile);
-  std::map<std::string, int> endings, laws;
+  std::map<std::string, int> endings, invariants;
   std::array<std::int64_t, 7> states{};
   std::int64_t seconds = 0, failed = 0;
   const auto began = std::chrono::steady_clock::now();
   for (auto seed = wanted.first; seed < wanted.first + wanted.count; ++seed) {
-    TrialSetting setting{.seed = seed, .schedule = {}, .folder = wanted.folder};
+    SimulatedRunSetting setting{.seed = seed, .schedule = {}, .folder = wanted.folder};
     if (!wanted.none)
       setting.schedule = wanted.replay.empty() ? draw_schedule(seed, options) : read_schedule(wanted.replay);
     setting.sync_every = sync_every(seed);
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
                  report.lives, report.log_hash, text(setting.schedule));
     if (report.violations.empty()) continue;
     ++failed;
-    for (const auto& violation : report.violations) ++laws[violation.substr(0, violation.find(' '))];
+    for (const auto& violation : report.violations) ++invariants[violation.substr(0, violation.find(' '))];
     fmt::print("seed {}: {}\n", seed, report.violations.front());
     if (wanted.count == 1)
       for (const auto& violation : report.violations) fmt::print("  {}\n", violation);
@@ -86,6 +86,6 @@ int main(int argc, char** argv) {
   for (const auto& [ending, count] : endings) fmt::print("  {}: {}\n", ending, count);
   for (std::size_t i = 0; i < states.size(); ++i)
     fmt::print("  {} s in {}\n", states[i], name(static_cast<RunState>(i)));
-  for (const auto& [law, count] : laws) fmt::print("  law {} broken {} times\n", law, count);
+  for (const auto& [invariant, count] : invariants) fmt::print("  law {} broken {} times\n", invariant, count);
   return failed == 0 ? 0 : 1;
 }

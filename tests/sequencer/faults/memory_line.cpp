@@ -6,7 +6,7 @@ namespace gyrotherm {
 
 void LineEnd::arrive(Bytes bytes, Duration after) {
   if (!open_) return;
-  const auto at = lane_.time() + after;
+  const auto at = line_clock_.time() + after;
   auto place = coming_.end();
   while (place != coming_.begin() && std::prev(place)->at > at) --place;
   if (place == coming_.begin() && next_ > 0) ++place;  // a piece that is being read stays the first
@@ -25,14 +25,14 @@ std::size_t LineEnd::take(std::span<std::byte> room) {
 
 Result<std::size_t> LineEnd::read(std::span<std::byte> buffer, Duration within) {
   if (trouble.gone) return failure(FaultKind::disconnected, "line", "gone");
-  const auto now = lane_.time();
+  const auto now = line_clock_.time();
   if (coming_.empty() || coming_.front().at > now + within) {
-    lane_.pass(within);
+    line_clock_.pass(within);
     return failure(FaultKind::timeout, "line", "silent");
   }
-  if (coming_.front().at > now) lane_.pass(coming_.front().at - now);
+  if (coming_.front().at > now) line_clock_.pass(coming_.front().at - now);
   std::size_t size = 0;
-  while (size < buffer.size() && !coming_.empty() && coming_.front().at <= lane_.time())
+  while (size < buffer.size() && !coming_.empty() && coming_.front().at <= line_clock_.time())
     size += take(buffer.subspan(size));
   return size;
 }

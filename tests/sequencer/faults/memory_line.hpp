@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "drivers/wires.hpp"
-#include "tests/sequencer/faults/lane.hpp"
+#include "tests/sequencer/faults/line_clock.hpp"
 
 namespace gyrotherm {
 
@@ -37,13 +37,13 @@ class LineEnd {
   using Garble = std::function<void(Bytes& answer, std::mt19937_64& random)>;
 
   LineEnd(const Clock& rig, std::uint64_t seed, Answer answer, Garble garble)
-      : lane_(rig), random_(seed), answer_(std::move(answer)), garble_(std::move(garble)) {}
+      : line_clock_(rig), random_(seed), answer_(std::move(answer)), garble_(std::move(garble)) {}
   LineEnd(const LineEnd&) = delete;
 
   LineTrouble trouble;
 
-  [[nodiscard]] const Lane& lane() const { return lane_; }
-  [[nodiscard]] Lane& lane() { return lane_; }
+  [[nodiscard]] const LineClock& line_clock() const { return line_clock_; }
+  [[nodiscard]] LineClock& line_clock() { return line_clock_; }
   [[nodiscard]] std::mt19937_64& random() { return random_; }
   [[nodiscard]] bool happens(double share) {
     return share > 0 && std::uniform_real_distribution<>(0, 1)(random_) < share;
@@ -71,7 +71,7 @@ class LineEnd {
   void arrive(Bytes bytes, Duration after);
   [[nodiscard]] std::size_t take(std::span<std::byte> room);
 
-  Lane lane_;
+  LineClock line_clock_;
   std::mt19937_64 random_;
   Answer answer_;
   Garble garble_;

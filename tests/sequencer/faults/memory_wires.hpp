@@ -9,31 +9,33 @@
 
 namespace gyrotherm {
 
-class LanePauses final : public Pauses {
+class LineClockPauses final : public Pauses {
  public:
-  explicit LanePauses(Lane& lane) : lane_(lane) {}
-  [[nodiscard]] Duration now() const override { return lane_.time(); }
-  void rest(Duration time) override { lane_.pass(time); }
+  explicit LineClockPauses(LineClock& line_clock) : line_clock_(line_clock) {}
+  [[nodiscard]] Duration now() const override { return line_clock_.time(); }
+  void rest(Duration time) override { line_clock_.pass(time); }
 
  private:
-  Lane& lane_;
+  LineClock& line_clock_;
 };
 
 class MemoryWires final : public Wires {
  public:
   /// Both outlive it.
-  MemoryWires(Plant& plant, TrialClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().start_afresh(); }
+  MemoryWires(Plant& plant, SimulatedClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().start_afresh(); }
 
   std::unique_ptr<Registers> chamber(const RegisterMap& map) override {
     auto& port = plant_.chamber();
     const auto& link = map.link.modbus;
-    const auto* clock = &port.line().lane();
+    const auto* clock = &port.line().line_clock();
     auto line = port.is_tcp()
                     ? make_modbus_tcp(std::make_unique<MemoryConnection>(port), "modbus in memory", link, clock)
                     : make_modbus_rtu(std::make_unique<MemoryStream>(port.line()), "modbus rtu in memory", link, clock);
     return make_guarded_registers(std::move(line), link, clock);
   }
-  std::unique_ptr<Pauses> pauses() override { return std::make_unique<LanePauses>(plant_.chamber().line().lane()); }
+  std::unique_ptr<Pauses> pauses() override {
+    return std::make_unique<LineClockPauses>(plant_.chamber().line().line_clock());
+  }
   Wire<ByteStream> thermometer(std::size_t index) override { return stream(plant_.thermometer(index)); }
   Wire<HidReports> usb_temp(std::size_t) override { return {}; }
   Wire<ByteStream> gyro() override { return stream(plant_.gyro()); }
@@ -47,10 +49,10 @@ class MemoryWires final : public Wires {
   }
 
  private:
-  static Wire<ByteStream> stream(LineEnd& end) { return {std::make_unique<MemoryStream>(end), &end.lane()}; }
+  static Wire<ByteStream> stream(LineEnd& end) { return {std::make_unique<MemoryStream>(end), &end.line_clock()}; }
 
   Plant& plant_;
-  TrialClock& clock_;
+  SimulatedClock& clock_;
 };
 
 }  // namespace gyrotherm

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tests/sequencer/faults/laws.hpp"
+#include "tests/sequencer/faults/invariants.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -23,36 +23,36 @@ int least_severity(OperatorCommand command) {
 }  // namespace
 
 /// What is not refused is promised. Of several promises the most severe is to be kept.
-void Operators::ask(OperatorCommand command, Experiment& experiment) {
-  if (!experiment.objection(command).empty()) return;
-  experiment.tell(command, "operator");
+void Operators::ask(OperatorCommand command, RunController& run_controller) {
+  if (!run_controller.objection(command).empty()) return;
+  run_controller.tell(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
 }
 
-void Operators::ask(const Mishap& mishap, Experiment& experiment, std::int64_t second) {
+void Operators::ask(const InjectedFault& fault, RunController& run_controller, std::int64_t second) {
   constexpr int kCommands = 4;
-  switch (mishap.kind) {
-    case MishapKind::operator_pauses:
-      resumes_at_ = second + mishap.lasts;
-      return ask(OperatorCommand::pause, experiment);
-    case MishapKind::operator_stops: return ask(OperatorCommand::stop, experiment);
-    case MishapKind::operator_aborts: return ask(OperatorCommand::abort, experiment);
-    case MishapKind::operators_at_once:
-      for (int which = static_cast<int>(mishap.size); which > 0; which /= kCommands)
-        ask(static_cast<OperatorCommand>(which % kCommands), experiment);
+  switch (fault.kind) {
+    case InjectedFaultKind::operator_pauses:
+      resumes_at_ = second + fault.lasts;
+      return ask(OperatorCommand::pause, run_controller);
+    case InjectedFaultKind::operator_stops: return ask(OperatorCommand::stop, run_controller);
+    case InjectedFaultKind::operator_aborts: return ask(OperatorCommand::abort, run_controller);
+    case InjectedFaultKind::operators_at_once:
+      for (int which = static_cast<int>(fault.size); which > 0; which /= kCommands)
+        ask(static_cast<OperatorCommand>(which % kCommands), run_controller);
       return;
     default: return;
   }
 }
 
-void Operators::attend(Experiment& experiment, std::int64_t second) {
-  if (experiment.run_state() != RunState::held) {
+void Operators::attend(RunController& run_controller, std::int64_t second) {
+  if (run_controller.run_state() != RunState::held) {
     resumes_at_.reset();
     return;
   }
   if (!resumes_at_) resumes_at_ = second + kOperatorComesAfter;
   if (second < *resumes_at_) return;
-  ask(OperatorCommand::resume, experiment);
+  ask(OperatorCommand::resume, run_controller);
   resumes_at_ = second + kOperatorComesAfter;
 }
 

@@ -15,16 +15,16 @@ inline constexpr std::int64_t kOperatorComesAfter = 60;  ///< seconds, to a run 
 class Operators {
  public:
   /// What a mishap has them ask in this second, one after the other.
-  void ask(const Mishap& mishap, Experiment& experiment, std::int64_t second);
+  void ask(const InjectedFault& fault, RunController& run_controller, std::int64_t second);
   /// One who finds the run held looks at it for a while, and lets it go on.
-  void attend(Experiment& experiment, std::int64_t second);
+  void attend(RunController& run_controller, std::int64_t second);
   /// After a tick, which has to have kept what was promised: nothing, or what it did not.
   [[nodiscard]] std::optional<std::string> broken_promise(RunState state);
   /// The program that promised has died.
   void forget() { promised_.reset(); }
 
  private:
-  void ask(OperatorCommand command, Experiment& experiment);
+  void ask(OperatorCommand command, RunController& run_controller);
 
   std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
   std::optional<OperatorCommand> promised_;

@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
 
-Lakeshore218Session::Inputs inputs_of(const ThermometerEntry& entry, const World& world) {
+Lakeshore218Session::Inputs inputs_of(const ThermometerSettings& entry, const VirtualLaboratory& laboratory) {
   Lakeshore218Session::Inputs inputs;
-  const auto& names = world.thermometer_names();
+  const auto& names = laboratory.thermometer_names();
   for (std::size_t i = 0; i < entry.channels.size(); ++i)
     inputs[i] = static_cast<std::size_t>(std::ranges::find(names, entry.channels[i]) - names.begin());
   return inputs;
@@ -21,16 +21,16 @@ Lakeshore218Session::Inputs inputs_of(const ThermometerEntry& entry, const World
 
 }  // namespace
 
-Plant::Plant(const RigFile& file, const WorldParameters& parameters, const Clock& rig, std::uint64_t seed)
-    : world_(parameters, {.gyro = 0, .run = seed}),
-      registers_(file.chamber_map, world_),
-      chamber_port_(registers_, world_, rig, splitmix64(seed)),
+Plant::Plant(const RigFile& file, const LaboratoryParameters& parameters, const Clock& rig, std::uint64_t seed)
+    : laboratory_(parameters, {.gyro = 0, .run = seed}),
+      registers_(file.chamber_map, laboratory_),
+      chamber_port_(registers_, laboratory_, rig, splitmix64(seed)),
       frame_format_(at_one_frame_a_second(file.gyro.frame)),
-      writer_(frame_format_, world_.arcsec_per_pulse()),
+      writer_(frame_format_, laboratory_.arcsec_per_pulse()),
       gyro_line_(
           rig, splitmix64(seed + 1), [](auto, Bytes&) {}, garble_burst) {
   for (const auto& entry : file.thermometers) {
-    sessions_.push_back(std::make_unique<Lakeshore218Session>(world_, inputs_of(entry, world_)));
+    sessions_.push_back(std::make_unique<Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
     thermometers_.push_back(std::make_unique<LineEnd>(
         rig, splitmix64(seed + 2 + sessions_.size()),
         [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },
@@ -40,13 +40,13 @@ Plant::Plant(const RigFile& file, const WorldParameters& parameters, const Clock
 
 void Plant::pass_second() {
   registers_.pass_second();
-  world_.step();
+  laboratory_.step();
   send_frame();
 }
 
 void Plant::send_frame() {
-  const auto pulses = world_.pulses() - gyro_origin_.pulses;
-  const auto time_us = world_.device_time_us() - gyro_origin_.device_time_us;
+  const auto pulses = laboratory_.pulses() - gyro_origin_.pulses;
+  const auto time_us = laboratory_.device_time_us() - gyro_origin_.device_time_us;
   auto frame = writer_.next(static_cast<double>(pulses), time_us, 1);
   const auto& trouble = gyro_line_.trouble;
   if (trouble.gone || trouble.silent || gyro_line_.happens(gyro_trouble.lost)) return;
@@ -62,13 +62,13 @@ void Plant::send_frame() {
 }
 
 void Plant::restart_gyro() {
-  gyro_origin_ = {world_.pulses(), world_.device_time_us()};
-  writer_ = StreamWriter(frame_format_, world_.arcsec_per_pulse());
+  gyro_origin_ = {laboratory_.pulses(), laboratory_.device_time_us()};
+  writer_ = StreamWriter(frame_format_, laboratory_.arcsec_per_pulse());
 }
 
 void Plant::restart_chamber(Celsius set_point, bool on) {
-  world_.command(set_point);
-  world_.switch_on(on);
+  laboratory_.command(set_point);
+  laboratory_.switch_on(on);
 }
 
 void Plant::write(const char* item, double value) {

@@ -10,7 +10,7 @@
 
 #include "rig/rig_file.hpp"
 #include "simulator/chamber_registers.hpp"
-#include "simulator/injected_faults.hpp"
+#include "simulator/laboratory_faults.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/servers/stream_writer.hpp"
 #include "simulator/virtual_laboratory.hpp"
@@ -32,12 +32,12 @@ struct GyroFrameSent {
 
 class Plant {
  public:
-  Plant(const RigFile& file, const WorldParameters& parameters, const Clock& rig, std::uint64_t seed);
+  Plant(const RigFile& file, const LaboratoryParameters& parameters, const Clock& rig, std::uint64_t seed);
   Plant(const Plant&) = delete;
 
-  WorldFaults faults;  ///< in force after the next apply_faults()
+  LaboratoryFaults faults;  ///< in force after the next apply_faults()
   GyroTrouble gyro_trouble;
-  void apply_faults() { world_.suffer(faults); }
+  void apply_faults() { laboratory_.inject(faults); }
 
   /// Lets one second pass, and the gyro send its frame.
   void pass_second();
@@ -48,7 +48,7 @@ class Plant {
   /// Of an item of the chamber's map, by somebody at its panel.
   void write(const char* item, double value);
 
-  [[nodiscard]] World& world() { return world_; }
+  [[nodiscard]] VirtualLaboratory& laboratory() { return laboratory_; }
   [[nodiscard]] ChamberPort& chamber() { return chamber_port_; }
   [[nodiscard]] std::size_t thermometer_count() const { return thermometers_.size(); }
   [[nodiscard]] LineEnd& thermometer(std::size_t index) { return *thermometers_[index]; }
@@ -60,7 +60,7 @@ class Plant {
  private:
   void send_frame();
 
-  World world_;
+  VirtualLaboratory laboratory_;
   ChamberRegisters registers_;
   ChamberPort chamber_port_;
   std::vector<std::unique_ptr<Session>> sessions_;

@@ -15,7 +15,7 @@ constexpr int kChannels = 9, kThermometerLines = 2, kRecordFiles = 2;
 constexpr double kLatestAnswer = 0.95;
 
 struct KindRow {
-  MishapKind kind{};
+  InjectedFaultKind kind{};
   const char* name = "";
   int targets = 1;
   bool lasting = true;
@@ -23,8 +23,8 @@ struct KindRow {
   int weight = 4;              ///< those that end a run are drawn less often
 };
 
-using Kind = MishapKind;
-constexpr std::array<KindRow, kMishapKinds> kKinds{{
+using Kind = InjectedFaultKind;
+constexpr std::array<KindRow, kInjectedFaultKinds> kKinds{{
     {Kind::chamber_silent, "chamber_silent"},
     {Kind::chamber_gone, "chamber_gone"},
     {Kind::chamber_half_open, "chamber_half_open"},
@@ -96,7 +96,7 @@ constexpr std::array<KindRow, kMishapKinds> kKinds{{
 
 constexpr bool rows_are_in_order() {
   for (std::size_t i = 0; i < kKinds.size(); ++i)
-    if (kKinds[i].kind != static_cast<MishapKind>(i)) return false;
+    if (kKinds[i].kind != static_cast<InjectedFaultKind>(i)) return false;
   return true;
 }
 static_assert(rows_are_in_order());
@@ -121,19 +121,19 @@ class Draw {
   std::mt19937_64 bits_;
 };
 
-const KindRow& row_of(MishapKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+const KindRow& row_of(InjectedFaultKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 /// Each kind as often as its weight says; half of them, or what the seed takes.
-std::vector<MishapKind> enabled_kinds(Draw& draw) {
-  std::vector<MishapKind> kinds;
+std::vector<InjectedFaultKind> enabled_kinds(Draw& draw) {
+  std::vector<InjectedFaultKind> kinds;
   const double share = draw.uniform(0.05, 1);
   for (const auto& row : kKinds)
     if (draw.uniform(0, 1) < share) kinds.insert(kinds.end(), static_cast<std::size_t>(row.weight), row.kind);
-  if (kinds.empty()) kinds.push_back(static_cast<MishapKind>(draw.whole(kMishapKinds)));
+  if (kinds.empty()) kinds.push_back(static_cast<InjectedFaultKind>(draw.whole(kInjectedFaultKinds)));
   return kinds;
 }
 
-Mishap draw_mishap(Draw& draw, const std::vector<MishapKind>& kinds, const ScheduleOptions& options) {
+InjectedFault draw_fault(Draw& draw, const std::vector<InjectedFaultKind>& kinds, const ScheduleOptions& options) {
   const auto& row = row_of(kinds[static_cast<std::size_t>(draw.whole(static_cast<std::int64_t>(kinds.size())))]);
   const double in_one = row.most - row.least > 20 ? 1 : 100;
   return {.at = draw.whole(options.seconds),
@@ -149,33 +149,32 @@ Schedule draw_schedule(std::uint64_t seed, const ScheduleOptions& options) {
   Draw draw(seed);
   const auto kinds = enabled_kinds(draw);
   Schedule schedule;
-  for (auto left = 1 + draw.whole(options.most); left > 0; --left)
-    schedule.push_back(draw_mishap(draw, kinds, options));
-  std::ranges::stable_sort(schedule, {}, &Mishap::at);
+  for (auto left = 1 + draw.whole(options.most); left > 0; --left) schedule.push_back(draw_fault(draw, kinds, options));
+  std::ranges::stable_sort(schedule, {}, &InjectedFault::at);
   return schedule;
 }
 
-const char* name(MishapKind kind) { return row_of(kind).name; }
+const char* name(InjectedFaultKind kind) { return row_of(kind).name; }
 
-std::string text(const Mishap& mishap) {
-  return fmt::format("{} {} {} {} {:g}", mishap.at, name(mishap.kind), mishap.target, mishap.lasts, mishap.size);
+std::string text(const InjectedFault& fault) {
+  return fmt::format("{} {} {} {} {:g}", fault.at, name(fault.kind), fault.target, fault.lasts, fault.size);
 }
 
 std::string text(const Schedule& schedule) {
   std::string lines;
-  for (const auto& mishap : schedule) lines += text(mishap) + "\n";
+  for (const auto& fault : schedule) lines += text(fault) + "\n";
   return lines;
 }
 
-std::optional<Mishap> parse_mishap(std::string_view line) {
+std::optional<InjectedFault> parse_fault(std::string_view line) {
   std::istringstream words{std::string(line)};
-  Mishap mishap;
+  InjectedFault fault;
   std::string kind;
-  if (!(words >> mishap.at >> kind >> mishap.target >> mishap.lasts >> mishap.size)) return std::nullopt;
+  if (!(words >> fault.at >> kind >> fault.target >> fault.lasts >> fault.size)) return std::nullopt;
   const auto row = std::ranges::find_if(kKinds, [&](const auto& one) { return one.name == kind; });
   if (row == kKinds.end()) return std::nullopt;
-  mishap.kind = row->kind;
-  return mishap;
+  fault.kind = row->kind;
+  return fault;
 }
 
 }  // namespace gyrotherm

@@ -11,7 +11,7 @@
 
 namespace gyrotherm {
 
-enum class MishapKind {
+enum class InjectedFaultKind {
   // the chamber's line
   chamber_silent,
   chamber_gone,
@@ -89,18 +89,18 @@ enum class MishapKind {
   count
 };
 
-inline constexpr auto kMishapKinds = static_cast<std::size_t>(MishapKind::count);
+inline constexpr auto kInjectedFaultKinds = static_cast<std::size_t>(InjectedFaultKind::count);
 
-struct Mishap {
+struct InjectedFault {
   std::int64_t at{};  ///< second of the trial at which it begins
-  MishapKind kind{};
+  InjectedFaultKind kind{};
   int target{};
   std::int64_t lasts{};  ///< seconds; 0: it is no more than an instant
   double size{};
-  bool operator==(const Mishap&) const = default;
+  bool operator==(const InjectedFault&) const = default;
 };
 
-using Schedule = std::vector<Mishap>;
+using Schedule = std::vector<InjectedFault>;
 
 struct ScheduleOptions {
   std::int64_t seconds = 3600;  ///< of the trial, in which mishaps begin
@@ -111,11 +111,11 @@ struct ScheduleOptions {
 /// In order of time. The seed enables some of the kinds, and draws from those alone.
 [[nodiscard]] Schedule draw_schedule(std::uint64_t seed, const ScheduleOptions& options);
 
-[[nodiscard]] const char* name(MishapKind kind);
+[[nodiscard]] const char* name(InjectedFaultKind kind);
 /// "120 chamber_silent 0 30 0", one a line.
-[[nodiscard]] std::string text(const Mishap& mishap);
+[[nodiscard]] std::string text(const InjectedFault& fault);
 [[nodiscard]] std::string text(const Schedule& schedule);
 /// Nothing if it is none.
-[[nodiscard]] std::optional<Mishap> parse_mishap(std::string_view line);
+[[nodiscard]] std::optional<InjectedFault> parse_fault(std::string_view line);
 
 }  // namespace gyrotherm

@@ -15,8 +15,8 @@ namespace {
 constexpr std::string_view kHead =
     "schema = \"gyrotherm-profile/1\"\nname = \"p\"\n[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"10 s\"\n";
 
-void require(bool law) {
-  if (!law) std::abort();
+void require(bool invariant) {
+  if (!invariant) std::abort();
 }
 
 void run(std::string_view text) {
@@ -29,7 +29,7 @@ void run(std::string_view text) {
   (void)check_profile(*profile, {});
   auto state = begin(*profile);
   for (int i = 0; i < 100; ++i) state = next(*profile, state, {std::chrono::seconds(1 + i * i), Celsius{20}});
-  require(state_of(*profile, progress_of(*profile, state)).has_value());
+  require(state_of(*profile, position_of(*profile, state)).has_value());
   if (profile->segments.size() < 100) require(!describe(*profile, timeline).empty());
 }
 

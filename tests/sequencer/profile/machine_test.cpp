@@ -27,19 +27,20 @@ guaranteed_soak = true
 /// … at most 200 s.
 Profile soak_profile() { return profile_with("deadline = \"200 s\"\n"); }
 
-State after(const Profile& profile, State state, int steps, std::optional<Celsius> air, Duration each = kSecond) {
+ProfileState after(const Profile& profile, ProfileState state, int steps, std::optional<Celsius> air,
+                   Duration each = kSecond) {
   for (int i = 0; i < steps; ++i) state = next(profile, state, {each, air});
   return state;
 }
 
-State at_soak(const Profile& profile) { return after(profile, begin(profile), 160, Celsius{20}); }
+ProfileState at_soak(const Profile& profile) { return after(profile, begin(profile), 160, Celsius{20}); }
 
 TEST(Machine, BeginsWithTheFirstSecondOfTheFirstSegment) {
   const auto profile = soak_profile();
   const auto state = begin(profile);
   ASSERT_TRUE(std::holds_alternative<Holding>(state));
-  EXPECT_EQ(progress_of(profile, state),
-            (Progress{.segment = 0, .cycle = -1, .phase = Phase::holding, .set_point = Celsius{20}}));
+  EXPECT_EQ(position_of(profile, state),
+            (ProfilePosition{.segment = 0, .cycle = -1, .phase = Phase::holding, .set_point = Celsius{20}}));
 }
 
 TEST(Machine, TimedSegmentsNeedNoAir) {
@@ -94,7 +95,7 @@ soak_slope = "0.5 °C/min"
 )");
 }
 
-State after_at(const Profile& profile, State state, int steps, double celsius, double slope) {
+ProfileState after_at(const Profile& profile, ProfileState state, int steps, double celsius, double slope) {
   for (int i = 0; i < steps; ++i) state = next(profile, state, {kSecond, Celsius{celsius}, CelsiusPerMinute{slope}});
   return state;
 }
@@ -154,8 +155,8 @@ TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
   EXPECT_TRUE(std::holds_alternative<WaitingForSoak>(state));
   state = next(profile, state, {kSecond, Celsius{20}});
   ASSERT_TRUE(std::holds_alternative<Overdue>(state));
-  const auto before = progress_of(profile, state);
-  EXPECT_EQ(progress_of(profile, after(profile, state, 1000, Celsius{25})), before);
+  const auto before = position_of(profile, state);
+  EXPECT_EQ(position_of(profile, after(profile, state, 1000, Celsius{25})), before);
   EXPECT_EQ(command(profile, state), Celsius{25});
 }
 
@@ -165,7 +166,7 @@ TEST(Machine, CompleteStaysAtTheLastSetPoint) {
   EXPECT_TRUE(std::holds_alternative<Complete>(state));
   EXPECT_EQ(command(profile, state), Celsius{25});
   EXPECT_EQ(time_left(profile, state), Duration::zero());
-  EXPECT_EQ(progress_of(profile, state).segment, 2);
+  EXPECT_EQ(position_of(profile, state).segment, 2);
 }
 
 TEST(TimeLeft, FallsByASecondEachSecondThatCounts) {
@@ -183,31 +184,31 @@ TEST(TimeLeft, StandsStillWhileASoakWaits) {
   EXPECT_EQ(time_left(profile, after(profile, at_soak(profile), 50, Celsius{20})), seconds(100));
 }
 
-TEST(Progress, ComesBackAsTheStateItWas) {
+TEST(ProfilePosition, ComesBackAsTheStateItWas) {
   const auto profile = soak_profile();
   for (unsigned seed = 0; seed < 500; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
     auto state = begin(profile);
     for (int i = 0; i < 300; ++i) {
-      const auto progress = progress_of(profile, state);
+      const auto progress = position_of(profile, state);
       const auto back = state_of(profile, progress);
       ASSERT_TRUE(back.has_value()) << text(back.error());
       ASSERT_EQ(back->index(), state.index());
-      ASSERT_EQ(progress_of(profile, *back), progress);
+      ASSERT_EQ(position_of(profile, *back), progress);
       std::optional<Celsius> air;
       if (random() % 8 != 0) air = Celsius{20 + static_cast<double>(random() % 70) / 10};
       const Observation seen{Duration(random() % 3'000'000'000), air};
-      ASSERT_EQ(progress_of(profile, next(profile, *back, seen)), progress_of(profile, next(profile, state, seen)));
+      ASSERT_EQ(position_of(profile, next(profile, *back, seen)), position_of(profile, next(profile, state, seen)));
       state = next(profile, state, seen);
     }
   }
 }
 
-TEST(Progress, OfAnotherProfileIsRefused) {
+TEST(ProfilePosition, OfAnotherProfileIsRefused) {
   const auto profile = soak_profile();
   const auto refused = [&](int segment, Phase phase, Duration in_segment = {}) {
-    Progress progress;
+    ProfilePosition progress;
     progress.segment = segment;
     progress.phase = phase;
     progress.in_segment = in_segment;

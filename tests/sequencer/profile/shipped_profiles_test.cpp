@@ -47,7 +47,7 @@ Run run(const Profile& profile) {
   Run run;
   auto state = begin(profile);
   for (; run.steps < 1'000'000; ++run.steps) {
-    run.ended = progress_of(profile, state).phase;
+    run.ended = position_of(profile, state).phase;
     if (run.ended == Phase::complete || run.ended == Phase::overdue) break;
     state = next(profile, state, {seconds(1), air.after_a_second(command(profile, state))});
   }

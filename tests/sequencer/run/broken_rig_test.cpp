@@ -38,7 +38,7 @@ double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
 
 TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
   Bench bench(kSoak);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   for (const auto& sample : bench.record().samples)
     ASSERT_TRUE(sample.state == RunState::execute || sample.state == RunState::complete) << sample.slot;
   EXPECT_EQ(bench.count(EventKind::interlock, ""), 0);
@@ -52,14 +52,14 @@ TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
   ASSERT_EQ(before.segment, 2);
   bench.chamber().door_open = true;
   bench.seconds(60);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::suspended);
-  EXPECT_EQ(bench.experiment().outlook().cause, "the chamber's door is open");
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
+  EXPECT_EQ(bench.run_controller().outlook().cause, "the chamber's door is open");
   EXPECT_EQ(bench.progress(), before);
-  EXPECT_EQ(bench.experiment().outlook().faults.size(), 1u);
+  EXPECT_EQ(bench.run_controller().outlook().faults.size(), 1u);
   bench.chamber().door_open = false;
   EXPECT_EQ(bench.until(RunState::execute, 100), 10);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
-  EXPECT_GE(bench.experiment().outlook().behind_plan, std::chrono::seconds(69));
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
+  EXPECT_GE(bench.run_controller().outlook().behind_plan, std::chrono::seconds(69));
   int soaked = 0;
   for (const auto& sample : bench.record().samples)
     soaked += sample.state == RunState::execute && sample.progress.segment == 2 &&
@@ -85,7 +85,7 @@ TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
   EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 12) << "no jump";
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
   EXPECT_EQ(bench.count(EventKind::interlock, "restarted"), 1);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
 TEST(BrokenRig, AForeignSetPointIsNotFought) {
@@ -97,7 +97,7 @@ TEST(BrokenRig, AForeignSetPointIsNotFought) {
   bench.seconds(600);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
   EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
-  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_GT(bench.chamber().sent_c.size(), sent);
   EXPECT_EQ(bench.chamber().set_point_c, 30);
@@ -132,60 +132,60 @@ TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   EXPECT_GT(found, 1);
   EXPECT_LE(found, 4);
   EXPECT_TRUE(bench.told(EventKind::interlock, "does not take set points"));
-  EXPECT_GE(bench.experiment().outlook().missed_set_points, 3);
+  EXPECT_GE(bench.run_controller().outlook().missed_set_points, 3);
   bench.seconds(30);
   bench.chamber().ignores = false;
   ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is tried again";
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
 TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasShownIt) {
   Bench bench(kSoak);
   bench.seconds(500);
-  bench.instruments().article_c = 101;
+  bench.instruments().uut_c = 101;
   EXPECT_EQ(bench.until(RunState::aborting, 10), 2);
   EXPECT_EQ(bench.chamber().set_point_c, 20) << "sent in the same second";
   EXPECT_EQ(bench.chamber().insisted, 1);
-  EXPECT_FALSE(bench.experiment().is_safe());
-  EXPECT_EQ(bench.seconds(1), Outcome::made_safe);
-  EXPECT_TRUE(bench.experiment().is_safe());
+  EXPECT_FALSE(bench.run_controller().is_safe());
+  EXPECT_EQ(bench.seconds(1), RunOutcome::made_safe);
+  EXPECT_TRUE(bench.run_controller().is_safe());
   EXPECT_EQ(bench.record().samples.back().state, RunState::aborted);
   EXPECT_EQ(bench.record().samples.back().chamber.value->set_point, Celsius{20});
-  EXPECT_NE(bench.experiment().end_cause().find("the chamber was sent to 20 °C"), std::string::npos)
-      << bench.experiment().end_cause();
+  EXPECT_NE(bench.run_controller().end_cause().find("the chamber was sent to 20 °C"), std::string::npos)
+      << bench.run_controller().end_cause();
 }
 
 TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsToldOnceAMinute) {
   Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().silent = true;
-  bench.instruments().article_c = 101;
-  EXPECT_EQ(bench.seconds(605), Outcome::going_on);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::aborting);
+  bench.instruments().uut_c = 101;
+  EXPECT_EQ(bench.seconds(605), RunOutcome::going_on);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(bench.record().samples.size(), 1105u) << "the recording goes on";
   EXPECT_NEAR(bench.count(EventKind::fault, "could NOT be sent to 20 °C"), 10, 2);
   EXPECT_NEAR(bench.chamber().insisted, 10 + 59, 3) << "at once, but not for ever each second";
   bench.chamber().silent = false;
-  EXPECT_EQ(bench.seconds(10), Outcome::made_safe) << "within ten seconds of its answering again";
+  EXPECT_EQ(bench.seconds(10), RunOutcome::made_safe) << "within ten seconds of its answering again";
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
 TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
   Bench bench(kSoak);
   bench.seconds(500);
-  bench.instruments().article_c = 101;
+  bench.instruments().uut_c = 101;
   bench.seconds(2);
   ASSERT_EQ(bench.chamber().set_point_c, 20);
   bench.chamber().set_point_c = 55;
-  EXPECT_EQ(bench.seconds(1), Outcome::going_on);
-  EXPECT_EQ(bench.seconds(1), Outcome::made_safe);
+  EXPECT_EQ(bench.seconds(1), RunOutcome::going_on);
+  EXPECT_EQ(bench.seconds(1), RunOutcome::made_safe);
 }
 
 TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
   Bench bench(kSoak, [](RigFile& file) { file.safe_off = true; });
   bench.seconds(500);
   bench.chamber().must_stop = true;
-  EXPECT_EQ(bench.seconds(2), Outcome::made_safe);
+  EXPECT_EQ(bench.seconds(2), RunOutcome::made_safe);
   EXPECT_FALSE(bench.chamber().on);
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
@@ -193,50 +193,50 @@ TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
 TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
   Bench bench(kSoak);
   bench.seconds(130);
-  bench.experiment().tell(OperatorCommand::pause, "Ada");
+  bench.run_controller().tell(OperatorCommand::pause, "Ada");
   bench.seconds(1);
-  ASSERT_EQ(bench.experiment().run_state(), RunState::held);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   const auto before = bench.progress();
   const auto sent = bench.chamber().sent_c.size();
   bench.seconds(1000);
   EXPECT_EQ(bench.progress(), before);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
-  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
   bench.seconds(1);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::execute);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 * 5 + 1e-6);
 }
 
 TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
   Bench safe(kSoak);
   safe.seconds(500);
-  safe.experiment().tell(OperatorCommand::stop, "Ada");
-  EXPECT_EQ(safe.seconds(3), Outcome::stopped);
+  safe.run_controller().tell(OperatorCommand::stop, "Ada");
+  EXPECT_EQ(safe.seconds(3), RunOutcome::stopped);
   EXPECT_EQ(safe.chamber().set_point_c, 20);
-  Bench hold(kSoak, [](RigFile& file) { file.procedure.on_stop = OnStop::hold; });
+  Bench hold(kSoak, [](RigFile& file) { file.run_limits.on_stop = OnStop::hold; });
   hold.seconds(500);
-  hold.experiment().tell(OperatorCommand::stop, "Ada");
-  EXPECT_EQ(hold.seconds(1), Outcome::stopped);
+  hold.run_controller().tell(OperatorCommand::stop, "Ada");
+  EXPECT_EQ(hold.seconds(1), RunOutcome::stopped);
   EXPECT_EQ(hold.chamber().set_point_c, 30);
-  EXPECT_EQ(hold.experiment().end_cause(), "stopped by Ada");
+  EXPECT_EQ(hold.run_controller().end_cause(), "stopped by Ada");
 }
 
 TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
   Bench bench(profile, [](RigFile& file) { file.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"}; });
-  EXPECT_EQ(bench.seconds(1500), Outcome::going_on) << "the air has long been there, the article has not";
+  EXPECT_EQ(bench.seconds(1500), RunOutcome::going_on) << "the air has long been there, the article has not";
   EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_TRUE(bench.told(EventKind::note, "soak of segment 3 ended: 10 min 00 s inside ±1 K of 30 °C on B, in"));
 }
 
 TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
   Bench bench(kSoak);
   bench.seconds(500);
-  bench.experiment().tell(OperatorCommand::abort, "Ada");
-  EXPECT_EQ(bench.seconds(3), Outcome::made_safe);
+  bench.run_controller().tell(OperatorCommand::abort, "Ada");
+  EXPECT_EQ(bench.seconds(3), RunOutcome::made_safe);
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
@@ -248,7 +248,7 @@ TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
   bench.seconds(1);
   EXPECT_EQ(bench.progress().in_segment - before.in_segment, std::chrono::seconds(1));
   EXPECT_EQ(bench.record().gap_seconds, 60);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 5.0 / 60 + 1e-6);
 }
 
@@ -257,25 +257,25 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
   bench.seconds(400);
   bench.late(121);
   bench.seconds(1);
-  ASSERT_EQ(bench.experiment().run_state(), RunState::held);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   bench.seconds(1000);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::held);
-  bench.experiment().tell(OperatorCommand::resume, "Ada");
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
   bench.seconds(1);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::execute);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
 }
 
 TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
   Bench bench(kSoak);
   bench.chamber().air_c = bench.chamber().set_point_c = 40;
-  bench.experiment().begin_away(Celsius{40}, "the air is elsewhere", {});
+  bench.run_controller().begin_away(Celsius{40}, "the air is elsewhere", {});
   bench.seconds(100);
-  EXPECT_EQ(bench.experiment().run_state(), RunState::suspended);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
   EXPECT_EQ(bench.progress().in_segment, Duration{});
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_NEAR(bench.chamber().air_c, 20, 2);
   EXPECT_LE(greatest_step(bench.chamber().sent_c), 6.0 / 60 + 1e-6);
-  EXPECT_EQ(bench.seconds(5000), Outcome::complete);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
 TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {

@@ -21,11 +21,11 @@ using namespace std::chrono_literals;
 /// Listens in a thread of its own until it goes, and keeps what it heard.
 class Listening {
  public:
-  explicit Listening(TellSocket& socket, TellAnswer answer)
+  explicit Listening(ControlSocket& socket, ControlAnswer answer)
       : thread_([this, &socket, answer = std::move(answer)](std::stop_token stop) {
           while (!stop.stop_requested()) {
-            socket.listen([&](const Telling& telling, const std::string& who) {
-              heard.push_back(telling);
+            socket.listen([&](const ControlRequest& request, const std::string& who) {
+              heard.push_back(request);
               speaker = who;
               return answer;
             });
@@ -33,28 +33,28 @@ class Listening {
           }
         }) {}
   void end() { thread_ = {}; }
-  std::vector<Telling> heard;
+  std::vector<ControlRequest> heard;
   std::string speaker;
 
  private:
   std::jthread thread_;
 };
 
-TEST(Telling, GoesThroughAMessageUnchanged) {
+TEST(ControlRequest, GoesThroughAMessageUnchanged) {
   for (const auto* word : {"pause", "resume", "stop", "abort"}) {
-    const auto telling = telling_of(word, "");
-    ASSERT_TRUE(telling) << word;
-    const auto parsed = parse_telling(to_message(*telling));
+    const auto request = request_of(word, "");
+    ASSERT_TRUE(request) << word;
+    const auto parsed = parse_request(to_message(*request));
     ASSERT_TRUE(parsed) << text(parsed.error());
-    EXPECT_EQ(*parsed, *telling);
+    EXPECT_EQ(*parsed, *request);
   }
-  const auto note = telling_of("note", "Tür geöffnet, \"Kabel\" geprüft");
+  const auto note = request_of("note", "Tür geöffnet, \"Kabel\" geprüft");
   ASSERT_TRUE(note);
-  EXPECT_EQ(parse_telling(to_message(*note)), *note);
-  EXPECT_EQ(to_message(*telling_of("pause", "")), "gyrotherm-tell/1 pause ");
+  EXPECT_EQ(parse_request(to_message(*note)), *note);
+  EXPECT_EQ(to_message(*request_of("pause", "")), "gyrotherm-tell/1 pause ");
 }
 
-TEST(Telling, WhatIsNoWordIsAMistakeOfTheCommandLine) {
+TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
   for (const auto& [word, note] : std::vector<std::pair<std::string, std::string>>{{"go", ""},
                                                                                    {"", ""},
                                                                                    {"pause", "now"},
@@ -64,81 +64,81 @@ TEST(Telling, WhatIsNoWordIsAMistakeOfTheCommandLine) {
                                                                                     "20 \xB0"
                                                                                     "C"},
                                                                                    {"note", std::string(2001, 'x')}}) {
-    const auto telling = telling_of(word, note);
-    ASSERT_FALSE(telling) << word;
-    EXPECT_EQ(telling.error().kind, FaultKind::usage);
+    const auto request = request_of(word, note);
+    ASSERT_FALSE(request) << word;
+    EXPECT_EQ(request.error().kind, FaultKind::usage);
   }
 }
 
-TEST(TellSocket, AnswersWithWhatWasDone) {
+TEST(ControlSocket, AnswersWithWhatWasDone) {
   const TestFolder folder;
-  auto socket = TellSocket::open(folder / "run.db");
+  auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = true, .text = "paused"});
-  const auto answer = tell(folder / "run.db", *telling_of("pause", ""), 5s);
+  const auto answer = tell(folder / "run.db", *request_of("pause", ""), 5s);
   listening.end();
   ASSERT_TRUE(answer) << text(answer.error());
-  EXPECT_EQ(*answer, (TellAnswer{.done = true, .text = "paused"}));
+  EXPECT_EQ(*answer, (ControlAnswer{.done = true, .text = "paused"}));
   ASSERT_EQ(listening.heard.size(), 1u);
   EXPECT_EQ(listening.heard[0].command, OperatorCommand::pause);
 }
 
-TEST(TellSocket, TheKernelSaysWhoSpeaks) {
+TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
   const TestFolder folder;
-  auto socket = TellSocket::open(folder / "run.db");
+  auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "noted"});
-  ASSERT_TRUE(tell(folder / "run.db", *telling_of("note", "from somebody else (uid 0)"), 5s));
+  ASSERT_TRUE(tell(folder / "run.db", *request_of("note", "from somebody else (uid 0)"), 5s));
   listening.end();
   EXPECT_NE(listening.speaker.find("(uid " + std::to_string(::getuid()) + ")"), std::string::npos) << listening.speaker;
 }
 
-TEST(TellSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
+TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
   const TestFolder folder;
-  const auto nobody = tell(folder / "run.db", *telling_of("pause", ""), 1s);
+  const auto nobody = tell(folder / "run.db", *request_of("pause", ""), 1s);
   ASSERT_FALSE(nobody);
   EXPECT_EQ(nobody.error().kind, FaultKind::usage);
-  auto socket = TellSocket::open(folder / "run.db");
+  auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
-  const auto silent = tell(folder / "run.db", *telling_of("pause", ""), 50ms);
+  const auto silent = tell(folder / "run.db", *request_of("pause", ""), 50ms);
   ASSERT_FALSE(silent);
   EXPECT_EQ(silent.error().kind, FaultKind::timeout);
 }
 
-TEST(TellSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
+TEST(ControlSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
   const TestFolder folder;
   {
-    auto dead = TellSocket::open(folder / "run.db");
+    auto dead = ControlSocket::open(folder / "run.db");
     ASSERT_TRUE(dead);
-    std::filesystem::create_hard_link(tell_path(folder / "run.db"), folder / "kept");
+    std::filesystem::create_hard_link(control_socket_path(folder / "run.db"), folder / "kept");
   }
-  EXPECT_FALSE(std::filesystem::exists(tell_path(folder / "run.db"))) << "an orderly end takes it away";
-  std::filesystem::rename(folder / "kept", tell_path(folder / "run.db"));
-  const auto left = tell(folder / "run.db", *telling_of("stop", ""), 1s);
+  EXPECT_FALSE(std::filesystem::exists(control_socket_path(folder / "run.db"))) << "an orderly end takes it away";
+  std::filesystem::rename(folder / "kept", control_socket_path(folder / "run.db"));
+  const auto left = tell(folder / "run.db", *request_of("stop", ""), 1s);
   ASSERT_FALSE(left);
   EXPECT_EQ(left.error().kind, FaultKind::usage);
-  EXPECT_TRUE(TellSocket::open(folder / "run.db"));
-  std::ofstream(tell_path(folder / "other.db")) << "somebody's file";
-  EXPECT_FALSE(TellSocket::open(folder / "other.db"));
+  EXPECT_TRUE(ControlSocket::open(folder / "run.db"));
+  std::ofstream(control_socket_path(folder / "other.db")) << "somebody's file";
+  EXPECT_FALSE(ControlSocket::open(folder / "other.db"));
 }
 
-TEST(TellSocket, IsForOwnerAndGroup) {
+TEST(ControlSocket, IsForOwnerAndGroup) {
   const TestFolder folder;
-  const auto socket = TellSocket::open(folder / "run.db");
+  const auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   struct stat found {};
-  ASSERT_EQ(::stat(tell_path(folder / "run.db").c_str(), &found), 0);
+  ASSERT_EQ(::stat(control_socket_path(folder / "run.db").c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0660u);
 }
 
-TEST(TellSocket, IsReachedInAFolderOfAnyDepth) {
+TEST(ControlSocket, IsReachedInAFolderOfAnyDepth) {
   const TestFolder folder;
   const auto deep = folder / (std::string(90, 'a') + "/" + std::string(90, 'b'));
   std::filesystem::create_directories(deep);
-  auto socket = TellSocket::open(deep + "/run.db");
+  auto socket = ControlSocket::open(deep + "/run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = false, .text = "it has ended"});
-  const auto answer = tell(deep + "/run.db", *telling_of("stop", ""), 5s);
+  const auto answer = tell(deep + "/run.db", *request_of("stop", ""), 5s);
   ASSERT_TRUE(answer) << text(answer.error());
   EXPECT_FALSE(answer->done);
 }
@@ -148,7 +148,7 @@ std::string say_raw(const std::string& record, const std::string& message) {
   const Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const auto path = tell_path(record);
+  const auto path = control_socket_path(record);
   std::copy(path.begin(), path.end(), address.sun_path);
   if (::connect(socket.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "no";
   ::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL);
@@ -158,9 +158,9 @@ std::string say_raw(const std::string& record, const std::string& message) {
   return {heard, static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
 
-TEST(TellSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
+TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
   const TestFolder folder;
-  auto socket = TellSocket::open(folder / "run.db");
+  auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "done"});
   for (const auto& message :
@@ -172,21 +172,21 @@ TEST(TellSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
   EXPECT_TRUE(listening.heard.empty());
 }
 
-TEST(TellSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
+TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
   const TestFolder folder;
-  auto socket = TellSocket::open(folder / "run.db");
+  auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "done"});
   std::vector<Descriptor> silent;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const auto path = tell_path(folder / "run.db");
+  const auto path = control_socket_path(folder / "run.db");
   std::copy(path.begin(), path.end(), address.sun_path);
   for (int i = 0; i < 50; ++i) {
     silent.emplace_back(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
     ASSERT_EQ(::connect(silent.back().number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
-  EXPECT_TRUE(tell(folder / "run.db", *telling_of("pause", ""), 5s));
+  EXPECT_TRUE(tell(folder / "run.db", *request_of("pause", ""), 5s));
 }
 
 }  // namespace

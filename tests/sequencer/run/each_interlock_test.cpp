@@ -22,19 +22,19 @@ class Bench {
   ChamberState& chamber() { return *sample.chamber.value; }
   void thermometer(std::size_t i, double celsius) { sample.thermometers[i].value = Celsius{celsius}; }
 
-  Verdict second(Duration elapsed = kSecond) {
+  InterlockDemand second(Duration elapsed = kSecond) {
     sample.at.since_start += elapsed;
     sample.at.utc += elapsed;
-    auto judgement = judge(limits, std::move(memory), sample, elapsed, around);
-    memory = std::move(judgement.memory);
-    alarms += static_cast<int>(judgement.raised.size());
-    over += static_cast<int>(judgement.cleared.size());
-    return judgement.verdict;
+    auto result = judge(limits, std::move(memory), sample, elapsed, around);
+    memory = std::move(result.memory);
+    alarms += static_cast<int>(result.raised.size());
+    over += static_cast<int>(result.cleared.size());
+    return result.demand;
   }
-  Verdict seconds(int count) {
-    Verdict verdict;
-    for (int i = 0; i < count; ++i) verdict = second();
-    return verdict;
+  InterlockDemand seconds(int count) {
+    InterlockDemand demand;
+    for (int i = 0; i < count; ++i) demand = second();
+    return demand;
   }
   /// The first second in which it reacts so, or −1 if none of the next `most` does.
   int seconds_until(Reaction reaction, int most = 4000) {
@@ -42,18 +42,18 @@ class Bench {
       if (second().reaction == reaction) return i;
     return -1;
   }
-  [[nodiscard]] bool has(Cause cause) const { return memory.watches[static_cast<std::size_t>(cause)].raised; }
+  [[nodiscard]] bool has(InterlockId cause) const { return memory.watches[static_cast<std::size_t>(cause)].raised; }
 
   InterlockLimits limits;
   InterlockMemory memory;
   Sample sample;
-  Circumstances around;
+  InterlockInputs around;
   int alarms = 0, over = 0;
 };
 
 auto silence() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
 
-TEST(Cause, OneAlarmUntilItIsOver) {
+TEST(InterlockId, OneAlarmUntilItIsOver) {
   Bench bench;
   bench.chamber().activity = ChamberActivity::door_open;
   bench.seconds(100);
@@ -71,7 +71,7 @@ TEST(Cause, OneAlarmUntilItIsOver) {
   EXPECT_TRUE(standing(bench.memory).empty());
 }
 
-TEST(Cause, EachThermometerMayHaveLimitsOfItsOwn) {
+TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
   Bench bench;
   bench.limits.thermometers.assign(9, {});
   bench.limits.thermometers[4] = {{-10}, {21.5}};
@@ -82,7 +82,7 @@ TEST(Cause, EachThermometerMayHaveLimitsOfItsOwn) {
   EXPECT_EQ(bench.seconds(2).cause, "thermometer shell reads -61.00 °C, outside -60 … 100 °C");
 }
 
-TEST(Cause, ASpikeOfOneSampleIsNoLimitPassed) {
+TEST(InterlockId, ASpikeOfOneSampleIsNoLimitPassed) {
   Bench bench;
   for (int i = 0; i < 100; ++i) {
     bench.thermometer(2, i % 2 ? 22 : 850);
@@ -90,7 +90,7 @@ TEST(Cause, ASpikeOfOneSampleIsNoLimitPassed) {
   }
 }
 
-TEST(Cause, FewerThermometersThanNeededSuspendWithinTenSeconds) {
+TEST(InterlockId, FewerThermometersThanNeededSuspendWithinTenSeconds) {
   Bench bench;
   bench.limits.thermometers_needed = 8;
   bench.sample.thermometers[0].value = silence();
@@ -100,50 +100,50 @@ TEST(Cause, FewerThermometersThanNeededSuspendWithinTenSeconds) {
   EXPECT_EQ(bench.second().cause, "7 thermometers answer, 8 are needed for 6 s");
 }
 
-TEST(Cause, AirThatChangesFasterThanAClosedChamberCanSuspends) {
+TEST(InterlockId, AirThatChangesFasterThanAClosedChamberCanSuspends) {
   Bench bench;
   bench.seconds(70);
   for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.32}, bench.second();
-  EXPECT_FALSE(bench.has(Cause::air_rate)) << "19.2 °C in a minute";
+  EXPECT_FALSE(bench.has(InterlockId::air_rate)) << "19.2 °C in a minute";
   for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.36}, bench.second();
-  EXPECT_TRUE(bench.has(Cause::air_rate)) << "21.6 °C in a minute";
+  EXPECT_TRUE(bench.has(InterlockId::air_rate)) << "21.6 °C in a minute";
 }
 
-TEST(Cause, AnArticleThatChangesTooFastSuspends) {
+TEST(InterlockId, AnArticleThatChangesTooFastSuspends) {
   Bench bench;
   bench.limits.thermometers_fastest = {1};
   bench.seconds(70);
-  Verdict verdict;
+  InterlockDemand demand;
   for (int i = 0; i < 70; ++i) {
     for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, 22 + 0.02 * i);
-    verdict = bench.second();
+    demand = bench.second();
   }
-  EXPECT_EQ(verdict.reaction, Reaction::suspend);
-  EXPECT_TRUE(bench.has(Cause::thermometer_rate));
+  EXPECT_EQ(demand.reaction, Reaction::suspend);
+  EXPECT_TRUE(bench.has(InterlockId::thermometer_rate));
 }
 
-TEST(Cause, AThermometerFarFromTheOthersWarns) {
+TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
   Bench bench;
   bench.limits.disagreement = {10};
   bench.thermometer(3, 33);
   EXPECT_EQ(bench.seconds(59).reaction, Reaction::go_on);
   EXPECT_EQ(bench.seconds(2).reaction, Reaction::warn);
-  EXPECT_TRUE(bench.has(Cause::disagreement));
+  EXPECT_TRUE(bench.has(InterlockId::disagreement));
 }
 
-TEST(Cause, AStuckThermometerWarnsWhileTheOthersMove) {
+TEST(InterlockId, AStuckThermometerWarnsWhileTheOthersMove) {
   Bench bench;
   bench.seconds(300);
-  EXPECT_FALSE(bench.has(Cause::stuck)) << "nothing moves";
+  EXPECT_FALSE(bench.has(InterlockId::stuck)) << "nothing moves";
   for (int i = 0; i < 200; ++i) {
     for (std::size_t t = 1; t < 9; ++t) bench.thermometer(t, 22 + 0.01 * i);
     bench.second();
   }
-  EXPECT_TRUE(bench.has(Cause::stuck));
+  EXPECT_TRUE(bench.has(InterlockId::stuck));
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
 }
 
-TEST(Cause, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack) {
+TEST(InterlockId, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack) {
   Bench bench;
   bench.seconds(100);
   bench.chamber().air = {32.5};
@@ -151,10 +151,10 @@ TEST(Cause, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack
   bench.chamber().air = {31};
   bench.seconds(9);
   EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 1);
-  EXPECT_TRUE(bench.has(Cause::chamber_sensor));
+  EXPECT_TRUE(bench.has(InterlockId::chamber_sensor));
 }
 
-TEST(Cause, AJumpIsMeasuredWhereverTheArticleIs) {
+TEST(InterlockId, AJumpIsMeasuredWhereverTheArticleIs) {
   Bench bench;
   for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, 35);
   EXPECT_EQ(bench.seconds(3000).reaction, Reaction::go_on) << "it warms itself";
@@ -165,7 +165,7 @@ TEST(Cause, AJumpIsMeasuredWhereverTheArticleIs) {
   EXPECT_EQ(large.seconds_until(Reaction::abort, 40), 30);
 }
 
-TEST(Cause, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
+TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
   Bench bench;
   bench.seconds(10);
   auto spike = bench;
@@ -177,11 +177,11 @@ TEST(Cause, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
   spike.seconds(20);
   spike.chamber().air = {20};
   EXPECT_LT(spike.seconds(100).reaction, Reaction::abort);
-  EXPECT_FALSE(spike.has(Cause::chamber_sensor));
+  EXPECT_FALSE(spike.has(InterlockId::chamber_sensor));
 }
 
 /// The air falls to the room's within a minute, also while its reading is lost for some seconds.
-TEST(Cause, AirThatLeavesThroughTheDoorIsNoContradiction) {
+TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
   Bench bench;
   double air = 85;
   for (int i = 0; i < 300; ++i) {
@@ -193,7 +193,7 @@ TEST(Cause, AirThatLeavesThroughTheDoorIsNoContradiction) {
   }
 }
 
-TEST(Cause, AnArticleThatLagsIsNoContradiction) {
+TEST(InterlockId, AnArticleThatLagsIsNoContradiction) {
   Bench bench;
   bench.seconds(700);
   for (int i = 0; i < 600; ++i) {  // a ramp of 5 °C/min, and an article that hardly follows
@@ -203,37 +203,37 @@ TEST(Cause, AnArticleThatLagsIsNoContradiction) {
   }
 }
 
-TEST(Cause, ThermometersInTheAirContradictTheChamberAtAnyTime) {
+TEST(InterlockId, ThermometersInTheAirContradictTheChamberAtAnyTime) {
   Bench bench;
   bench.limits.air_thermometers = {8};
   bench.thermometer(8, 31);
   EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 30);
 }
 
-TEST(Cause, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
+TEST(InterlockId, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
   Bench bench;
   bench.seconds(10);
   bench.around.sent = bench.chamber().set_point = {40};
   const auto found = bench.seconds_until(Reaction::suspend, 3600);
   EXPECT_GT(found, 300);
   EXPECT_LT(found, 1200);
-  EXPECT_TRUE(bench.has(Cause::following));
+  EXPECT_TRUE(bench.has(InterlockId::following));
 }
 
-TEST(Cause, AirThatFollowsWithALagIsWell) {
+TEST(InterlockId, AirThatFollowsWithALagIsWell) {
   Bench bench;
-  double set_point = 20, air = 20, article = 20;
+  double set_point = 20, air = 20, uut = 20;
   for (int i = 0; i < 4000; ++i) {
     if (i > 300 && i < 1000) set_point += 5.0 / 60;
     air += (set_point - air) / 240;  // twice as slow as expected
     bench.around.sent = bench.chamber().set_point = {set_point};
     bench.chamber().air = {air};
-    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, article += (air - article) / 3600 / 9);
+    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, uut += (air - uut) / 3600 / 9);
     ASSERT_EQ(bench.second().reaction, Reaction::go_on) << i;
   }
 }
 
-TEST(Cause, AirThatDoesNotFollowNearALimitAborts) {
+TEST(InterlockId, AirThatDoesNotFollowNearALimitAborts) {
   Bench bench;
   bench.limits.air_highest = {21};
   bench.seconds(10);
@@ -241,24 +241,24 @@ TEST(Cause, AirThatDoesNotFollowNearALimitAborts) {
   EXPECT_NE(bench.seconds_until(Reaction::abort, 1200), -1);
 }
 
-TEST(Cause, AForeignSetPointIsFoundAtTheSecondPoll) {
+TEST(InterlockId, AForeignSetPointIsFoundAtTheSecondPoll) {
   Bench bench;
   bench.seconds(10);
   bench.chamber().set_point = {25};
   EXPECT_EQ(bench.second().reaction, Reaction::go_on);
-  const auto verdict = bench.second();
-  EXPECT_EQ(verdict.reaction, Reaction::suspend);
-  EXPECT_EQ(verdict.cause, "somebody else changed it: the chamber has the set point 25 °C, it was sent 20 °C");
+  const auto demand = bench.second();
+  EXPECT_EQ(demand.reaction, Reaction::suspend);
+  EXPECT_EQ(demand.cause, "somebody else changed it: the chamber has the set point 25 °C, it was sent 20 °C");
   EXPECT_EQ(bench.seconds(10'000).reaction, Reaction::suspend) << "as long as it stands";
 }
 
-TEST(Cause, ASetPointRoundedByTheControllerIsTheOneThatWasSent) {
+TEST(InterlockId, ASetPointRoundedByTheControllerIsTheOneThatWasSent) {
   Bench bench;
   bench.chamber().set_point = {20.09};
   EXPECT_EQ(bench.seconds(100).reaction, Reaction::go_on);
 }
 
-TEST(Cause, AChamberThatComesBackOtherwiseWasRestarted) {
+TEST(InterlockId, AChamberThatComesBackOtherwiseWasRestarted) {
   Bench bench;
   bench.around.sent = bench.chamber().set_point = {60};
   bench.seconds(10);
@@ -268,13 +268,13 @@ TEST(Cause, AChamberThatComesBackOtherwiseWasRestarted) {
   bench.sample.chamber.value = state;
   bench.chamber().set_point = {20};
   EXPECT_EQ(bench.second().reaction, Reaction::suspend);
-  EXPECT_TRUE(bench.has(Cause::restarted));
-  EXPECT_FALSE(bench.has(Cause::foreign_set_point));
+  EXPECT_TRUE(bench.has(InterlockId::restarted));
+  EXPECT_FALSE(bench.has(InterlockId::foreign_set_point));
   bench.seconds(10);
-  EXPECT_FALSE(bench.has(Cause::foreign_set_point)) << "one alarm per cause";
+  EXPECT_FALSE(bench.has(InterlockId::foreign_set_point)) << "one alarm per cause";
 }
 
-TEST(Cause, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
+TEST(InterlockId, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
   Bench bench;
   bench.seconds(10);
   bench.chamber().set_point = {25};
@@ -284,11 +284,11 @@ TEST(Cause, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
   EXPECT_EQ(bench.seconds(20).reaction, Reaction::suspend);
   bench.sample.chamber.value = state;
   bench.seconds(10);
-  EXPECT_TRUE(bench.has(Cause::foreign_set_point));
-  EXPECT_FALSE(bench.has(Cause::restarted)) << "it would be brought back, which is fighting it";
+  EXPECT_TRUE(bench.has(InterlockId::foreign_set_point));
+  EXPECT_FALSE(bench.has(InterlockId::restarted)) << "it would be brought back, which is fighting it";
 }
 
-TEST(Cause, AChamberThatComesBackAsItWasIsWell) {
+TEST(InterlockId, AChamberThatComesBackAsItWasIsWell) {
   Bench bench;
   const auto state = bench.chamber();
   bench.sample.chamber.value = silence();
@@ -297,13 +297,13 @@ TEST(Cause, AChamberThatComesBackAsItWasIsWell) {
   EXPECT_EQ(bench.seconds(10).reaction, Reaction::go_on);
 }
 
-TEST(Cause, ASwitchedOffChamberSuspends) {
+TEST(InterlockId, ASwitchedOffChamberSuspends) {
   Bench bench;
   bench.chamber().activity = ChamberActivity::off;
   EXPECT_EQ(bench.seconds(2).reaction, Reaction::suspend);
 }
 
-TEST(Cause, ThreeSetPointsNotTakenSuspend) {
+TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
   Bench bench;
   bench.around.refusals = 2;
   EXPECT_EQ(bench.second().reaction, Reaction::go_on);
@@ -312,7 +312,7 @@ TEST(Cause, ThreeSetPointsNotTakenSuspend) {
   EXPECT_EQ(bench.second().cause, "the chamber does not take set points: it reads 20 after 21 was written");
 }
 
-TEST(Cause, AMachineThatSleptHolds) {
+TEST(InterlockId, AMachineThatSleptHolds) {
   Bench bench;
   bench.around.missed = std::chrono::seconds(120);
   EXPECT_EQ(bench.second(std::chrono::seconds(121)).reaction, Reaction::go_on);
@@ -320,20 +320,20 @@ TEST(Cause, AMachineThatSleptHolds) {
   EXPECT_EQ(bench.second(std::chrono::seconds(122)).reaction, Reaction::hold);
 }
 
-TEST(Cause, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
+TEST(InterlockId, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
   Bench bench;
   bench.around.backlog = std::chrono::seconds(60);
   EXPECT_EQ(bench.second().reaction, Reaction::go_on);
   bench.around.backlog = std::chrono::seconds(61);
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  bench.limits.policy[static_cast<std::size_t>(Cause::storage)] = Reaction::hold;
+  bench.limits.policy[static_cast<std::size_t>(InterlockId::storage)] = Reaction::hold;
   EXPECT_EQ(bench.second().reaction, Reaction::hold);
   bench.around.backlog = {};
   bench.around.rows_dropped = true;
   EXPECT_EQ(bench.second().cause, "the record loses rows");
 }
 
-TEST(Cause, AStepOfTheWallClockWarnsAndStopsNothing) {
+TEST(InterlockId, AStepOfTheWallClockWarnsAndStopsNothing) {
   Bench bench;
   bench.seconds(10);
   bench.sample.at.utc += std::chrono::milliseconds(49);
@@ -344,21 +344,21 @@ TEST(Cause, AStepOfTheWallClockWarnsAndStopsNothing) {
   EXPECT_EQ(bench.alarms, 1);
 }
 
-TEST(Cause, AControllerThatLeftItsProgramAborts) {
+TEST(InterlockId, AControllerThatLeftItsProgramAborts) {
   Bench bench;
   bench.around.program = "the controller has not carried out its program";
   EXPECT_EQ(bench.second().reaction, Reaction::abort);
 }
 
-TEST(Cause, WhatWouldDamageTheArticleCannotBeChosen) {
-  for (const auto cause : {Cause::air_limit, Cause::thermometer_limit, Cause::chamber_alarm, Cause::emergency_stop,
-                           Cause::deadline, Cause::program}) {
+TEST(InterlockId, WhatWouldDamageTheArticleCannotBeChosen) {
+  for (const auto cause : {InterlockId::air_limit, InterlockId::thermometer_limit, InterlockId::chamber_alarm,
+                           InterlockId::emergency_stop, InterlockId::deadline, InterlockId::program}) {
     EXPECT_FALSE(may_be_chosen(cause)) << name(cause);
     EXPECT_EQ(usual_reaction(cause), Reaction::abort) << name(cause);
   }
 }
 
-TEST(Cause, NoiseAloneRaisesNothing) {
+TEST(InterlockId, NoiseAloneRaisesNothing) {
   Bench bench;
   unsigned state = 1;
   const auto noise = [&state] {
@@ -372,7 +372,7 @@ TEST(Cause, NoiseAloneRaisesNothing) {
   EXPECT_EQ(bench.alarms, 0);
 }
 
-TEST(Cause, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
+TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.sample.thermometers[1].value = silence();
@@ -383,7 +383,7 @@ TEST(Cause, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   EXPECT_EQ(bench.alarms, 1);
 }
 
-TEST(Cause, ALostChannelThatTheAnalysisNeedsSuspends) {
+TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.limits.needed_thermometers = {0, 3};
@@ -391,24 +391,25 @@ TEST(Cause, ALostChannelThatTheAnalysisNeedsSuspends) {
   EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1) << "B is not needed";
   bench.sample.thermometers[3].value = silence();
   EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), 5);
-  EXPECT_EQ(bench.memory.of(Cause::needed_channel_lost).text, "no reading of thermometer D, which the analysis needs");
-  bench.limits.policy[static_cast<std::size_t>(Cause::needed_channel_lost)] = Reaction::warn;
+  EXPECT_EQ(bench.memory.of(InterlockId::needed_channel_lost).text,
+            "no reading of thermometer D, which the analysis needs");
+  bench.limits.policy[static_cast<std::size_t>(InterlockId::needed_channel_lost)] = Reaction::warn;
   EXPECT_EQ(bench.second().reaction, Reaction::warn) << "as the rig file says";
 }
 
-TEST(Cause, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
+TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
   Bench bench;
   bench.around.record_damage = "run.db was removed or moved by another program while it was being written";
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  EXPECT_TRUE(bench.has(Cause::record_damaged));
+  EXPECT_TRUE(bench.has(InterlockId::record_damaged));
   bench.around.guard_trouble = "the guard has ended, and is replaced";
   bench.second();
-  EXPECT_TRUE(bench.has(Cause::unguarded));
+  EXPECT_TRUE(bench.has(InterlockId::unguarded));
   EXPECT_EQ(bench.alarms, 2);
 }
 
 /// On a line that loses much, what the chamber does is known some seconds after its air.
-TEST(Cause, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
+TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
   Bench bench;
   bench.sample.chamber.value = silence();
   bench.second();
@@ -416,8 +417,8 @@ TEST(Cause, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater)
   bench.seconds(3);
   bench.chamber().activity = ChamberActivity::off;
   bench.second();
-  EXPECT_GT(bench.memory.of(Cause::restarted).samples, 0);
-  EXPECT_EQ(bench.memory.of(Cause::foreign_set_point).samples, 0);
+  EXPECT_GT(bench.memory.of(InterlockId::restarted).samples, 0);
+  EXPECT_EQ(bench.memory.of(InterlockId::foreign_set_point).samples, 0);
 }
 
 }  // namespace

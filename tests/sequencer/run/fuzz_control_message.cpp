@@ -17,12 +17,12 @@ void require(bool condition) {
 }
 
 void take(std::string_view message) {
-  if (const auto telling = parse_telling(message)) {
-    require(telling->note.size() <= kLongestNote && telling->note.find('\n') == std::string::npos);
-    require(telling->command.has_value() == telling->note.empty());
-    require(is_utf8(telling->note));
-    const auto again = parse_telling(to_message(*telling));
-    require(again.has_value() && *again == *telling);
+  if (const auto request = parse_request(message)) {
+    require(request->note.size() <= kLongestNote && request->note.find('\n') == std::string::npos);
+    require(request->command.has_value() == request->note.empty());
+    require(is_utf8(request->note));
+    const auto again = parse_request(to_message(*request));
+    require(again.has_value() && *again == *request);
   }
   if (const auto answer = parse_answer(message)) {
     const auto again = parse_answer(to_message(*answer));
@@ -36,6 +36,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   take(bytes);
   for (const auto* beginning : {" ", " note ", " pause ", " done ", " refused "})
-    take(std::string(kTellSchema) + beginning + bytes);
+    take(std::string(kControlSchema) + beginning + bytes);
   return 0;
 }

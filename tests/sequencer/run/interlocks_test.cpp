@@ -19,10 +19,10 @@ Sample good_sample() {
 auto no_reply() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
 
 /// Judges the same sample again and again; the verdict of the last second.
-Verdict after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
-  Judgement judgement;
-  for (int i = 0; i < seconds; ++i) judgement = judge(limits, judgement.memory, sample, kSecond);
-  return judgement.verdict;
+InterlockDemand after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
+  InterlockResult result;
+  for (int i = 0; i < seconds; ++i) result = judge(limits, result.memory, sample, kSecond);
+  return result.demand;
 }
 
 TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, Reaction::go_on); }
@@ -40,12 +40,12 @@ TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
 TEST(Interlocks, ForgetASilenceThatEnded) {
   auto silent = good_sample();
   silent.chamber.value = no_reply();
-  Judgement judgement;
-  for (int i = 0; i < 300; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
-  judgement = judge({}, judgement.memory, good_sample(), kSecond);
-  EXPECT_EQ(judgement.verdict.reaction, Reaction::go_on);
-  for (int i = 0; i < 4; ++i) judgement = judge({}, judgement.memory, silent, kSecond);
-  EXPECT_EQ(judgement.verdict.reaction, Reaction::go_on) << "the next one is counted from its own beginning";
+  InterlockResult result;
+  for (int i = 0; i < 300; ++i) result = judge({}, result.memory, silent, kSecond);
+  result = judge({}, result.memory, good_sample(), kSecond);
+  EXPECT_EQ(result.demand.reaction, Reaction::go_on);
+  for (int i = 0; i < 4; ++i) result = judge({}, result.memory, silent, kSecond);
+  EXPECT_EQ(result.demand.reaction, Reaction::go_on) << "the next one is counted from its own beginning";
 }
 
 TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
@@ -68,28 +68,28 @@ TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
 }
 
 /// Judges samples in turn, a second each; the last judgement.
-Judgement after_all(const std::vector<Sample>& samples, const InterlockLimits& limits = {}) {
-  Judgement judgement;
-  for (const auto& sample : samples) judgement = judge(limits, judgement.memory, sample, kSecond);
-  return judgement;
+InterlockResult after_all(const std::vector<Sample>& samples, const InterlockLimits& limits = {}) {
+  InterlockResult result;
+  for (const auto& sample : samples) result = judge(limits, result.memory, sample, kSecond);
+  return result;
 }
 
 TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
   const auto good = good_sample();
-  auto hot_air = good, hot_article = good, silent = good, loose = good;
+  auto hot_air = good, hot_uut = good, silent = good, loose = good;
   hot_air.chamber.value->air = {101};
   silent.chamber.value = no_reply();
-  EXPECT_EQ(after_all({hot_air, silent, hot_air}).verdict.reaction, Reaction::abort);
-  EXPECT_NE(after_all({hot_air, good, hot_air}).verdict.reaction, Reaction::abort);
-  hot_article.thermometers[3].value = Celsius{100.5};
+  EXPECT_EQ(after_all({hot_air, silent, hot_air}).demand.reaction, Reaction::abort);
+  EXPECT_NE(after_all({hot_air, good, hot_air}).demand.reaction, Reaction::abort);
+  hot_uut.thermometers[3].value = Celsius{100.5};
   loose.thermometers[3].value = no_reply();
-  EXPECT_EQ(after_all({hot_article, loose, hot_article}).verdict.reaction, Reaction::abort);
+  EXPECT_EQ(after_all({hot_uut, loose, hot_uut}).demand.reaction, Reaction::abort);
   std::vector<Sample> long_silence(3600, loose);
-  long_silence.front() = long_silence.back() = hot_article;
-  EXPECT_EQ(after_all(long_silence).verdict.reaction, Reaction::abort) << "however long it was lost";
+  long_silence.front() = long_silence.back() = hot_uut;
+  EXPECT_EQ(after_all(long_silence).demand.reaction, Reaction::abort) << "however long it was lost";
   auto other_lost = good;
   other_lost.thermometers[4].value = no_reply();
-  EXPECT_NE(after_all({hot_article, other_lost, hot_article}).verdict.reaction, Reaction::abort)
+  EXPECT_NE(after_all({hot_uut, other_lost, hot_uut}).demand.reaction, Reaction::abort)
       << "the one that was hot was read in between";
 }
 
@@ -97,12 +97,12 @@ TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
   auto open = good_sample(), silent = good_sample();
   open.chamber.value->activity = ChamberActivity::door_open;
   silent.chamber.value = no_reply();
-  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.cause, "the chamber's door is open");
-  EXPECT_EQ(after_all({open, silent, silent, silent}).verdict.reaction, Reaction::suspend);
-  EXPECT_EQ(after_all({open, silent, good_sample()}).verdict.reaction, Reaction::go_on);
+  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.cause, "the chamber's door is open");
+  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.reaction, Reaction::suspend);
+  EXPECT_EQ(after_all({open, silent, good_sample()}).demand.reaction, Reaction::go_on);
   std::vector<Sample> lost(20, silent);
   lost.front() = open;
-  EXPECT_EQ(after_all(lost).verdict.cause, "chamber silent for 19 s");
+  EXPECT_EQ(after_all(lost).demand.cause, "chamber silent for 19 s");
 }
 
 TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
@@ -111,13 +111,13 @@ TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
   auto still = good_sample(), silent = good_sample();
   silent.chamber.value = no_reply();
   still.chamber.value->set_point = {60};
-  Judgement judgement = judge(limits, {}, good_sample(), kSecond);
+  InterlockResult result = judge(limits, {}, good_sample(), kSecond);
   int seconds = 0;
-  for (; seconds < 1000 && judgement.verdict.reaction < Reaction::suspend; ++seconds)
-    judgement = judge(limits, judgement.memory, seconds % 2 == 0 ? still : silent, kSecond);
-  Judgement each = judge(limits, {}, good_sample(), kSecond);
+  for (; seconds < 1000 && result.demand.reaction < Reaction::suspend; ++seconds)
+    result = judge(limits, result.memory, seconds % 2 == 0 ? still : silent, kSecond);
+  InterlockResult each = judge(limits, {}, good_sample(), kSecond);
   int each_seconds = 0;
-  for (; each_seconds < 1000 && each.verdict.reaction < Reaction::suspend; ++each_seconds)
+  for (; each_seconds < 1000 && each.demand.reaction < Reaction::suspend; ++each_seconds)
     each = judge(limits, each.memory, still, kSecond);
   ASSERT_LT(each_seconds, 1000);
   EXPECT_NEAR(seconds, each_seconds, 3) << "air that does not follow";

@@ -10,12 +10,14 @@ namespace {
 constexpr Celsius kMild{20};
 
 /// A soak at 60 °C, interrupted for 30 s.
-Standstill hot() { return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)}; }
-Standstill cold() {
+InterruptedRun hot() {
+  return {.lowest = {60}, .highest = {60}, .air = Celsius{59.8}, .down = std::chrono::seconds(30)};
+}
+InterruptedRun cold() {
   return {.lowest = {-40}, .highest = {-40}, .air = Celsius{-39.9}, .down = std::chrono::seconds(30)};
 }
 
-Reentry way(const Standstill& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
+Reentry way(const InterruptedRun& stood, double air_now) { return judge_reentry(stood, kMild, {air_now}).way; }
 
 TEST(ResumeRule, GoesOnAfterAShortGapWithTheAirWhereItWas) {
   EXPECT_EQ(way(hot(), 59.8), Reentry::go_on);

@@ -7,29 +7,29 @@
 #include <optional>
 
 #include "sequencer/profile/timeline.hpp"
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
 
 const std::string kShort = GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml";
 
-TEST(Experiment, EverySecondOfTheProfileHasOneSample) {
-  Laboratory laboratory(kShort);
-  ASSERT_EQ(laboratory.run(), Outcome::complete);
-  const auto record = read_record(laboratory.path());
+TEST(RunController, EverySecondOfTheProfileHasOneSample) {
+  DryRun dry_run(kShort);
+  ASSERT_EQ(dry_run.run(), RunOutcome::complete);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
-  const auto planned = plan(laboratory.profile()).all;
+  const auto planned = plan(dry_run.profile()).all;
   EXPECT_EQ(static_cast<std::int64_t>(record->slot.size()), (planned.ramps + planned.holds) / std::chrono::seconds(1));
   for (std::size_t i = 0; i < record->slot.size(); ++i) ASSERT_EQ(record->slot[i], static_cast<std::int64_t>(i));
   EXPECT_TRUE(record->finished);
   EXPECT_TRUE(record->gaps.empty());
 }
 
-TEST(Experiment, EveryReadingOfTheVirtualRigIsGood) {
-  Laboratory laboratory(kShort);
-  laboratory.run(3000);
-  const auto record = read_record(laboratory.path());
+TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
+  DryRun dry_run(kShort);
+  dry_run.run(3000);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   for (std::size_t i = 0; i < record->slot.size(); ++i) {
     ASSERT_FALSE(std::isnan(record->chamber_air_c[i])) << i;
@@ -39,20 +39,20 @@ TEST(Experiment, EveryReadingOfTheVirtualRigIsGood) {
   }
 }
 
-TEST(Experiment, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
-  Laboratory laboratory(kShort);
-  laboratory.run(4000);
-  const auto record = read_record(laboratory.path());
+TEST(RunController, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
+  DryRun dry_run(kShort);
+  dry_run.run(4000);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   for (std::size_t i = 0; i < record->slot.size(); ++i)
     ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 1e-5) << "second " << i;
 }
 
-TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
-  Laboratory laboratory(kShort);
-  laboratory.file().limits.thermometers_lowest = {10};
-  EXPECT_EQ(laboratory.run(), Outcome::made_safe);
-  const auto record = read_record(laboratory.path());
+TEST(RunController, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
+  DryRun dry_run(kShort);
+  dry_run.file().limits.thermometers_lowest = {10};
+  EXPECT_EQ(dry_run.run(), RunOutcome::made_safe);
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_FALSE(record->finished);
   const auto& events = record->events;
@@ -65,8 +65,8 @@ TEST(Experiment, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
 }
 
 TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
-  Laboratory laboratory(kShort);
-  auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
+  DryRun dry_run(kShort);
+  auto rig = Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
   const auto refuse = [&](const ChamberAsFound& now) -> Result<Celsius> {

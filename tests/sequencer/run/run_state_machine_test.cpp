@@ -12,38 +12,38 @@ namespace {
 
 using std::chrono::seconds;
 
-const ProcedureLimits kLimits{};
+const RunLimits kLimits{};
 
-Happening quiet() {
-  Happening now;
+RunInputs quiet() {
+  RunInputs now;
   now.elapsed = kSecond;
   return now;
 }
-Happening seeing(Reaction reaction, const std::string& cause = "the door is open") {
+RunInputs seeing(Reaction reaction, const std::string& cause = "the door is open") {
   auto now = quiet();
-  now.verdict = {reaction, cause};
+  now.demand = {reaction, cause};
   return now;
 }
-Happening told(OperatorCommand command) {
+RunInputs told(OperatorCommand command) {
   auto now = quiet();
   now.request = OperatorRequest{command, "Ada"};
   return now;
 }
 
-Procedure after(Procedure procedure, const Happening& now, int times = 1, const ProcedureLimits& limits = kLimits) {
-  for (int i = 0; i < times; ++i) procedure = next(limits, procedure, now);
-  return procedure;
+RunStateMachine after(RunStateMachine machine, const RunInputs& now, int times = 1, const RunLimits& limits = kLimits) {
+  for (int i = 0; i < times; ++i) machine = next(limits, machine, now);
+  return machine;
 }
-RunState state_after(const Procedure& procedure, const Happening& now, int times = 1,
-                     const ProcedureLimits& limits = kLimits) {
-  return run_state(after(procedure, now, times, limits));
+RunState state_after(const RunStateMachine& machine, const RunInputs& now, int times = 1,
+                     const RunLimits& limits = kLimits) {
+  return run_state(after(machine, now, times, limits));
 }
 
-const Procedure kSuspended = Suspended{"the door is open", {}, {}};
-const Procedure kHeld = Held{"paused by Ada", {}};
-const Procedure kReturning = Returning{"the door is open", {}};
+const RunStateMachine kSuspended = Suspended{"the door is open", {}, {}};
+const RunStateMachine kHeld = Held{"paused by Ada", {}};
+const RunStateMachine kReturning = Returning{"the door is open", {}};
 
-TEST(Procedure, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
+TEST(RunStateMachine, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
   const auto suspended = after(Execute{}, seeing(Reaction::suspend));
   ASSERT_EQ(run_state(suspended), RunState::suspended);
   EXPECT_EQ(cause_of(suspended), "the door is open");
@@ -53,24 +53,24 @@ TEST(Procedure, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
   EXPECT_EQ(state_after(flapping, quiet(), 9), RunState::suspended) << "the while begins anew";
 }
 
-TEST(Procedure, AHoldEndsByTheOperatorAlone) {
+TEST(RunStateMachine, AHoldEndsByTheOperatorAlone) {
   const auto held = after(Execute{}, seeing(Reaction::hold, "the machine slept"));
   ASSERT_EQ(run_state(held), RunState::held);
   EXPECT_EQ(state_after(held, quiet(), 10'000), RunState::held);
   EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
   auto still = told(OperatorCommand::resume);
-  still.verdict = {Reaction::hold, "the machine slept"};
+  still.demand = {Reaction::hold, "the machine slept"};
   EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
 }
 
-TEST(Procedure, APauseIsNoFailure) {
+TEST(RunStateMachine, APauseIsNoFailure) {
   const auto paused = after(Execute{}, told(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);
   EXPECT_EQ(cause_of(paused), "paused by Ada");
   EXPECT_EQ(run_state(after(kSuspended, told(OperatorCommand::pause))), RunState::held);
 }
 
-TEST(Procedure, NothingLastsLongerThanItsLimit) {
+TEST(RunStateMachine, NothingLastsLongerThanItsLimit) {
   EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7199), RunState::suspended);
   EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7200), RunState::aborting);
   EXPECT_EQ(cause_of(after(kSuspended, seeing(Reaction::suspend), 7200)),
@@ -83,7 +83,7 @@ TEST(Procedure, NothingLastsLongerThanItsLimit) {
   EXPECT_EQ(state_after(kReturning, away, 14'400), RunState::aborting);
 }
 
-TEST(Procedure, ReturnsToTheProfileWhenTheSetPointIsAway) {
+TEST(RunStateMachine, ReturnsToTheProfileWhenTheSetPointIsAway) {
   auto away = quiet();
   away.in_place = false;
   const auto returning = after(kSuspended, away, 10);
@@ -95,7 +95,7 @@ TEST(Procedure, ReturnsToTheProfileWhenTheSetPointIsAway) {
   EXPECT_TRUE(std::holds_alternative<Returning>(after(kHeld, resume)));
 }
 
-TEST(Procedure, AnAbortIsLatchedAndWaitsForTheChamber) {
+TEST(RunStateMachine, AnAbortIsLatchedAndWaitsForTheChamber) {
   const auto aborting = after(Execute{}, seeing(Reaction::abort, "too hot"));
   ASSERT_EQ(run_state(aborting), RunState::aborting);
   EXPECT_EQ(state_after(aborting, quiet(), 1'000'000), RunState::aborting) << "as long as it takes";
@@ -111,19 +111,19 @@ TEST(Procedure, AnAbortIsLatchedAndWaitsForTheChamber) {
     EXPECT_EQ(state_after(aborted, told(command)), RunState::aborted);
 }
 
-TEST(Procedure, AStopLeavesTheChamberAsTheRigSays) {
+TEST(RunStateMachine, AStopLeavesTheChamberAsTheRigSays) {
   auto confirmed = quiet();
   confirmed.safe_confirmed = true;
   const auto stopping = after(Execute{}, told(OperatorCommand::stop));
   EXPECT_EQ(run_state(stopping), RunState::aborting);
   EXPECT_EQ(state_after(stopping, confirmed), RunState::stopped);
-  ProcedureLimits limits;
+  RunLimits limits;
   limits.on_stop = OnStop::hold;
-  for (const auto& from : {Procedure(Execute{}), kSuspended, kHeld, kReturning})
+  for (const auto& from : {RunStateMachine(Execute{}), kSuspended, kHeld, kReturning})
     EXPECT_EQ(state_after(from, told(OperatorCommand::stop), 1, limits), RunState::stopped);
 }
 
-TEST(Procedure, AStopThatIsAbortedIsAborted) {
+TEST(RunStateMachine, AStopThatIsAbortedIsAborted) {
   const auto stopping = after(Execute{}, told(OperatorCommand::stop));
   auto confirmed = quiet();
   confirmed.safe_confirmed = true;
@@ -131,7 +131,7 @@ TEST(Procedure, AStopThatIsAbortedIsAborted) {
   EXPECT_EQ(state_after(after(stopping, seeing(Reaction::abort)), confirmed), RunState::aborted);
 }
 
-TEST(Procedure, TheMostSevereWins) {
+TEST(RunStateMachine, TheMostSevereWins) {
   auto all = seeing(Reaction::abort, "too hot");
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
@@ -144,9 +144,11 @@ TEST(Procedure, TheMostSevereWins) {
   EXPECT_EQ(state_after(kHeld, seeing(Reaction::suspend)), RunState::held) << "a hold is the more severe";
 }
 
-TEST(Procedure, AWarningStopsNothing) { EXPECT_EQ(state_after(Execute{}, seeing(Reaction::warn)), RunState::execute); }
+TEST(RunStateMachine, AWarningStopsNothing) {
+  EXPECT_EQ(state_after(Execute{}, seeing(Reaction::warn)), RunState::execute);
+}
 
-TEST(Procedure, CompleteStaysComplete) {
+TEST(RunStateMachine, CompleteStaysComplete) {
   auto end = quiet();
   end.complete = true;
   const auto complete = after(Execute{}, end);
@@ -155,25 +157,25 @@ TEST(Procedure, CompleteStaysComplete) {
 }
 
 /// Random happenings: no step leaves the table of the drawing, and all its edges are walked.
-TEST(Procedure, StatesChangeAlongTheTableAlone) {
+TEST(RunStateMachine, StatesChangeAlongTheTableAlone) {
   std::mt19937_64 random(20261122);
   const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };
   std::set<std::pair<RunState, RunState>> walked;
-  ProcedureLimits limits;
+  RunLimits limits;
   limits.longest_suspended = limits.longest_held = limits.longest_return = seconds(30);
   for (int run = 0; run < 2000; ++run) {
     limits.on_stop = run % 2 == 0 ? OnStop::hold : OnStop::safe;
-    Procedure procedure = Execute{};
+    RunStateMachine machine = Execute{};
     for (int i = 0; i < 60; ++i) {
       auto now = seeing(draw(3) == 0 ? static_cast<Reaction>(draw(draw(8) == 0 ? 5 : 4)) : Reaction::go_on);
       if (draw(12) == 0) now.request = OperatorRequest{static_cast<OperatorCommand>(draw(4)), "Ada"};
       now.in_place = draw(3) != 0;
       now.safe_confirmed = draw(6) == 0;
       now.complete = draw(40) == 0;
-      const auto from = run_state(procedure);
-      procedure = next(limits, procedure, now);
-      ASSERT_TRUE(may_follow(from, run_state(procedure))) << name(from) << " → " << name(run_state(procedure));
-      walked.insert({from, run_state(procedure)});
+      const auto from = run_state(machine);
+      machine = next(limits, machine, now);
+      ASSERT_TRUE(may_follow(from, run_state(machine))) << name(from) << " → " << name(run_state(machine));
+      walked.insert({from, run_state(machine)});
     }
   }
   for (int from = 0; from <= static_cast<int>(RunState::complete); ++from)
@@ -184,7 +186,7 @@ TEST(Procedure, StatesChangeAlongTheTableAlone) {
     }
 }
 
-TEST(Procedure, NothingIsCommandedOnceItIsOver) {
+TEST(RunStateMachine, NothingIsCommandedOnceItIsOver) {
   for (const auto state : {RunState::aborted, RunState::stopped, RunState::complete}) EXPECT_FALSE(may_command(state));
   for (const auto state : {RunState::execute, RunState::suspended, RunState::held, RunState::aborting})
     EXPECT_TRUE(may_command(state));

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "tests/support/laboratory.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -19,39 +19,39 @@ RegisterMap shipped_map(const std::string& name) {
 }
 
 /// The laboratory's profile, carried out by the controller of `map`. `before`: what happens before a slot's tick.
-Outcome upload_and_run(Laboratory& laboratory, const std::string& map, std::string& cause,
-                       const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
-  laboratory.file().chamber_map = shipped_map(map);
-  auto rig = Rig::assemble(laboratory.file(), {.seed = {}, .already = {}, .replay = {}});
+RunOutcome upload_and_run(DryRun& dry_run, const std::string& map, std::string& cause,
+                          const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
+  dry_run.file().chamber_map = shipped_map(map);
+  auto rig = Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
   EXPECT_TRUE(rig) << text(rig.error());
-  const auto& profile = laboratory.profile();
+  const auto& profile = dry_run.profile();
   const auto program = program_of(profile);
   EXPECT_TRUE(program) << text(program.error());
   const auto state = begin(profile);
   const auto prepared = (*rig)->prepare(command(profile, state), &*program);
   EXPECT_TRUE(prepared) << text(prepared.error());
-  auto store = Store::create(laboratory.path(), laboratory.info());
+  auto store = Store::create(dry_run.path(), dry_run.info());
   EXPECT_TRUE(store) << text(store.error());
-  Experiment experiment(profile, **rig, **store, state, 0);
-  experiment.leave_to_the_controller();
-  Result<Outcome> outcome = Outcome::going_on;
-  for (std::int64_t slot = 0; outcome && *outcome == Outcome::going_on; ++slot) {
+  RunController run_controller(profile, **rig, **store, state, 0);
+  run_controller.leave_to_the_controller();
+  Result<RunOutcome> outcome = RunOutcome::going_on;
+  for (std::int64_t slot = 0; outcome && *outcome == RunOutcome::going_on; ++slot) {
     if (before) before(slot, **rig);
     (*rig)->let_pass(1);
-    outcome = experiment.tick(slot);
+    outcome = run_controller.tick(slot);
   }
   EXPECT_TRUE((*store)->sync());
-  cause = experiment.end_cause();
+  cause = run_controller.end_cause();
   return *outcome;
 }
 
 class EachController : public testing::TestWithParam<const char*> {};
 
 TEST_P(EachController, IsCarriedOutByTheController) {
-  Laboratory laboratory(kHour);
+  DryRun dry_run(kHour);
   std::string cause;
-  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause), Outcome::complete) << cause;
-  const auto record = read_record(laboratory.path());
+  ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause), RunOutcome::complete) << cause;
+  const auto record = read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 3600u);
   for (std::size_t i = 0; i < record->slot.size(); ++i)
@@ -59,23 +59,23 @@ TEST_P(EachController, IsCarriedOutByTheController) {
 }
 
 TEST_P(EachController, OutranksNoInterlock) {
-  Laboratory laboratory(kHour);
-  laboratory.file().limits.thermometers_lowest = {10};
+  DryRun dry_run(kHour);
+  dry_run.file().limits.thermometers_lowest = {10};
   std::string cause;
-  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause), Outcome::made_safe);
+  ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause), RunOutcome::made_safe);
   EXPECT_NE(cause.find("thermometer shell reads"), std::string::npos) << cause;
   EXPECT_NE(cause.find("was sent to 20 °C"), std::string::npos) << cause;
 }
 
 TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
-  Laboratory laboratory(kHour);
+  DryRun dry_run(kHour);
   std::string cause;
   // A set point ends the program, as a person at the panel would.
   const auto end_it = [](std::int64_t slot, Rig& rig) {
     if (slot != 400) return;
     ASSERT_TRUE(rig.sampler().command({0}));
   };
-  ASSERT_EQ(upload_and_run(laboratory, GetParam(), cause, end_it), Outcome::made_safe);
+  ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause, end_it), RunOutcome::made_safe);
   EXPECT_NE(cause.find("the controller has not carried out its program"), std::string::npos) << cause;
 }
 

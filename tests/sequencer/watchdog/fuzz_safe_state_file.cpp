@@ -19,15 +19,15 @@ void require(bool condition) {
 
 /// A text with a good beginning, so that what follows it is reached.
 std::string with_beginning(std::string_view bytes, std::size_t lines) {
-  const auto whole = to_text(Armed{.record = "r",
-                                   .line = "tcp://1.2.3.4",
-                                   .link = LinkKind::tcp,
-                                   .word_order = {},
-                                   .safe_set_point = {23},
-                                   .switch_off = false,
-                                   .by_program = false,
-                                   .armed_by = {.pid = 7, .started = 9, .boot = "b"},
-                                   .map_text = "m"});
+  const auto whole = to_text(SafeState{.record = "r",
+                                       .line = "tcp://1.2.3.4",
+                                       .link = LinkKind::tcp,
+                                       .word_order = {},
+                                       .safe_set_point = {23},
+                                       .switch_off = false,
+                                       .by_program = false,
+                                       .written_by = {.pid = 7, .started = 9, .boot = "b"},
+                                       .map_text = "m"});
   std::size_t end = 0;
   for (std::size_t i = 0; i < lines; ++i) end = whole.find('\n', end) + 1;
   return whole.substr(0, end) + std::string(bytes);
@@ -39,12 +39,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   const auto text = with_beginning(bytes, data[0] % 13);
-  if (const auto armed = parse_armed(text, "fuzz")) {
-    require(std::isfinite(armed->safe_set_point.value) && armed->armed_by.pid > 0);
-    const auto again = parse_armed(to_text(*armed), "again");
-    require(again.has_value() && *again == *armed);
+  if (const auto safe_state = parse_safe_state(text, "fuzz")) {
+    require(std::isfinite(safe_state->safe_set_point.value) && safe_state->written_by.pid > 0);
+    const auto again = parse_safe_state(to_text(*safe_state), "again");
+    require(again.has_value() && *again == *safe_state);
   } else {
-    require(armed.error().kind == FaultKind::bad_file && armed.error().where.starts_with("fuzz:"));
+    require(safe_state.error().kind == FaultKind::bad_file && safe_state.error().where.starts_with("fuzz:"));
   }
   const auto trace = parse_made_safe(std::string(kMadeSafeSchema) + "\n" + std::string(bytes), "fuzz");
   if (trace) require(std::isfinite(trace->set_point.value));

@@ -66,8 +66,8 @@ TEST(Guard, AnswersWhatItHearsAndSoIsKnownToLive) {
 
 TEST(Guard, TakesItsOrdersFromTheLineAndNothingAfterThem) {
   Pipe pipe;
-  pipe.say((armed_message("some text") + ".q").c_str());
-  const auto orders = receive_armed(pipe.ends[0], std::chrono::seconds(5));
+  pipe.say((safe_state_message("some text") + ".q").c_str());
+  const auto orders = receive_safe_state(pipe.ends[0], std::chrono::seconds(5));
   ASSERT_TRUE(orders) << text(orders.error());
   EXPECT_EQ(*orders, "some text");
   EXPECT_EQ(watch(pipe.ends[0]), WatchEnd::good_bye);
@@ -78,10 +78,10 @@ TEST(Guard, OrdersThatAreNoneAreRefused) {
     Pipe pipe;
     if (*orders != '\0') pipe.say(orders);
     pipe.close();
-    EXPECT_FALSE(receive_armed(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
+    EXPECT_FALSE(receive_safe_state(pipe.ends[0], std::chrono::seconds(5)).has_value()) << orders;
   }
   Pipe silent;
-  EXPECT_EQ(receive_armed(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
+  EXPECT_EQ(receive_safe_state(silent.ends[0], std::chrono::milliseconds(10)).error().kind, FaultKind::timeout);
 }
 
 TEST(ChildWork, TellsItsLinesAndItsEnd) {

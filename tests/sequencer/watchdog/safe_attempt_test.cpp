@@ -17,7 +17,7 @@ namespace {
 /// told stands in `heard`.
 class FakeChamber final : public Chamber {
  public:
-  struct State {
+  struct ProfileState {
     VirtualClock clock;
     Duration slowness{};
     Celsius set_point{80};
@@ -30,7 +30,7 @@ class FakeChamber final : public Chamber {
     int connections = 0;
     std::string heard;
   };
-  explicit FakeChamber(State& state) : state_(state) { ++state.connections; }
+  explicit FakeChamber(ProfileState& state) : state_(state) { ++state.connections; }
   Result<std::string> identify() override { return std::string("fake"); }
   Result<ChamberState> read() override {
     state_.heard += "look ";
@@ -63,10 +63,10 @@ class FakeChamber final : public Chamber {
   }
 
  private:
-  State& state_;
+  ProfileState& state_;
 };
 
-SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}}) {
+SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}}) {
   return attempt_safe(goal, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
                              .wait = [&](Duration time) { state.clock.advance(time); },
                              .told = [](const auto&) {},
@@ -76,14 +76,14 @@ SafeAttempt attempt(FakeChamber::State& state, const SafeGoal& goal = {.set_poin
 constexpr SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
 
 TEST(MakeSafe, SendsTheSetPointBeforeItAsksAnything) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state).reached, SafeStage::all);
   EXPECT_EQ(state.heard, "set program set look ");
   EXPECT_EQ(state.set_point, (Celsius{23}));
 }
 
 TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   state.ignores = true;
   const auto ignored = attempt(state);
   EXPECT_EQ(ignored.reached, SafeStage::nothing);
@@ -96,7 +96,7 @@ TEST(MakeSafe, IsConfirmedOnlyByReadBack) {
 }
 
 TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   state.silent_tries = 5;
   EXPECT_EQ(attempt(state).tries, 6);
   EXPECT_EQ(state.connections, 1);
@@ -107,7 +107,7 @@ TEST(MakeSafe, TriesAgainOnTheSameConnectionUnlessItBroke) {
 }
 
 TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   state.silent_tries = 99;
   state.slowness = std::chrono::milliseconds(1900);
   const auto began = state.clock.now().since_start;
@@ -116,7 +116,7 @@ TEST(MakeSafe, NoTryBeginsThatCouldNotEndWithinTenSeconds) {
 }
 
 TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state, kOff).reached, SafeStage::all);
   EXPECT_EQ(state.heard, "set program set off look ");
   state.refuses_to_stop = true;
@@ -126,7 +126,7 @@ TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
 }
 
 TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   state.runs_program = true;
   constexpr SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
   EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::all);
@@ -136,7 +136,7 @@ TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
 }
 
 TEST(MakeSafe, TellsEachStageAsItComes) {
-  FakeChamber::State state;
+  FakeChamber::ProfileState state;
   state.silent_tries = 1;
   std::vector<SafeStage> stages;
   (void)attempt_safe(kOff, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
@@ -152,16 +152,17 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
     const auto map_text = read_text_file(entry.path().string()).value();
     const auto map = parse_register_map(map_text, entry.path().string());
     ASSERT_TRUE(map) << text(map.error());
-    const Armed armed{.record = "r.db",
-                      .line = map->links.front().kind == LinkKind::rtu ? "serial:/dev/ttyUSB9" : "tcp://10.0.0.7",
-                      .link = map->links.front().kind,
-                      .word_order = {},
-                      .safe_set_point = {23},
-                      .switch_off = false,
-                      .by_program = false,
-                      .armed_by = own_identity(),
-                      .map_text = map_text};
-    const auto chamber = parse_armed(to_text(armed), "text").and_then(chamber_of);
+    const SafeState safe_state{
+        .record = "r.db",
+        .line = map->links.front().kind == LinkKind::rtu ? "serial:/dev/ttyUSB9" : "tcp://10.0.0.7",
+        .link = map->links.front().kind,
+        .word_order = {},
+        .safe_set_point = {23},
+        .switch_off = false,
+        .by_program = false,
+        .written_by = own_identity(),
+        .map_text = map_text};
+    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(chamber_of);
     EXPECT_TRUE(chamber) << entry.path() << ": " << text(chamber.error());
   }
 }
@@ -176,7 +177,7 @@ TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
                                      .safe_set_point = {23},
                                      .switch_off = false,
                                      .by_program = false,
-                                     .armed_by = own_identity(),
+                                     .written_by = own_identity(),
                                      .map_text = map_text});
     EXPECT_TRUE(chamber) << text(chamber.error());
     return chamber ? chamber->goal.tolerance : Kelvins{};
@@ -199,7 +200,7 @@ TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
                              .safe_set_point = {23},
                              .switch_off = false,
                              .by_program = false,
-                             .armed_by = own_identity(),
+                             .written_by = own_identity(),
                              .map_text = ""}))
         << line;
 }

@@ -13,7 +13,7 @@
 namespace gyrotherm {
 namespace {
 
-Armed armed() {
+SafeState safe_state() {
   return {.record = "/var/lib/gyrotherm/rate.db",
           .line = "tcp://10.0.0.7:502",
           .link = LinkKind::tcp,
@@ -21,7 +21,7 @@ Armed armed() {
           .safe_set_point = {23.5},
           .switch_off = true,
           .by_program = false,
-          .armed_by = {.pid = 4711, .started = 123456789, .boot = "0b5f1c52-29c2-4d6b-8a4b-3d1c0e6c2f10"},
+          .written_by = {.pid = 4711, .started = 123456789, .boot = "0b5f1c52-29c2-4d6b-8a4b-3d1c0e6c2f10"},
           .map_text = "schema = \"gyrotherm-chamber/1\"\nname = \"F4T\"\n"};
 }
 
@@ -40,99 +40,99 @@ constexpr const char* kGolden =
     "map_bytes: 44\n"
     "schema = \"gyrotherm-chamber/1\"\nname = \"F4T\"\n";
 
-TEST(ArmedFile, ItsTextIsTheFormatOfVersionTwo) { EXPECT_EQ(to_text(armed()), kGolden); }
+TEST(SafeStateFile, ItsTextIsTheFormatOfVersionTwo) { EXPECT_EQ(to_text(safe_state()), kGolden); }
 
-TEST(ArmedFile, ReadsWhatVersionTwoWrote) {
-  const auto read = parse_armed(kGolden, "golden");
+TEST(SafeStateFile, ReadsWhatVersionTwoWrote) {
+  const auto read = parse_safe_state(kGolden, "golden");
   ASSERT_TRUE(read) << text(read.error());
-  EXPECT_EQ(*read, armed());
+  EXPECT_EQ(*read, safe_state());
 }
 
-TEST(ArmedFile, ReadsBackWhateverIsWritten) {
-  auto written = armed();
+TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
+  auto written = safe_state();
   written.word_order = {};
   written.switch_off = false;
   written.link = LinkKind::rtu_over_tcp;
   written.safe_set_point = {-12.0625};
   written.map_text = "";
-  const auto read = parse_armed(to_text(written), "text");
+  const auto read = parse_safe_state(to_text(written), "text");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, written);
 }
 
-TEST(ArmedFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
+TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
   const std::string golden = kGolden;
   for (std::size_t length = 0; length < golden.size(); ++length)
-    EXPECT_FALSE(parse_armed(golden.substr(0, length), "cut")) << length;
-  EXPECT_FALSE(parse_armed(golden + "x", "longer"));
+    EXPECT_FALSE(parse_safe_state(golden.substr(0, length), "cut")) << length;
+  EXPECT_FALSE(parse_safe_state(golden + "x", "longer"));
   for (auto at = golden.find(": "); at < golden.find("map_bytes"); at = golden.find(": ", at + 1)) {
     auto changed = golden;
     changed[at] = ';';
-    const auto read = parse_armed(changed, "changed");
+    const auto read = parse_safe_state(changed, "changed");
     ASSERT_FALSE(read) << changed;
     EXPECT_EQ(read.error().kind, FaultKind::bad_file);
     EXPECT_TRUE(read.error().where.starts_with("changed:")) << read.error().where;
   }
 }
 
-TEST(ArmedFile, NoNumberThatIsNoTemperatureIsTaken) {
+TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {
   for (const auto* number : {"nan", "inf", "-inf", "", "23,5", "0x17", "1e999"}) {
     std::string changed = kGolden;
     changed.replace(changed.find("23.5"), 4, number);
-    EXPECT_FALSE(parse_armed(changed, "changed")) << number;
+    EXPECT_FALSE(parse_safe_state(changed, "changed")) << number;
   }
 }
 
-TEST(ArmedFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
+TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
   const TestFolder folder;
-  auto written = armed();
+  auto written = safe_state();
   written.record = folder / "run.db";
-  ASSERT_TRUE(arm(written));
+  ASSERT_TRUE(write_safe_state(written));
   struct stat found {};
-  ASSERT_EQ(::stat(armed_path(written.record).c_str(), &found), 0);
+  ASSERT_EQ(::stat(safe_state_path(written.record).c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0640u & ~S_IWOTH);
-  const auto read = read_armed(armed_path(written.record));
+  const auto read = read_safe_state(safe_state_path(written.record));
   ASSERT_TRUE(read && *read);
   EXPECT_EQ(**read, written);
-  disarm(written.record);
-  const auto gone = read_armed(armed_path(written.record));
+  remove_safe_state(written.record);
+  const auto gone = read_safe_state(safe_state_path(written.record));
   ASSERT_TRUE(gone);
   EXPECT_FALSE(*gone);
-  EXPECT_FALSE(std::filesystem::exists(armed_path(written.record) + ".part"));
+  EXPECT_FALSE(std::filesystem::exists(safe_state_path(written.record) + ".part"));
 }
 
 /// Whoever writes it says which process is killed, and where a chamber is sent.
-TEST(ArmedFile, OfAStrangerOrOpenToOthersIsRefused) {
+TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
   const TestFolder folder;
-  auto written = armed();
+  auto written = safe_state();
   written.record = folder / "run.db";
-  const auto path = armed_path(written.record);
-  ASSERT_TRUE(arm(written));
+  const auto path = safe_state_path(written.record);
+  ASSERT_TRUE(write_safe_state(written));
   ASSERT_EQ(::chmod(path.c_str(), 0660), 0);
-  EXPECT_NE(text(read_armed(path).error()).find("may be written by others"), std::string::npos);
+  EXPECT_NE(text(read_safe_state(path).error()).find("may be written by others"), std::string::npos);
   ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
-  EXPECT_TRUE(read_armed(path));
+  EXPECT_TRUE(read_safe_state(path));
   if (::geteuid() != 0) GTEST_SKIP() << "only root can make another user's file";
   ASSERT_EQ(::chown(path.c_str(), 65534, 65534), 0);
-  EXPECT_NE(text(read_armed(path).error()).find("belongs to nobody (uid 65534)"), std::string::npos);
+  EXPECT_NE(text(read_safe_state(path).error()).find("belongs to nobody (uid 65534)"), std::string::npos);
 }
 
-TEST(ArmedFile, WhatIsNoRegularFileIsRefusedAtOnce) {
+TEST(SafeStateFile, WhatIsNoRegularFileIsRefusedAtOnce) {
   const TestFolder folder;
   const auto path = folder / "run.db.armed";
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
-  EXPECT_FALSE(read_armed(path)) << "nobody writes into it, and nobody waits for that";
+  EXPECT_FALSE(read_safe_state(path)) << "nobody writes into it, and nobody waits for that";
   std::filesystem::remove(path);
-  std::ofstream(folder / "elsewhere") << to_text(armed());
+  std::ofstream(folder / "elsewhere") << to_text(safe_state());
   std::filesystem::create_symlink(folder / "elsewhere", path);
-  EXPECT_FALSE(read_armed(path)) << "a link leads where somebody else likes";
+  EXPECT_FALSE(read_safe_state(path)) << "a link leads where somebody else likes";
 }
 
-TEST(ArmedFile, APathWithALineBreakIsRefused) {
+TEST(SafeStateFile, APathWithALineBreakIsRefused) {
   const TestFolder folder;
-  auto written = armed();
+  auto written = safe_state();
   written.record = folder / "two\nlines.db";
-  EXPECT_FALSE(arm(written));
+  EXPECT_FALSE(write_safe_state(written));
 }
 
 }  // namespace

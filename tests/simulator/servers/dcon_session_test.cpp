@@ -1,18 +1,18 @@
 #include <gtest/gtest.h>
 
 #include "simulator/servers/dcon_server.hpp"
-#include "tests/simulator/laboratory.hpp"
 #include "tests/simulator/servers/asking.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
 
 class DconSessionTest : public testing::Test {
  protected:
-  [[nodiscard]] double reading_c(std::size_t place) const { return world.thermometers_as_measured_c()[place]; }
+  [[nodiscard]] double reading_c(std::size_t place) const { return laboratory.thermometers_as_measured_c()[place]; }
 
-  World world{world_of_rig("virtual"), {}};
-  DconSession session{world,
+  VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
+  DconSession session{laboratory,
                       {{.address = 0x04, .inputs = {0, 1, 2, 3, 4, 5, 6, 7}},
                        {.address = 0x1F, .checksum = DconChecksum::on, .inputs = {8}}}};
   const std::vector<TemperatureRange> ranges{8, *dcon_range(0x10)};

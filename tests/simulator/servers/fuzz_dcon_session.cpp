@@ -2,12 +2,12 @@
 #include <cstdlib>
 
 #include "simulator/servers/dcon_server.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static const World world(world_of_rig("virtual"), {});
-  DconSession session(world, {{.inputs = {0, 1}}, {.address = 2, .checksum = DconChecksum::on, .inputs = {}}});
+  static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  DconSession session(laboratory, {{.inputs = {0, 1}}, {.address = 2, .checksum = DconChecksum::on, .inputs = {}}});
   std::vector<std::byte> reply;
   if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
   for (const char* command : {"\r#01", "\r$01", "\r#02"}) {

@@ -2,18 +2,18 @@
 #include <cstdlib>
 
 #include "simulator/servers/modbus_server.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static World world(world_of_rig("virtual"), {});
-  static ChamberRegisters registers(chamber_map("virtual"), world);
+  static VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  static ChamberRegisters registers(chamber_map("virtual"), laboratory);
   ModbusSession session(registers);
   std::vector<std::byte> reply;
   const auto bytes = std::as_bytes(std::span(data, size));
   const auto first_piece = size / 3;
   if (session.feed(bytes.first(first_piece), reply)) (void)session.feed(bytes.subspan(first_piece), reply);
-  if (!world.accepts(world.set_point())) std::abort();
+  if (!laboratory.accepts(laboratory.set_point())) std::abort();
 
   // The same bytes as the body of a well-formed frame reach what lies behind the header.
   const auto body = bytes.first(std::min<std::size_t>(size, 252));
@@ -23,6 +23,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                std::byte{1}, std::byte{size % 2 == 0 ? std::uint8_t{16} : std::uint8_t{3}}};
   frame.insert(frame.end(), body.begin(), body.end());
   if (!ModbusSession(registers).feed(frame, reply)) std::abort();
-  if (!world.accepts(world.set_point())) std::abort();
+  if (!laboratory.accepts(laboratory.set_point())) std::abort();
   return 0;
 }

@@ -2,12 +2,12 @@
 #include <cstdlib>
 
 #include "simulator/servers/pt12_server.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static const World world(world_of_rig("virtual"), {});
-  Pt12Session session(world, {0, 1, 2, 3});
+  static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  Pt12Session session(laboratory, {0, 1, 2, 3});
   std::vector<std::byte> reply;
   if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
   for (const char* command : {"\rT", "\rCONNECTED"}) {

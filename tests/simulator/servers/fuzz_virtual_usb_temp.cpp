@@ -2,13 +2,13 @@
 #include <cstdlib>
 
 #include "simulator/servers/virtual_usb_temp.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace gyrotherm;
-  static const World world(world_of_rig("virtual"), {});
+  static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   static std::mutex guard;
-  static VirtualUsbTemp device(world, guard, {0, 1, 2, 3});
+  static VirtualUsbTemp device(laboratory, guard, {0, 1, 2, 3});
   if (!device.write(std::as_bytes(std::span(data, size)))) std::abort();
   std::array<std::byte, 256> report{};
   const auto got = device.read(report, {});

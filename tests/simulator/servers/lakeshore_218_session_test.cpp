@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "simulator/servers/lakeshore_218_server.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -14,10 +14,10 @@ class Lakeshore218SessionTest : public testing::Test {
     EXPECT_TRUE(session.feed(std::as_bytes(std::span(text)), reply));
     return {reinterpret_cast<const char*>(reply.data()), reply.size()};
   }
-  [[nodiscard]] double reading_c(std::size_t place) const { return world.thermometers_as_measured_c()[place]; }
+  [[nodiscard]] double reading_c(std::size_t place) const { return laboratory.thermometers_as_measured_c()[place]; }
 
-  World world{world_of_rig("virtual"), {}};
-  Lakeshore218Session session{world, {0, 1, 2, 3, 4, 5, 6, 8}};
+  VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
+  Lakeshore218Session session{laboratory, {0, 1, 2, 3, 4, 5, 6, 8}};
 };
 
 TEST_F(Lakeshore218SessionTest, SaysWhoItIs) { EXPECT_EQ(ask("*IDN?\r\n"), "LSCI,MODEL218S,VIRTUAL1,010126\r\n"); }
@@ -56,8 +56,8 @@ TEST_F(Lakeshore218SessionTest, TakesCommandsInAnyPieces) {
 }
 
 TEST(Lakeshore218Session, ReadsAnInputWithoutAThermometerAsZeroKelvin) {
-  const World world(world_of_rig("virtual"), {});
-  Lakeshore218Session session(world, {8});
+  const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  Lakeshore218Session session(laboratory, {8});
   std::vector<std::byte> reply;
   ASSERT_TRUE(session.feed(std::as_bytes(std::span(std::string_view("CRDG? 2\r\n"))), reply));
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(reply.data()), reply.size()), "-273.150\r\n");

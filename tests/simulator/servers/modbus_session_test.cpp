@@ -5,7 +5,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_rtu_frame.hpp"
 #include "simulator/servers/modbus_server.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -36,16 +36,16 @@ class ModbusSessionTest : public testing::Test {
   }
 
   RegisterMap map = chamber_map("virtual");
-  World world{world_of_rig("virtual"), {}};
-  ChamberRegisters registers{map, world};
+  VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
+  ChamberRegisters registers{map, laboratory};
   ModbusSession session{registers};
 };
 
 TEST_F(ModbusSessionTest, ReadsTheAirAsMeasured) {
-  world.step();
+  laboratory.step();
   const auto words = read("air_temperature");
   ASSERT_TRUE(words);
-  EXPECT_NEAR(*decode(*map.find("air_temperature"), *words), world.air_as_measured().value, 1e-5);
+  EXPECT_NEAR(*decode(*map.find("air_temperature"), *words), laboratory.air_as_measured().value, 1e-5);
 }
 
 TEST_F(ModbusSessionTest, AnswersTheGoldenFrames) {
@@ -67,15 +67,15 @@ TEST_F(ModbusSessionTest, AnswersTheGoldenFrames) {
 
 TEST_F(ModbusSessionTest, TakesASetPointAndGivesItBack) {
   ASSERT_TRUE(write("set_point", -40.25));
-  EXPECT_EQ(world.set_point().value, -40.25);
+  EXPECT_EQ(laboratory.set_point().value, -40.25);
   EXPECT_EQ(*read("set_point"), encode(*map.find("set_point"), -40.25));
 }
 
 TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
   ASSERT_TRUE(write("control_mode", 1));
-  EXPECT_TRUE(world.is_on());
+  EXPECT_TRUE(laboratory.is_on());
   ASSERT_TRUE(ask({9, map.link.modbus.unit, ModbusFunction::write_single, map.find("control_mode")->address, 1, {0}}));
-  EXPECT_FALSE(world.is_on());
+  EXPECT_FALSE(laboratory.is_on());
   expect_exception(write("control_mode", 2), "3");
 }
 
@@ -86,7 +86,7 @@ TEST_F(ModbusSessionTest, ReadsByFunctionFourWhatItReadsByThree) {
 
 TEST_F(ModbusSessionTest, RefusesASetPointThatThePlantCannotHold) {
   expect_exception(write("set_point", 200), "3");
-  EXPECT_EQ(world.set_point().value, 20);
+  EXPECT_EQ(laboratory.set_point().value, 20);
 }
 
 TEST_F(ModbusSessionTest, RefusesToWriteWhatIsReadOnly) { expect_exception(write("air_temperature", 20), "2"); }
@@ -102,8 +102,8 @@ TEST_F(ModbusSessionTest, WritesAllOrNothing) {
   words.push_back(1);  // control_mode
   words.push_back(0);  // output, read-only
   expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::write_multiple, address, 4, words}), "2");
-  EXPECT_EQ(world.set_point().value, 20);
-  EXPECT_FALSE(world.is_on());
+  EXPECT_EQ(laboratory.set_point().value, 20);
+  EXPECT_FALSE(laboratory.is_on());
 }
 
 TEST_F(ModbusSessionTest, RefusesRegistersThatTheMapDoesNotHave) {
@@ -140,10 +140,10 @@ TEST_F(ModbusSessionTest, TakesFramesInAnyPieces) {
 
 TEST(ChamberRegisters, ServesEveryItemOfEveryShippedMap) {
   for (const auto& name : shipped_chambers()) {
-    World world(world_of_rig("virtual"), {});
-    world.step();
+    VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+    laboratory.step();
     const auto map = chamber_map(name);
-    const ChamberRegisters registers(map, world);
+    const ChamberRegisters registers(map, laboratory);
     for (const auto& item : map.items) {
       if (!item.readable) continue;
       Words words;
@@ -159,13 +159,13 @@ TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
   for (auto& item : map.items) {
     if (item.name == "set_point") item.address = 110;
   }
-  World world(world_of_rig("virtual"), {});
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   Words words;
-  EXPECT_TRUE(ChamberRegisters(map, world).read(ReadFunction::holding_registers, 100, 12, words));
+  EXPECT_TRUE(ChamberRegisters(map, laboratory).read(ReadFunction::holding_registers, 100, 12, words));
   EXPECT_EQ(words[9], 0);
   EXPECT_EQ(words[10], 0x41A0);
   map.one_block = false;
-  EXPECT_FALSE(ChamberRegisters(map, world).read(ReadFunction::holding_registers, 100, 12, words));
+  EXPECT_FALSE(ChamberRegisters(map, laboratory).read(ReadFunction::holding_registers, 100, 12, words));
 }
 
 /// What a unit answers on one of its links to a read of `count` registers.
@@ -184,8 +184,8 @@ TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
   const auto map = chamber_map("watlow_f4t");
   const auto celsius = static_cast<std::uint16_t>(map.find("communication_unit")->codes.at("celsius").front());
   for (const auto in_use : {LinkKind::tcp, LinkKind::rtu}) {
-    World world(world_of_rig("virtual"), {});
-    ChamberRegisters registers(on_link(map, in_use).value(), world);
+    VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+    ChamberRegisters registers(on_link(map, in_use).value(), laboratory);
     EXPECT_EQ(read_on(registers, LinkKind::tcp, 6730, 1).value(), Words{celsius});
     EXPECT_FALSE(read_on(registers, LinkKind::tcp, 14080, 1));
     for (const auto rtu : {LinkKind::rtu, LinkKind::rtu_over_tcp}) {
@@ -206,8 +206,8 @@ TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
   map.links.push_back(rtu);
   for (auto& item : map.items)
     if (item.name == "set_point") item.rtu_address = 500;
-  World world(world_of_rig("virtual"), {});
-  ChamberRegisters registers(map, world);
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  ChamberRegisters registers(map, laboratory);
   const auto address = map.find("set_point")->address;
   const auto words = encode(*map.find("set_point"), 30);
   const auto write = [&](std::uint16_t at) {
@@ -218,7 +218,7 @@ TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
   };
   EXPECT_FALSE(write(address));
   EXPECT_TRUE(write(500));
-  EXPECT_EQ(world.set_point(), Celsius{30});
+  EXPECT_EQ(laboratory.set_point(), Celsius{30});
   EXPECT_EQ(read_on(registers, LinkKind::tcp, address, 2).value(), words);
 }
 

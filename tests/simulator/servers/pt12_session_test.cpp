@@ -1,18 +1,18 @@
 #include <gtest/gtest.h>
 
 #include "simulator/servers/pt12_server.hpp"
-#include "tests/simulator/laboratory.hpp"
 #include "tests/simulator/servers/asking.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
 
 class Pt12SessionTest : public testing::Test {
  protected:
-  [[nodiscard]] double reading_c(std::size_t place) const { return world.thermometers_as_measured_c()[place]; }
+  [[nodiscard]] double reading_c(std::size_t place) const { return laboratory.thermometers_as_measured_c()[place]; }
 
-  World world{world_of_rig("virtual"), {}};
-  Pt12Session session{world, {0, std::nullopt, 8}};
+  VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
+  Pt12Session session{laboratory, {0, std::nullopt, 8}};
 };
 
 TEST_F(Pt12SessionTest, SaysWhoItIsInAnyLetterCase) {

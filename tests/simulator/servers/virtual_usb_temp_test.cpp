@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/thermometer/mcc_usb_temp_setup.hpp"
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -17,21 +17,21 @@ class VirtualUsbTempTest : public testing::Test {
     report.resize(size.value_or(0));
     return report;
   }
-  World world{world_of_rig("virtual"), {}};
+  VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
   std::mutex guard;
-  VirtualUsbTemp device{world, guard, {0, 1, std::nullopt, 3, 4, 5, 6, 8}};
+  VirtualUsbTemp device{laboratory, guard, {0, 1, std::nullopt, 3, 4, 5, 6, 8}};
 };
 
 TEST_F(VirtualUsbTempTest, ScansItsInputs) {
   const auto scan = mcc_scan(0, 7);
   const auto readings = decode_mcc_temperatures(scan, ask(scan));
   ASSERT_TRUE(readings) << text(readings.error());
-  const auto world_c = world.thermometers_as_measured_c();
-  EXPECT_NEAR((*readings)[1]->value, world_c[1], 2e-6);
-  EXPECT_NEAR((*readings)[7]->value, world_c[8], 2e-6);
+  const auto laboratory_c = laboratory.thermometers_as_measured_c();
+  EXPECT_NEAR((*readings)[1]->value, laboratory_c[1], 2e-6);
+  EXPECT_NEAR((*readings)[7]->value, laboratory_c[8], 2e-6);
   EXPECT_EQ((*readings)[2].error().kind, FaultKind::out_of_range);
   const auto one = mcc_read_input(3);
-  EXPECT_NEAR(decode_mcc_temperatures(one, ask(one)).value()[0]->value, world_c[3], 2e-6);
+  EXPECT_NEAR(decode_mcc_temperatures(one, ask(one)).value()[0]->value, laboratory_c[3], 2e-6);
 }
 
 TEST_F(VirtualUsbTempTest, KeepsWhatItsItemsAreSetTo) {

@@ -1,7 +1,7 @@
 /// Makes a failing schedule as short as it can be and still fail.
 #pragma once
 
-#include "tests/sequencer/faults/trial.hpp"
+#include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace gyrotherm {
 
@@ -12,6 +12,6 @@ namespace gyrotherm {
 
 /// The schedule of `setting`, which breaks a law, without the mishaps that the same law does not need to be broken, and
 /// with the others as short as may be.
-[[nodiscard]] Schedule reduced(const TrialGround& ground, const TrialSetting& setting);
+[[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm

@@ -17,9 +17,9 @@
 
 namespace gyrotherm {
 
-class Laboratory {
+class DryRun {
  public:
-  explicit Laboratory(const std::string& profile_path, std::uint64_t seed = 0, const std::string& rig = "virtual")
+  explicit DryRun(const std::string& profile_path, std::uint64_t seed = 0, const std::string& rig = "virtual")
       : seed_(seed) {
     const auto name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
     folder_ =
@@ -34,9 +34,9 @@ class Laboratory {
     EXPECT_TRUE(parsed) << text(parsed.error());
     profile_ = std::move(*parsed);
   }
-  ~Laboratory() { std::filesystem::remove_all(folder_); }
-  Laboratory(const Laboratory&) = delete;
-  Laboratory& operator=(const Laboratory&) = delete;
+  ~DryRun() { std::filesystem::remove_all(folder_); }
+  DryRun(const DryRun&) = delete;
+  DryRun& operator=(const DryRun&) = delete;
 
   [[nodiscard]] std::string path() const { return (folder_ / "run.db").string(); }
   [[nodiscard]] const Profile& profile() const { return profile_; }
@@ -46,7 +46,7 @@ class Laboratory {
   [[nodiscard]] RunInfo info() const { return run_info("", profile_, file_, seed_, {}); }
 
   /// Runs until the profile's end, or `seconds`; the outcome of the last tick.
-  Outcome run(std::int64_t seconds = 1'000'000) {
+  RunOutcome run(std::int64_t seconds = 1'000'000) {
     auto rig = Rig::assemble(file_, {.seed = {.gyro = seed_, .run = 0}, .already = {}, .replay = {}});
     EXPECT_TRUE(rig) << text(rig.error());
     const auto state = begin(profile_);
@@ -54,15 +54,15 @@ class Laboratory {
     EXPECT_TRUE(prepared) << text(prepared.error());
     auto store = Store::create(path(), info());
     EXPECT_TRUE(store) << text(store.error());
-    Experiment experiment(profile_, **rig, **store, state, 0);
-    Result<Outcome> outcome = Outcome::going_on;
-    for (std::int64_t slot = 0; slot < seconds && outcome && *outcome == Outcome::going_on; ++slot) {
+    RunController run_controller(profile_, **rig, **store, state, 0);
+    Result<RunOutcome> outcome = RunOutcome::going_on;
+    for (std::int64_t slot = 0; slot < seconds && outcome && *outcome == RunOutcome::going_on; ++slot) {
       (*rig)->let_pass(1);
-      outcome = experiment.tick(slot);
+      outcome = run_controller.tick(slot);
     }
     EXPECT_TRUE(outcome);
     EXPECT_TRUE((*store)->sync());
-    if (*outcome == Outcome::complete) {
+    if (*outcome == RunOutcome::complete) {
       EXPECT_TRUE((*store)->finish());
     }
     return *outcome;

@@ -8,7 +8,7 @@
 namespace gyrotherm {
 
 /// The rig's clock, moved by whoever runs the trial; its UTC can be put forward and back.
-class TrialClock final : public Clock {
+class SimulatedClock final : public Clock {
  public:
   [[nodiscard]] Instant now() const override { return {elapsed_, kVirtualEpoch + elapsed_ + step_}; }
   void advance(Duration by) { elapsed_ += by; }
@@ -21,9 +21,9 @@ class TrialClock final : public Clock {
 };
 
 /// Ahead of the rig's clock by what was waited.
-class Lane final : public Clock {
+class LineClock final : public Clock {
  public:
-  explicit Lane(const Clock& rig) : rig_(rig) {}
+  explicit LineClock(const Clock& rig) : rig_(rig) {}
   [[nodiscard]] Instant now() const override { return {time(), {}}; }
   [[nodiscard]] Duration time() const { return std::max(own_, rig_.now().since_start); }
   void pass(Duration time_waited) { own_ = time() + time_waited; }

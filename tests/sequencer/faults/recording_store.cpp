@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/witness.hpp"
+#include "tests/sequencer/faults/recording_store.hpp"
 
 #include <bit>
 
@@ -35,7 +35,7 @@ void LogHash::add(const Event& event) {
   add(event.text);
 }
 
-Result<void> WitnessStore::append(const Sample& sample, std::span<const Event> events) {
+Result<void> RecordingStore::append(const Sample& sample, std::span<const Event> events) {
   sample_ = sample;
   events_.insert(events_.end(), events.begin(), events.end());
   hash_.add(sample);
@@ -43,14 +43,14 @@ Result<void> WitnessStore::append(const Sample& sample, std::span<const Event> e
   return store_->append(sample, events);
 }
 
-Result<void> WitnessStore::append_gap(std::int64_t first, std::int64_t last, const std::string& cause) {
+Result<void> RecordingStore::append_gap(std::int64_t first, std::int64_t last, const std::string& cause) {
   gaps_.push_back({first, last, cause});
   hash_.add(first);
   hash_.add(last);
   return store_->append_gap(first, last, cause);
 }
 
-Result<void> WitnessStore::append_event(const Event& event) {
+Result<void> RecordingStore::append_event(const Event& event) {
   events_.push_back(event);
   hash_.add(event);
   return store_->append_event(event);

@@ -26,10 +26,10 @@ class LogHash {
   std::uint64_t hash_ = 0xcbf29ce484222325;  // FNV-1a
 };
 
-class WitnessStore final : public Store {
+class RecordingStore final : public Store {
  public:
   /// `hash` outlives it.
-  WitnessStore(std::unique_ptr<Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
+  RecordingStore(std::unique_ptr<Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
 
   [[nodiscard]] Result<void> append(const Sample& sample, std::span<const Event> events) override;
   [[nodiscard]] Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) override;

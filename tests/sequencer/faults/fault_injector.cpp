@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/disturbance.hpp"
+#include "tests/sequencer/faults/fault_injector.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 namespace gyrotherm {
 namespace {
 
-using Kind = MishapKind;
+using Kind = InjectedFaultKind;
 
 constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
@@ -17,15 +17,15 @@ bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::g
 
 }  // namespace
 
-bool is_of_record(MishapKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
+bool is_of_record(InjectedFaultKind kind) { return kind >= Kind::file_removed && kind <= Kind::file_overwritten; }
 
-bool is_of_program(MishapKind kind) {
+bool is_of_program(InjectedFaultKind kind) {
   return kind >= Kind::program_late || kind == Kind::machine_sleeps || kind == Kind::disk_fails_once ||
          is_of_record(kind);
 }
 
-std::vector<Mishap> Disturbance::pass(std::int64_t second) {
-  std::vector<Mishap> of_program;
+std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
+  std::vector<InjectedFault> of_program;
   const auto before = standing_.size();
   for (std::size_t i = standing_.size(); i-- > 0;) {
     if (standing_[i].at + standing_[i].lasts > second) continue;
@@ -34,23 +34,24 @@ std::vector<Mishap> Disturbance::pass(std::int64_t second) {
   }
   bool changed = standing_.size() != before;
   for (; next_ < schedule_.size() && schedule_[next_].at <= second; ++next_) {
-    const auto& mishap = schedule_[next_];
+    const auto& fault = schedule_[next_];
     last_change_ = second;
-    if (is_of_program(mishap.kind)) {
-      of_program.push_back(mishap);
-      if (mishap.kind != Kind::machine_sleeps && mishap.kind != Kind::outputs_blocked) continue;
+    if (is_of_program(fault.kind)) {
+      of_program.push_back(fault);
+      if (fault.kind != Kind::machine_sleeps && fault.kind != Kind::outputs_blocked) continue;
     }
     changed = true;
-    if (mishap.lasts == 0) {
-      happen(mishap);
-      if (mishap.kind != Kind::thermometer_spike) continue;
+    if (fault.lasts == 0) {
+      happen(fault);
+      if (fault.kind != Kind::thermometer_spike) continue;
     }
-    auto lasting = mishap;
+    auto lasting = fault;
     lasting.at = second;
     lasting.lasts = std::max<std::int64_t>(lasting.lasts, 1);
-    const auto channel = static_cast<std::size_t>(mishap.target) % kThermalPlaces;
-    frozen_.push_back(mishap.kind == Kind::air_sensor_frozen ? plant_.world().air_as_measured().value
-                                                             : plant_.world().thermometers_as_measured_c()[channel]);
+    const auto channel = static_cast<std::size_t>(fault.target) % kThermalPlaces;
+    frozen_.push_back(fault.kind == Kind::air_sensor_frozen
+                          ? plant_.laboratory().air_as_measured().value
+                          : plant_.laboratory().thermometers_as_measured_c()[channel]);
     standing_.push_back(lasting);
   }
   if (changed) settle(), last_change_ = second;
@@ -58,21 +59,21 @@ std::vector<Mishap> Disturbance::pass(std::int64_t second) {
 }
 
 /// What is no state but an event.
-void Disturbance::happen(const Mishap& mishap) {
-  auto& world = plant_.world();
-  switch (mishap.kind) {
-    case Kind::chamber_restarts: return plant_.restart_chamber({mishap.size}, mishap.target == 0);
-    case Kind::chamber_switched_off: return world.switch_on(false);
-    case Kind::panel_set_point: return world.command({mishap.size});
+void FaultInjector::happen(const InjectedFault& fault) {
+  auto& laboratory = plant_.laboratory();
+  switch (fault.kind) {
+    case Kind::chamber_restarts: return plant_.restart_chamber({fault.size}, fault.target == 0);
+    case Kind::chamber_switched_off: return laboratory.switch_on(false);
+    case Kind::panel_set_point: return laboratory.command({fault.size});
     case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
     case Kind::gyro_restarts: return plant_.restart_gyro();
-    case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(mishap.size));
+    case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(fault.size));
     default: return;
   }
 }
 
 /// All that stands, anew.
-void Disturbance::settle() {
+void FaultInjector::settle() {
   plant_.faults = {};
   plant_.gyro_trouble = {};
   plant_.chamber().trouble = {};
@@ -80,8 +81,8 @@ void Disturbance::settle() {
   plant_.gyro().trouble = {};
   for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) plant_.thermometer(i).trouble = {};
   bool tripped = false;
-  for (const auto& mishap : schedule_)
-    tripped = tripped || (mishap.kind == Kind::limiter_trips && mishap.at <= last_change_);
+  for (const auto& fault : schedule_)
+    tripped = tripped || (fault.kind == Kind::limiter_trips && fault.at <= last_change_);
   plant_.write("condition", tripped ? kLimiterTripped : 0);
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
@@ -94,23 +95,23 @@ void Disturbance::settle() {
   plant_.apply_faults();
 }
 
-void Disturbance::stand(const Mishap& mishap) {
-  if (mishap.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
-  if (is_of_program(mishap.kind)) return;
-  if (mishap.kind <= Kind::chamber_wrong_number) return stand_on_line(mishap);
-  if (mishap.kind <= Kind::air_sensor_broken) return stand_in_chamber(mishap);
-  if (is_of_thermometer_line(mishap.kind) || is_of_gyro(mishap.kind)) return stand_on_line(mishap);
-  stand_in_thermometer(mishap);
+void FaultInjector::stand(const InjectedFault& fault) {
+  if (fault.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
+  if (is_of_program(fault.kind)) return;
+  if (fault.kind <= Kind::chamber_wrong_number) return stand_on_line(fault);
+  if (fault.kind <= Kind::air_sensor_broken) return stand_in_chamber(fault);
+  if (is_of_thermometer_line(fault.kind) || is_of_gyro(fault.kind)) return stand_on_line(fault);
+  stand_in_thermometer(fault);
 }
 
-void Disturbance::stand_on_line(const Mishap& mishap) {
+void FaultInjector::stand_on_line(const InjectedFault& fault) {
   auto& chamber = plant_.chamber();
-  auto& line = is_of_gyro(mishap.kind) ? plant_.gyro()
-               : is_of_thermometer_line(mishap.kind)
-                   ? plant_.thermometer(static_cast<std::size_t>(mishap.target) % plant_.thermometer_count())
+  auto& line = is_of_gyro(fault.kind) ? plant_.gyro()
+               : is_of_thermometer_line(fault.kind)
+                   ? plant_.thermometer(static_cast<std::size_t>(fault.target) % plant_.thermometer_count())
                    : chamber.line();
-  const auto code = static_cast<std::uint8_t>(mishap.size);
-  switch (mishap.kind) {
+  const auto code = static_cast<std::uint8_t>(fault.size);
+  switch (fault.kind) {
     case Kind::chamber_silent:
     case Kind::thermometer_silent:
     case Kind::gyro_silent: line.trouble.silent = true; return;
@@ -119,53 +120,53 @@ void Disturbance::stand_on_line(const Mishap& mishap) {
     case Kind::gyro_gone: line.trouble.gone = true; return;
     case Kind::chamber_answers_lost: line.trouble.answers_lost = true; return;
     case Kind::chamber_lossy:
-    case Kind::thermometer_lossy: line.trouble.lost = mishap.size; return;
+    case Kind::thermometer_lossy: line.trouble.lost = fault.size; return;
     case Kind::chamber_late:
-    case Kind::thermometer_late: line.trouble.late = from_seconds(mishap.size); return;
+    case Kind::thermometer_late: line.trouble.late = from_seconds(fault.size); return;
     case Kind::chamber_doubled:
-    case Kind::thermometer_doubled: line.trouble.doubled = mishap.size; return;
+    case Kind::thermometer_doubled: line.trouble.doubled = fault.size; return;
     case Kind::chamber_noise:
-    case Kind::thermometer_noise: line.trouble.garbled = mishap.size; return;
-    case Kind::chamber_cut: line.trouble.cut = mishap.size; return;
+    case Kind::thermometer_noise: line.trouble.garbled = fault.size; return;
+    case Kind::chamber_cut: line.trouble.cut = fault.size; return;
     case Kind::chamber_half_open: chamber.trouble.half_open = chamber.line().trouble.silent = true; return;
     case Kind::chamber_exception: chamber.trouble.exception = code; return;
     case Kind::chamber_write_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = true; return;
     case Kind::chamber_foreign_unit: chamber.trouble.foreign_unit = true; return;
     case Kind::chamber_wrong_number: chamber.trouble.wrong_number = true; return;
-    case Kind::gyro_garbled: plant_.gyro_trouble.garbled = mishap.size; return;
-    case Kind::gyro_loses_frames: plant_.gyro_trouble.lost = mishap.size; return;
+    case Kind::gyro_garbled: plant_.gyro_trouble.garbled = fault.size; return;
+    case Kind::gyro_loses_frames: plant_.gyro_trouble.lost = fault.size; return;
     case Kind::gyro_bursts: plant_.gyro_trouble.held_back = true; return;
     default: return;
   }
 }
 
-void Disturbance::stand_in_chamber(const Mishap& mishap) {
+void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
   auto& plant = plant_.faults.plant;
-  switch (mishap.kind) {
+  switch (fault.kind) {
     case Kind::chamber_ignores_writes: plant_.chamber().trouble.ignores_writes = true; return;
-    case Kind::chamber_clamps: plant_.chamber().trouble.clamps_at = {mishap.size}; return;
-    case Kind::heater_weak: plant.heating_share = mishap.size; return;
-    case Kind::cooler_weak: plant.cooling_share = mishap.size; return;
-    case Kind::machinery_stuck: plant.stuck_output = mishap.size; return;
+    case Kind::chamber_clamps: plant_.chamber().trouble.clamps_at = {fault.size}; return;
+    case Kind::heater_weak: plant.heating_share = fault.size; return;
+    case Kind::cooler_weak: plant.cooling_share = fault.size; return;
+    case Kind::machinery_stuck: plant.stuck_output = fault.size; return;
     case Kind::door_open: plant.door_open = true, plant_.write("condition", kDoorOpen); return;
     case Kind::filter_dirty: plant_.write("condition", kFilterDirty); return;
-    case Kind::air_sensor_error: plant.sensor_error_k = mishap.size; return;
+    case Kind::air_sensor_error: plant.sensor_error_k = fault.size; return;
     case Kind::air_sensor_broken: plant.sensor_c = kBrokenC; return;
     default: return;
   }
 }
 
-void Disturbance::stand_in_thermometer(const Mishap& mishap) {
+void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
   auto& thermometers = plant_.faults.thermometers;
-  const auto channel = static_cast<std::size_t>(mishap.target) % kThermalPlaces;
-  auto& fault = thermometers[channel];
-  switch (mishap.kind) {
-    case Kind::thermometer_open: fault.shown_c = kOpenC; return;
-    case Kind::thermometer_short: fault.shown_c = kShortC; return;
-    case Kind::thermometer_lost: fault.shown_c = kNoNumber; return;
+  const auto channel = static_cast<std::size_t>(fault.target) % kThermalPlaces;
+  auto& shown = thermometers[channel];
+  switch (fault.kind) {
+    case Kind::thermometer_open: shown.shown_c = kOpenC; return;
+    case Kind::thermometer_short: shown.shown_c = kShortC; return;
+    case Kind::thermometer_lost: shown.shown_c = kNoNumber; return;
     case Kind::thermometer_spike:
-    case Kind::thermometer_drift: fault.error_k += mishap.size; return;
-    case Kind::thermometers_swapped: std::swap(fault.place, thermometers[(channel + 1) % kThermalPlaces].place); return;
+    case Kind::thermometer_drift: shown.error_k += fault.size; return;
+    case Kind::thermometers_swapped: std::swap(shown.place, thermometers[(channel + 1) % kThermalPlaces].place); return;
     default: return;
   }
 }

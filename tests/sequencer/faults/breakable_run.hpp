@@ -51,38 +51,40 @@ struct AlarmRecorded {
   std::string cause, reaction;
 };
 
-class Demonstration {
+class BreakableRun {
  public:
-  explicit Demonstration(const Setting& setting);
-  ~Demonstration();
-  Demonstration(const Demonstration&) = delete;
-  Demonstration& operator=(const Demonstration&) = delete;
+  explicit BreakableRun(const Setting& setting);
+  ~BreakableRun();
+  BreakableRun(const BreakableRun&) = delete;
+  BreakableRun& operator=(const BreakableRun&) = delete;
 
   Plant& plant() { return *plant_; }
-  TrialClock& clock() { return clock_; }
+  SimulatedClock& clock() { return clock_; }
   void fill_disk();
   void make_room_on_disk();
   /// Another program moves its file.
   void take_record_away();
-  [[nodiscard]] Experiment& experiment() { return *experiment_; }
+  [[nodiscard]] RunController& run_controller() { return *run_controller_; }
   [[nodiscard]] const RigFile& file() const { return file_; }
-  void break_plant(const std::function<void(WorldFaults&)>& fault) { fault(plant_->faults), plant_->apply_faults(); }
+  void break_plant(const std::function<void(LaboratoryFaults&)>& fault) {
+    fault(plant_->faults), plant_->apply_faults();
+  }
 
   /// Seconds, each with a tick, until the run has ended.
-  Outcome seconds(int count);
+  RunOutcome seconds(int count);
   /// Seconds without a tick: the machine slept.
   void sleep(int count);
   /// Seconds until `so`; −1: not within `most`.
   int until(const std::function<bool()>& so, int most);
   int until(RunState state, int most) {
-    return until([&] { return experiment_->run_state() == state; }, most);
+    return until([&] { return run_controller_->run_state() == state; }, most);
   }
 
-  [[nodiscard]] Progress progress() const { return progress_of(profile_, experiment_->state()); }
+  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, run_controller_->state()); }
   /// As the chamber itself has it, whatever anybody reads.
-  [[nodiscard]] Celsius chambers_set_point() { return plant_->world().set_point(); }
+  [[nodiscard]] Celsius chambers_set_point() { return plant_->laboratory().set_point(); }
   /// Alarms that stand now, in words.
-  [[nodiscard]] std::vector<std::string> standing() const { return experiment_->outlook().faults; }
+  [[nodiscard]] std::vector<std::string> standing() const { return run_controller_->outlook().faults; }
 
   /// Ends the program and reads what the record has.
   [[nodiscard]] Record record();
@@ -97,14 +99,14 @@ class Demonstration {
   std::string path_;
   std::optional<FailingVfs> disk_;
   bool disk_is_full_ = false;
-  TrialClock clock_;
+  SimulatedClock clock_;
   std::optional<Plant> plant_;
   std::optional<MemoryWires> wires_;
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<Store> store_;
-  std::optional<Experiment> experiment_;
+  std::optional<RunController> run_controller_;
   std::int64_t slot_ = 0;
-  Outcome outcome_ = Outcome::going_on;
+  RunOutcome outcome_ = RunOutcome::going_on;
 };
 
 }  // namespace gyrotherm

@@ -1,4 +1,4 @@
-#include "app/evidence.hpp"
+#include "app/recorded_run.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
   return failure(FaultKind::usage, "--clusters", fmt::format("\"{}\" is no range, expected FIRST:END like 0:14", text));
 }
 
-Result<void> check_evidence(Console& console, const std::string& path, bool unverified) {
+Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
     console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
     return {};
@@ -40,8 +40,8 @@ void add_unverified_flag(Command& command, bool& unverified) {
   command.flag("--unverified", unverified, "take records without a look at whether they are as they were written");
 }
 
-Result<Evidence> load_evidence(Console& console, const std::string& path, const EvidenceOptions& options) {
-  if (auto checked = check_evidence(console, path, options.unverified); !checked) return failure(checked.error());
+Result<RecordedRun> load_recorded_run(Console& console, const std::string& path, const RecordedRunOptions& options) {
+  if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
   const auto& range = options.range;
   auto dataset = load_dataset(path);
   if (!dataset) return failure(dataset.error());
@@ -55,7 +55,7 @@ Result<Evidence> load_evidence(Console& console, const std::string& path, const 
     std::iota(rows.begin(), rows.end(), range->first);
     *clusters = pick(*clusters, rows);
   }
-  return Evidence{std::move(*dataset), std::move(*clusters)};
+  return RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
 
 Result<Model> load_model(const std::string& path) {

@@ -34,18 +34,18 @@ std::vector<double> programme_c() {
 
 double seconds_of(const ReducedModel& model, const std::vector<double>& air_c, bool linear, double& coldest_c) {
   const double start = thread_seconds();
-  ThermalTwin twin(model, {.start = {20}, .linear = linear});
+  ReducedTransient reduced(model, {.start = {20}, .linear = linear});
   coldest_c = 1e9;
   for (const double air : air_c) {
-    twin.step({air});
-    coldest_c = std::min(coldest_c, twin.outputs_c()[0]);
+    reduced.step({air});
+    coldest_c = std::min(coldest_c, reduced.outputs_c()[0]);
   }
   return thread_seconds() - start;
 }
 
 }  // namespace
 
-Result<void> measure_twin(const ThermalBench& bench) {
+Result<void> measure_reduced(const ThermalBench& bench) {
   const auto words = read_text_file(bench.reduced);
   if (!words) return failure(words.error());
   const auto model = parse_reduced_model(*words, bench.reduced);

@@ -1,4 +1,4 @@
-#include "sequencer/run/obey.hpp"
+#include "sequencer/run/carry_out_request.hpp"
 
 #include <fmt/format.h>
 
@@ -17,17 +17,17 @@ const char* promise(OperatorCommand command) {
 
 }  // namespace
 
-TellAnswer obey(Experiment& experiment, const Telling& telling, const std::string& who) {
-  if (!telling.command) {
-    experiment.note(EventKind::note, who + ": " + telling.note);
+ControlAnswer carry_out(RunController& run_controller, const ControlRequest& request, const std::string& who) {
+  if (!request.command) {
+    run_controller.note(EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
   }
-  if (auto why = experiment.objection(*telling.command); !why.empty()) {
-    experiment.note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*telling.command), why));
+  if (auto why = run_controller.objection(*request.command); !why.empty()) {
+    run_controller.note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*request.command), why));
     return {.done = false, .text = std::move(why)};
   }
-  experiment.tell(*telling.command, who);
-  return {.done = true, .text = promise(*telling.command)};
+  run_controller.tell(*request.command, who);
+  return {.done = true, .text = promise(*request.command)};
 }
 
 }  // namespace gyrotherm

@@ -9,9 +9,9 @@
 
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
-#include "tests/sequencer/faults/disturbance.hpp"
+#include "tests/sequencer/faults/fault_injector.hpp"
 #include "tests/sequencer/faults/plant.hpp"
-#include "tests/sequencer/faults/witness.hpp"
+#include "tests/sequencer/faults/recording_store.hpp"
 
 namespace gyrotherm {
 
@@ -31,28 +31,28 @@ struct RowBrief {
   bool operator==(const RowBrief&) const = default;
 };
 
-class Laws {
+class Invariants {
  public:
   /// All of them outlive it.
-  Laws(const Profile& profile, const RigFile& file, Plant& plant, const Disturbance& disturbance);
+  Invariants(const Profile& profile, const RigFile& file, Plant& plant, const FaultInjector& injector);
 
   /// A program begins, at the first second or by taking up a record whose last row or gap is `last_recorded`.
   void life_begins(std::int64_t last_recorded);
   /// The world stands as the tick will find it.
-  void before_tick() { in_force_ = plant_.world().set_point(); }
+  void before_tick() { in_force_ = plant_.laboratory().set_point(); }
   /// `witness` has what this tick brought.
-  void after_tick(std::int64_t second, const WitnessStore& witness);
+  void after_tick(std::int64_t second, const RecordingStore& recording);
   /// Seconds that passed without a program, or without a tick.
   void no_tick() { quiet_ticks_ = {}; }
   /// A record was taken up, and the profile goes on there.
-  void judge_resumption(std::int64_t second, const Progress& at);
+  void judge_resumption(std::int64_t second, const ProfilePosition& at);
   /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
   void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
   /// Whether a mishap of the kinds from `first` to `last` stands now.
-  [[nodiscard]] bool stands(MishapKind first, MishapKind last) const;
-  void broken(const char* law, std::int64_t second, const std::string& what);
+  [[nodiscard]] bool stands(InjectedFaultKind first, InjectedFaultKind last) const;
+  void broken(const char* invariant, std::int64_t second, const std::string& what);
 
   [[nodiscard]] const Violations& violations() const { return violations_; }
   [[nodiscard]] const std::vector<RowBrief>& rows() const { return rows_; }
@@ -72,12 +72,12 @@ class Laws {
   };
 
   void judge_set_points(std::int64_t second, RunState state);
-  void judge_rows(std::int64_t second, const WitnessStore& witness);
+  void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
   void judge_state(std::int64_t second, const Sample& sample);
-  void judge_machine(std::int64_t second, const WitnessStore& witness, RunState state);
-  void judge_alarms(std::int64_t second, const WitnessStore& witness);
-  void judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample);
+  void judge_machine(std::int64_t second, const RecordingStore& recording, RunState state);
+  void judge_alarms(std::int64_t second, const RecordingStore& recording);
+  void judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample);
   void judge_segments(std::int64_t second, const Sample& sample);
   void judge_segment_end(std::int64_t second, int segment);
   void count_ticks(const Sample& sample);
@@ -86,7 +86,7 @@ class Laws {
   const Profile& profile_;
   const RigFile& file_;
   Plant& plant_;
-  const Disturbance& disturbance_;
+  const FaultInjector& injector_;
   Celsius lowest_, highest_;
   Violations violations_;
   Celsius in_force_;                           ///< the chamber's set point before the tick
@@ -95,7 +95,7 @@ class Laws {
   std::optional<RunState> last_state_;
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;
-  std::vector<WitnessStore::GapSeen> gaps_;
+  std::vector<RecordingStore::GapSeen> gaps_;
   std::int64_t last_slot_ = -1;  ///< that has a row or a gap
   Ticks quiet_ticks_;
   bool storage_told_ = false;

@@ -1,4 +1,4 @@
-#include "tests/app/real_laboratory.hpp"
+#include "tests/app/real_rig.hpp"
 
 #include <chrono>
 #include <cmath>

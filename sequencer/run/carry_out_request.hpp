@@ -9,6 +9,7 @@
 namespace gyrotherm {
 
 /// Carries it out with the next tick and says so, or says why not. Either way it is in the record, with who it was.
-[[nodiscard]] TellAnswer obey(Experiment& experiment, const Telling& telling, const std::string& who);
+[[nodiscard]] ControlAnswer carry_out(RunController& run_controller, const ControlRequest& request,
+                                      const std::string& who);
 
 }  // namespace gyrotherm

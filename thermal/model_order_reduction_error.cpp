@@ -1,4 +1,4 @@
-#include "thermal/reduction_error.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 
 #include <fmt/format.h>
 

@@ -11,14 +11,14 @@
 namespace gyrotherm {
 
 /// Parsed once.
-struct TrialGround {
+struct SimulatedSetup {
   Profile profile;
   RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
-  WorldParameters world;
+  LaboratoryParameters laboratory;
 };
 
 /// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
-[[nodiscard]] TrialGround trial_ground(const std::string& profile);
+[[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile);
 
 /// What a record of this profile on this virtual rig knows.
 [[nodiscard]] RunInfo info_of(const Profile& profile, const RigFile& file);

@@ -14,10 +14,10 @@ namespace gyrotherm {
 /// profiles/rigs/NAME.toml.
 [[nodiscard]] std::string rig_path(const std::string& name);
 [[nodiscard]] std::string rig_text(const std::string& name);
-[[nodiscard]] WorldParameters world_of_rig(const std::string& name);
+[[nodiscard]] LaboratoryParameters laboratory_of_rig(const std::string& name);
 /// The gyros of such rigs.
-[[nodiscard]] ReferenceGyroParameters reference_of_rig(const std::string& name);
-[[nodiscard]] TwinGyroParameters twin_of_rig(const std::string& name);
+[[nodiscard]] LumpedGyroParameters lumped_of_rig(const std::string& name);
+[[nodiscard]] ReducedGyroParameters reduced_of_rig(const std::string& name);
 [[nodiscard]] FrameFormat gyro_of_rig(const std::string& name);
 /// profiles/chambers/NAME.toml.
 [[nodiscard]] RegisterMap chamber_map(const std::string& name);

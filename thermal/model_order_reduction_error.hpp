@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/progress.hpp"
-#include "thermal/reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 
 namespace gyrotherm {
 

@@ -3,7 +3,7 @@
 
 namespace gyrotherm {
 
-struct Reduction {
+struct ReducedSetSummary {
   int vectors_before{}, vectors{};
   double bound_deg_per_h{};       ///< no prediction, for any input, has changed by more
   double max_change_deg_per_h{};  ///< of the predictions on the training clusters

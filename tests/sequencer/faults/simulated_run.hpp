@@ -11,19 +11,19 @@
 #include "rig/rig.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/disk.hpp"
-#include "tests/sequencer/faults/disturbance.hpp"
-#include "tests/sequencer/faults/ground.hpp"
-#include "tests/sequencer/faults/laws.hpp"
+#include "tests/sequencer/faults/fault_injector.hpp"
+#include "tests/sequencer/faults/invariants.hpp"
 #include "tests/sequencer/faults/listener.hpp"
 #include "tests/sequencer/faults/memory_wires.hpp"
 #include "tests/sequencer/faults/operators.hpp"
 #include "tests/sequencer/faults/plant.hpp"
+#include "tests/sequencer/faults/recording_store.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
-#include "tests/sequencer/faults/witness.hpp"
+#include "tests/sequencer/faults/simulated_setup.hpp"
 
 namespace gyrotherm {
 
-struct TrialSetting {
+struct SimulatedRunSetting {
   std::uint64_t seed = 0;
   Schedule schedule;
   std::string folder;            ///< for the record; in memory if it can be
@@ -40,7 +40,7 @@ enum class Ending {
 };
 [[nodiscard]] const char* name(Ending ending);
 
-struct TrialReport {
+struct SimulatedRunReport {
   Violations violations;
   Ending ending = Ending::never_began;
   std::int64_t seconds = 0;  ///< of the trial
@@ -52,6 +52,6 @@ struct TrialReport {
   std::vector<RowBrief> rows;
 };
 
-[[nodiscard]] TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting);
+[[nodiscard]] SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm

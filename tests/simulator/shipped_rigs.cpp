@@ -1,4 +1,4 @@
-#include "tests/simulator/laboratory.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
 
 #include <algorithm>
 #include <array>
@@ -54,14 +54,16 @@ std::string rig_path(const std::string& name) {
 
 std::string rig_text(const std::string& name) { return must(read_text_file(rig_path(name))); }
 
-WorldParameters world_of_rig(const std::string& name) { return must(parse_world(rig_text(name), rig_path(name))); }
-
-ReferenceGyroParameters reference_of_rig(const std::string& name) {
-  return std::get<ReferenceGyroParameters>(world_of_rig(name).body);
+LaboratoryParameters laboratory_of_rig(const std::string& name) {
+  return must(parse_laboratory(rig_text(name), rig_path(name)));
 }
 
-TwinGyroParameters twin_of_rig(const std::string& name) {
-  return std::get<TwinGyroParameters>(world_of_rig(name).body);
+LumpedGyroParameters lumped_of_rig(const std::string& name) {
+  return std::get<LumpedGyroParameters>(laboratory_of_rig(name).body);
+}
+
+ReducedGyroParameters reduced_of_rig(const std::string& name) {
+  return std::get<ReducedGyroParameters>(laboratory_of_rig(name).body);
 }
 
 FrameFormat gyro_of_rig(const std::string& name) {

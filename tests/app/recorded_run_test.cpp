@@ -7,7 +7,7 @@
 namespace gyrotherm {
 namespace {
 
-TEST(Evidence, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
+TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";
@@ -37,7 +37,7 @@ TEST(Evidence, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
 }
 
 /// A byte that no row shows.
-TEST(Evidence, OfWhichAByteWasChangedIsRefusedByItsManifest) {
+TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
   const Folder folder;
   make_small_model(folder);
   const auto record = folder / "record.db";

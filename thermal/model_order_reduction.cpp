@@ -1,4 +1,4 @@
-#include "thermal/reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 
 #include <fmt/format.h>
 
@@ -87,10 +87,10 @@ Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, 
   return loads(Eigen::all, chosen);
 }
 
-class Reduction final {
+class ModelOrderReduction final {
  public:
-  Reduction(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
-            const SolveColumns& solve, const ProgressSink& progress)
+  ModelOrderReduction(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+                      const SolveColumns& solve, const ProgressSink& progress)
       : system_(system),
         options_(options),
         solve_(solve),
@@ -131,7 +131,7 @@ class Reduction final {
   ReducedBasis basis_;
 };
 
-Result<void> Reduction::find_fields() {
+Result<void> ModelOrderReduction::find_fields() {
   Choice choice(candidate_points(basis_.model()), loads_);
   while (true) {
     const auto found = static_cast<double>(basis_.basis().cols() - 1);
@@ -222,7 +222,7 @@ double difference(const ReducedModel& a, const ReducedModel& b, const std::vecto
   return largest_k;
 }
 
-ReducedSystem Reduction::compress(const std::vector<ThermalPoint>& points) const {
+ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& points) const {
   const auto& rich = basis_.model();
   const auto directions = telling_directions(rich, points, loads_);
   const auto largest = std::min<Eigen::Index>(options_.states, rich.conduction.rows());
@@ -234,7 +234,7 @@ ReducedSystem Reduction::compress(const std::vector<ThermalPoint>& points) const
   }
 }
 
-Result<void> Reduction::check(ReducedModel& model) {
+Result<void> ModelOrderReduction::check(ReducedModel& model) {
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kThermalInputs, 2);
   both.col(0) = switched_on(model, 0);
   both(0, 1) = kAmbient_k;
@@ -286,7 +286,7 @@ Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedM
 Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
                              const SolveColumns& solve, const ProgressSink& progress) {
   assert(options.states >= kFewestStates && options.most_fields >= kFewestStates && options.goal_k > 0);
-  Reduction reduction(system, about, options, solve, progress);
+  ModelOrderReduction reduction(system, about, options, solve, progress);
   auto reduced = reduction.run();
   if (!reduced) return reduced;
   if (const auto good = reduction.check(reduced->model); !good) return failure(good.error());

@@ -14,7 +14,7 @@
 namespace gyrotherm {
 
 /// A record's samples and their 100-s means.
-struct Evidence {
+struct RecordedRun {
   Dataset dataset;
   Clusters clusters;
 };
@@ -28,18 +28,19 @@ struct ClusterRange {
 
 /// Fails with bad_file if the record is not as it was written (verify_record), naming the first place that does not
 /// fit. With `unverified` it is not looked at, which is said; so is that a record of an older program has no chain.
-[[nodiscard]] Result<void> check_evidence(Console& console, const std::string& path, bool unverified);
+[[nodiscard]] Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
-struct EvidenceOptions {
+struct RecordedRunOptions {
   std::optional<ClusterRange> range;  ///< only those clusters
   bool unverified = false;
 };
 /// Adds the flag --unverified to a command that reads records.
 void add_unverified_flag(Command& command, bool& unverified);
 
-/// Fails like check_evidence, load_dataset and make_clusters, or with usage if the record has not that many clusters.
-[[nodiscard]] Result<Evidence> load_evidence(Console& console, const std::string& path,
-                                             const EvidenceOptions& options = {});
+/// Fails like check_recorded_run, load_dataset and make_clusters, or with usage if the record has not that many
+/// clusters.
+[[nodiscard]] Result<RecordedRun> load_recorded_run(Console& console, const std::string& path,
+                                                    const RecordedRunOptions& options = {});
 
 /// Fails with bad_file.
 [[nodiscard]] Result<Model> load_model(const std::string& path);

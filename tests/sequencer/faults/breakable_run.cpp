@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/demonstration.hpp"
+#include "tests/sequencer/faults/breakable_run.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "core/text_file.hpp"
 #include "sequencer/run/uploaded_program.hpp"
-#include "tests/sequencer/faults/trial.hpp"
+#include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -43,10 +43,10 @@ Profile profile_of(const Setting& setting) {
 
 }  // namespace
 
-Demonstration::Demonstration(const Setting& setting) : file_(rig_file(setting)), profile_(profile_of(setting)) {
-  const auto world = expected(parse_world(file_.text, file_.file));
+BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), profile_(profile_of(setting)) {
+  const auto laboratory = expected(parse_laboratory(file_.text, file_.file));
   clock_.restart_at(-kSecond);
-  plant_.emplace(file_, world, clock_, 1);
+  plant_.emplace(file_, laboratory, clock_, 1);
   wires_.emplace(*plant_, clock_);
   rig_ = Rig::assemble(file_, *wires_);
   const auto program = setting.by_the_controller ? program_of(profile_) : Result<ChamberProgram>();
@@ -61,53 +61,53 @@ Demonstration::Demonstration(const Setting& setting) : file_(rig_file(setting)),
   store_ = expected(Store::create(
       path_, info_of(profile_, file_),
       {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
-  experiment_.emplace(profile_, *rig_, *store_, state, 0);
-  if (setting.by_the_controller) experiment_->leave_to_the_controller();
+  run_controller_.emplace(profile_, *rig_, *store_, state, 0);
+  if (setting.by_the_controller) run_controller_->leave_to_the_controller();
 }
 
-Demonstration::~Demonstration() = default;
+BreakableRun::~BreakableRun() = default;
 
-void Demonstration::fill_disk() {
+void BreakableRun::fill_disk() {
   disk_->fail(1, true, FailingVfs::Kind::full);
   disk_is_full_ = true;
 }
 
-void Demonstration::make_room_on_disk() {
+void BreakableRun::make_room_on_disk() {
   disk_->heal();
   disk_is_full_ = false;
   EXPECT_TRUE(store_->settle(kLongestWrite));
 }
 
-void Demonstration::take_record_away() {
+void BreakableRun::take_record_away() {
   std::filesystem::rename(path_, path_ + ".away");
   path_ = part_path(path_, 2);
 }
 
 /// A disk that works keeps up with virtual time; of one that does not, nobody waits for the worker.
-void Demonstration::make_durable() {
+void BreakableRun::make_durable() {
   EXPECT_TRUE(store_->sync());
   if (disk_ && !disk_is_full_) {
     EXPECT_TRUE(store_->settle(kLongestWrite));
   }
 }
 
-Outcome Demonstration::seconds(int count) {
-  for (; count > 0 && outcome_ == Outcome::going_on; --count) {
+RunOutcome BreakableRun::seconds(int count) {
+  for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
     rig_->let_pass(1);
-    const auto outcome = experiment_->tick(slot_++);
+    const auto outcome = run_controller_->tick(slot_++);
     EXPECT_TRUE(outcome) << text(outcome.error());
-    outcome_ = outcome.value_or(Outcome::stopped);
+    outcome_ = outcome.value_or(RunOutcome::stopped);
     make_durable();
   }
   return outcome_;
 }
 
-void Demonstration::sleep(int count) {
+void BreakableRun::sleep(int count) {
   rig_->let_pass(count);
   slot_ += count;
 }
 
-int Demonstration::until(const std::function<bool()>& so, int most) {
+int BreakableRun::until(const std::function<bool()>& so, int most) {
   for (int i = 0; i <= most; ++i) {
     if (so()) return i;
     seconds(1);
@@ -115,15 +115,15 @@ int Demonstration::until(const std::function<bool()>& so, int most) {
   return -1;
 }
 
-Record Demonstration::record() {
+Record BreakableRun::record() {
   if (!disk_) return expected(store_->read_back());
-  experiment_.reset();
+  run_controller_.reset();
   store_.reset();
   disk_.reset();
   return expected(read_record(path_));
 }
 
-std::vector<AlarmRecorded> Demonstration::alarms_in(const Record& record) {
+std::vector<AlarmRecorded> BreakableRun::alarms_in(const Record& record) {
   std::vector<AlarmRecorded> alarms;
   for (const auto& [slot, event] : record.events) {
     const auto opens = event.text.find(" ("), closes = event.text.find("): ");
@@ -131,7 +131,7 @@ std::vector<AlarmRecorded> Demonstration::alarms_in(const Record& record) {
     if (opens == std::string::npos || closes == std::string::npos) continue;
     const auto cause = event.text.substr(0, opens);
     for (std::size_t i = 0; i < kCauses; ++i)
-      if (cause == name(static_cast<Cause>(i)))
+      if (cause == name(static_cast<InterlockId>(i)))
         alarms.push_back({cause, event.text.substr(opens + 2, closes - opens - 2)});
   }
   return alarms;

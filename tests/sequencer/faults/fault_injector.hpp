@@ -9,41 +9,41 @@
 
 namespace gyrotherm {
 
-class Disturbance {
+class FaultInjector {
  public:
-  Disturbance(Schedule schedule, Plant& plant, TrialClock& clock)
+  FaultInjector(Schedule schedule, Plant& plant, SimulatedClock& clock)
       : schedule_(std::move(schedule)), plant_(plant), clock_(clock) {}
 
   /// What begins and ends with this second. Returns those mishaps that have begun and are the program's and the
   /// operator's, not the plant's.
-  [[nodiscard]] std::vector<Mishap> pass(std::int64_t second);
+  [[nodiscard]] std::vector<InjectedFault> pass(std::int64_t second);
 
   /// That stand now, by their nature until they end.
-  [[nodiscard]] const std::vector<Mishap>& standing() const { return standing_; }
+  [[nodiscard]] const std::vector<InjectedFault>& standing() const { return standing_; }
   /// The second in which the last one ended, or began where it is an instant; −1: none yet.
   [[nodiscard]] std::int64_t last_change() const { return last_change_; }
   [[nodiscard]] bool any_begun() const { return next_ > 0; }
 
  private:
-  void happen(const Mishap& mishap);
+  void happen(const InjectedFault& fault);
   void settle();
-  void stand(const Mishap& mishap);
-  void stand_on_line(const Mishap& mishap);
-  void stand_in_chamber(const Mishap& mishap);
-  void stand_in_thermometer(const Mishap& mishap);
+  void stand(const InjectedFault& fault);
+  void stand_on_line(const InjectedFault& fault);
+  void stand_in_chamber(const InjectedFault& fault);
+  void stand_in_thermometer(const InjectedFault& fault);
 
   Schedule schedule_;
   Plant& plant_;
-  TrialClock& clock_;
+  SimulatedClock& clock_;
   std::size_t next_ = 0;
-  std::vector<Mishap> standing_;
+  std::vector<InjectedFault> standing_;
   std::vector<double> frozen_;  ///< what stuck instruments show, by mishap
   std::int64_t last_change_ = -1;
 };
 
 /// Done to the record's files by another program.
-[[nodiscard]] bool is_of_record(MishapKind kind);
+[[nodiscard]] bool is_of_record(InjectedFaultKind kind);
 /// Of the program, its machine, its record or the operator, not of the plant.
-[[nodiscard]] bool is_of_program(MishapKind kind);
+[[nodiscard]] bool is_of_program(InjectedFaultKind kind);
 
 }  // namespace gyrotherm

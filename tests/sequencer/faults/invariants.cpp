@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/laws.hpp"
+#include "tests/sequencer/faults/invariants.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace gyrotherm {
 namespace {
 
-using Kind = MishapKind;
+using Kind = InjectedFaultKind;
 
 constexpr std::size_t kMostViolations = 20;
 constexpr double kSecondsToCatchUp = 10;  ///< what a set point may be behind its ramp by, and make up for at once
@@ -57,8 +57,8 @@ int severity(RunState state) {
   return 0;
 }
 
-Laws::Laws(const Profile& profile, const RigFile& file, Plant& plant, const Disturbance& disturbance)
-    : profile_(profile), file_(file), plant_(plant), disturbance_(disturbance) {
+Invariants::Invariants(const Profile& profile, const RigFile& file, Plant& plant, const FaultInjector& injector)
+    : profile_(profile), file_(file), plant_(plant), injector_(injector) {
   lowest_ = highest_ = file.safe_set_point;
   for (const auto& segment : profile.segments) {
     lowest_ = std::min(lowest_, segment.target);
@@ -68,18 +68,18 @@ Laws::Laws(const Profile& profile, const RigFile& file, Plant& plant, const Dist
   highest_ = std::min(highest_, file.chamber_limits.highest);
 }
 
-void Laws::broken(const char* law, std::int64_t second, const std::string& what) {
+void Invariants::broken(const char* invariant, std::int64_t second, const std::string& what) {
   if (violations_.size() < kMostViolations)
-    violations_.push_back(fmt::format("{} at second {}: {}", law, second, what));
+    violations_.push_back(fmt::format("{} at second {}: {}", invariant, second, what));
 }
 
-std::int64_t Laws::gap_seconds() const {
+std::int64_t Invariants::gap_seconds() const {
   std::int64_t sum = 0;
   for (const auto& gap : gaps_) sum += gap.last - gap.first + 1;
   return sum;
 }
 
-void Laws::life_begins(std::int64_t last_recorded) {
+void Invariants::life_begins(std::int64_t last_recorded) {
   while (!rows_.empty() && rows_.back().slot > last_recorded) rows_.pop_back();
   std::erase_if(gaps_, [&](const auto& gap) { return gap.first > last_recorded; });
   last_slot_ = last_recorded;
@@ -90,20 +90,20 @@ void Laws::life_begins(std::int64_t last_recorded) {
   lost_channels_.clear();
 }
 
-bool Laws::stands(MishapKind first, MishapKind last) const {
-  return std::ranges::any_of(disturbance_.standing(),
-                             [&](const auto& mishap) { return mishap.kind >= first && mishap.kind <= last; });
+bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
+  return std::ranges::any_of(injector_.standing(),
+                             [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
 
 /// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes.
-void Laws::judge_set_points(std::int64_t second, RunState state) {
+void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
-    const bool near_air = abs(value - plant_.world().air_as_measured()) <= kNearAir;
+    const bool near_air = abs(value - plant_.laboratory().air_as_measured()) <= kNearAir;
     const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
     if (!in_chamber || !(in_profile || near_air))
@@ -124,15 +124,15 @@ void Laws::judge_set_points(std::int64_t second, RunState state) {
 }
 
 /// I10, I11, I12: each slot in one row or one gap, in order.
-void Laws::judge_rows(std::int64_t second, const WitnessStore& witness) {
-  for (const auto& gap : witness.gaps()) {
+void Invariants::judge_rows(std::int64_t second, const RecordingStore& recording) {
+  for (const auto& gap : recording.gaps()) {
     if (gap.first != last_slot_ + 1) broken("I10", second, fmt::format("gap from {} after {}", gap.first, last_slot_));
     if (gap.cause.empty() || gap.last < gap.first) broken("I11", second, "a gap without cause or without slots");
     gaps_.push_back(gap);
     last_slot_ = gap.last;
   }
-  if (!witness.sample()) return;
-  const auto& sample = *witness.sample();
+  if (!recording.sample()) return;
+  const auto& sample = *recording.sample();
   if (sample.slot != last_slot_ + 1) broken("I10", second, fmt::format("slot {} after {}", sample.slot, last_slot_));
   if (sample.at.since_start <= last_time_) broken("I12", second, "time does not go on");
   last_slot_ = sample.slot;
@@ -140,21 +140,22 @@ void Laws::judge_rows(std::int64_t second, const WitnessStore& witness) {
 }
 
 /// I13 and P9: what is stored as good is what the instrument had in this second.
-void Laws::judge_values(std::int64_t second, const Sample& sample) {
+void Invariants::judge_values(std::int64_t second, const Sample& sample) {
   constexpr double kFloatK = 1e-5, kTextK = 5.1e-4;
-  const auto& world = plant_.world();
+  const auto& laboratory = plant_.laboratory();
   const auto same = [](double a, double b, double within) {
     return std::abs(a - b) <= within * (1 + std::abs(b) / 100);
   };
   if (const auto& chamber = sample.chamber.value) {
-    if (!same(chamber->air.value, world.air_as_measured().value, kFloatK))
-      broken("I13", second,
-             fmt::format("air {} stored, the chamber showed {}", chamber->air.value, world.air_as_measured().value));
+    if (!same(chamber->air.value, laboratory.air_as_measured().value, kFloatK))
+      broken(
+          "I13", second,
+          fmt::format("air {} stored, the chamber showed {}", chamber->air.value, laboratory.air_as_measured().value));
     if (!same(chamber->set_point.value, in_force_.value, kFloatK))
       broken("I13", second,
              fmt::format("set point {} stored, the chamber had {}", chamber->set_point.value, in_force_.value));
   }
-  const auto shown = world.thermometers_as_measured_c();
+  const auto shown = laboratory.thermometers_as_measured_c();
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
     if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[i], kTextK))
       broken("I13", second, fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[i]));
@@ -163,7 +164,7 @@ void Laws::judge_values(std::int64_t second, const Sample& sample) {
 }
 
 /// I5, I6: along the table, and never back from an abort.
-void Laws::judge_state(std::int64_t second, const Sample& sample) {
+void Invariants::judge_state(std::int64_t second, const Sample& sample) {
   if (last_state_ && !follows(*last_state_, sample.state))
     broken("I5", second, fmt::format("state {} follows {}", name(sample.state), name(*last_state_)));
   last_state_ = sample.state;
@@ -171,13 +172,13 @@ void Laws::judge_state(std::int64_t second, const Sample& sample) {
 }
 
 /// I7: of a machine that slept, and of a disk that takes nothing for longer than the rig file lets pass.
-void Laws::judge_machine(std::int64_t second, const WitnessStore& witness, RunState state) {
+void Invariants::judge_machine(std::int64_t second, const RecordingStore& recording, RunState state) {
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
-  for (const auto& gap : witness.gaps())
+  for (const auto& gap : recording.gaps())
     if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(kLongestUnattended) &&
         severity(state) < severity(RunState::held))
       broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
-  for (const auto& event : witness.events()) {
+  for (const auto& event : recording.events()) {
     if (event.text.starts_with("storage (")) storage_told_ = true;
     if (event.text.starts_with("storage is over")) storage_told_ = false;
   }
@@ -188,14 +189,14 @@ void Laws::judge_machine(std::int64_t second, const WitnessStore& witness, RunSt
 }
 
 /// I21: a thermometer that is lost is told by name at once, and suspends the run if the analysis needs it.
-void Laws::judge_channels(std::int64_t second, const WitnessStore& witness, const Sample& sample) {
+void Invariants::judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample) {
   const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
   lost_channels_.resize(sample.thermometers.size());
   for (std::size_t i = 0; i < lost_channels_.size(); ++i) {
     auto& lost = lost_channels_[i];
     const auto& name = file_.limits.channels[i];
     lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
-    for (const auto& event : witness.events())
+    for (const auto& event : recording.events())
       lost.told = lost.told || (event.kind == EventKind::fault && event.text.starts_with("thermometer " + name + ":"));
     if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
     const bool is_needed = std::ranges::count(file_.limits.needed_thermometers, i) > 0;
@@ -205,16 +206,16 @@ void Laws::judge_channels(std::int64_t second, const WitnessStore& witness, cons
 }
 
 /// I18: none without a cause.
-void Laws::judge_alarms(std::int64_t second, const WitnessStore& witness) {
+void Invariants::judge_alarms(std::int64_t second, const RecordingStore& recording) {
   const auto finished = [](const Event& event) { return event.kind == EventKind::finished; };
-  if (disturbance_.any_begun() || std::ranges::any_of(witness.events(), finished)) return;
-  for (const auto& event : witness.events())
+  if (injector_.any_begun() || std::ranges::any_of(recording.events(), finished)) return;
+  for (const auto& event : recording.events())
     if (event.kind == EventKind::fault || event.kind == EventKind::interlock || event.kind == EventKind::state)
       broken("I18", second, "without a cause: " + event.text);
 }
 
 /// I14: what a segment was given when it ends. Seconds without a row are no soak.
-void Laws::judge_segment_end(std::int64_t second, int index) {
+void Invariants::judge_segment_end(std::int64_t second, int index) {
   const auto& segment = profile_.segments[static_cast<std::size_t>(index)];
   std::int64_t clock = 0, soaked = 0, first = -1, last = -1;
   for (auto row = rows_.rbegin(); row != rows_.rend() && row->segment >= index; ++row) {
@@ -238,7 +239,7 @@ void Laws::judge_segment_end(std::int64_t second, int index) {
 }
 
 /// I14, I15.
-void Laws::judge_segments(std::int64_t second, const Sample& sample) {
+void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
   const int index = sample.progress.segment;
   if (!rows_.empty() && index < rows_.back().segment)
     broken("I15", second, fmt::format("segment {} after {}", index + 1, rows_.back().segment + 1));
@@ -252,16 +253,16 @@ void Laws::judge_segments(std::int64_t second, const Sample& sample) {
   rows_.push_back({sample.slot, index, sample.state, in_band, values.value()});
 }
 
-void Laws::completed(std::int64_t second) {
+void Invariants::completed(std::int64_t second) {
   const int last = static_cast<int>(profile_.segments.size()) - 1;
   if (rows_.empty() || rows_.back().segment != last) broken("I15", second, "complete before the last segment");
   judge_segment_end(second, last);
 }
 
-void Laws::count_ticks(const Sample& sample) {
+void Invariants::count_ticks(const Sample& sample) {
   auto& ticks = quiet_ticks_;
   const auto count = [](std::int64_t& ticks_so_far, bool so) { ticks_so_far = so ? ticks_so_far + 1 : 0; };
-  const auto& world = plant_.world();
+  const auto& laboratory = plant_.laboratory();
   const bool tcp = plant_.chamber().is_tcp();
   const bool line = stands(Kind::chamber_silent, Kind::chamber_wrong_number) ||
                     stands(Kind::air_sensor_broken, Kind::air_sensor_broken);
@@ -278,7 +279,7 @@ void Laws::count_ticks(const Sample& sample) {
     silent_lines += plant_.thermometer(i).trouble.silent || plant_.thermometer(i).trouble.gone ? 1 : 0;
   count(ticks.thermometers_bad, silent_lines == plant_.thermometer_count());
   count(ticks.door, good && stands(Kind::door_open, Kind::door_open));
-  count(ticks.off, good && !world.is_on());
+  count(ticks.off, good && !laboratory.is_on());
   count(ticks.other_set_point, good && sent_before_ && abs(in_force_ - *sent_before_) > Kelvins{0.05});
   const auto& limits = file_.limits;
   const auto outside = [&](const auto& reading) {
@@ -288,15 +289,15 @@ void Laws::count_ticks(const Sample& sample) {
   const bool air = sample.chamber.value &&
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
-  const bool safe = abs(world.set_point() - file_.safe_set_point) <= kSame || !world.is_on();
+  const bool safe = abs(laboratory.set_point() - file_.safe_set_point) <= kSame || !laboratory.is_on();
   const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
-  const bool lossy_alone = disturbance_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
+  const bool lossy_alone = injector_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
   count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);
   count(ticks.aborting, good && obeys && severity(sample.state) == severity(RunState::aborting) && !safe);
 }
 
 /// I7, I8, I9, I20.
-void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
+void Invariants::judge_reactions(std::int64_t second, const Sample& sample) {
   const auto& ticks = quiet_ticks_;
   const int is = severity(sample.state);
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
@@ -311,7 +312,7 @@ void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
   want(ticks.off > 2 * file_.chamber_map.status_every + 8, RunState::suspended, "the chamber is off");
   want(ticks.other_set_point > 4, RunState::suspended, "the chamber has another set point");
   want(ticks.beyond > 4, RunState::aborting, "two sensors are beyond their limits");
-  const bool calm = disturbance_.standing().empty() && second - disturbance_.last_change() > kRecoversWithin;
+  const bool calm = injector_.standing().empty() && second - injector_.last_change() > kRecoversWithin;
   if (calm && sample.state == RunState::suspended && ticks.off == 0 && ticks.other_set_point == 0)
     broken("I20", second, "still suspended, long after the last fault");
   if (ticks.aborting > 10) broken("I9", second, "the safe set point is not in the chamber 10 s after the abort");
@@ -319,7 +320,7 @@ void Laws::judge_reactions(std::int64_t second, const Sample& sample) {
 }
 
 /// I16: the same segment or the one that follows its end, and no second of soak that no row has.
-void Laws::judge_resumption(std::int64_t second, const Progress& at) {
+void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at) {
   if (rows_.empty()) {
     if (at.segment != 0) broken("I16", second, "it does not begin with the first segment");
     return;
@@ -342,7 +343,8 @@ void Laws::judge_resumption(std::int64_t second, const Progress& at) {
 
 /// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, or that were in a
 /// file that was destroyed, where it says so.
-void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten) {
+void Invariants::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged,
+                              bool left_unwritten) {
   auto given = rows_.begin();
   auto gap = record.gaps.begin();
   std::int64_t next = 0;
@@ -368,16 +370,16 @@ void Laws::judge_record(std::int64_t second, const Record& record, std::int64_t 
     broken("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
 }
 
-void Laws::after_tick(std::int64_t second, const WitnessStore& witness) {
-  judge_rows(second, witness);
-  judge_alarms(second, witness);
-  if (!witness.sample()) return;
-  const auto& sample = *witness.sample();
+void Invariants::after_tick(std::int64_t second, const RecordingStore& recording) {
+  judge_rows(second, recording);
+  judge_alarms(second, recording);
+  if (!recording.sample()) return;
+  const auto& sample = *recording.sample();
   judge_set_points(second, sample.state);
   judge_values(second, sample);
   judge_state(second, sample);
-  judge_machine(second, witness, sample.state);
-  judge_channels(second, witness, sample);
+  judge_machine(second, recording, sample.state);
+  judge_channels(second, recording, sample);
   judge_segments(second, sample);
   count_ticks(sample);
   judge_reactions(second, sample);

@@ -1,4 +1,4 @@
-#include "thermal/reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 
 #include "tests/thermal/box_gyro.hpp"
 #include "thermal/affine_matrix.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 #include "thermal/reduced_basis.hpp"
-#include "thermal/reduction_error.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -100,7 +100,7 @@ TEST(ReducedBasis, EstimatesItsResidual) {
   }
 }
 
-TEST(Reduction, AnswersAlikeWhereItWasNotMade) {
+TEST(ModelOrderReduction, AnswersAlikeWhereItWasNotMade) {
   const auto system = box_gyro();
   const auto& model = reduced_box_gyro();
   EXPECT_LE(model.conduction.rows(), 60);
@@ -123,7 +123,7 @@ TEST(Reduction, AnswersAlikeWhereItWasNotMade) {
   }
 }
 
-TEST(Reduction, StaysSymmetricAndStable) {
+TEST(ModelOrderReduction, StaysSymmetricAndStable) {
   const auto& model = reduced_box_gyro();
   EXPECT_EQ(model.conduction, model.conduction.transpose());
   for (const auto& matrix : model.conduction_per) {
@@ -132,7 +132,7 @@ TEST(Reduction, StaysSymmetricAndStable) {
   }
 }
 
-TEST(Reduction, LeftAndRightOfASymmetricGyroAnswerAlike) {
+TEST(ModelOrderReduction, LeftAndRightOfASymmetricGyroAnswerAlike) {
   const auto& model = reduced_box_gyro();
   const auto c = coefficients_at(model, 20, GyroFilm::chamber);
   const Eigen::MatrixXd answers = model.outputs * states_at(model, c, 1e-3);
@@ -142,7 +142,7 @@ TEST(Reduction, LeftAndRightOfASymmetricGyroAnswerAlike) {
   EXPECT_NEAR(answers(5, kLeft), answers(7, kRight), 1e-3);
 }
 
-TEST(Reduction, FailsByNameWhenTheStatesAreTooFew) {
+TEST(ModelOrderReduction, FailsByNameWhenTheStatesAreTooFew) {
   const auto model =
       reduce(box_gyro(), about_box_gyro(), {.states = 8, .most_fields = 20, .goal_k = 1e-4}, direct_solver());
   ASSERT_FALSE(model);
@@ -151,7 +151,7 @@ TEST(Reduction, FailsByNameWhenTheStatesAreTooFew) {
   EXPECT_NE(model.error().what.find("expected at most 1.0e-04 K"), std::string::npos) << model.error().what;
 }
 
-TEST(Reduction, StopsWhenAsked) {
+TEST(ModelOrderReduction, StopsWhenAsked) {
   int calls = 0;
   const auto model = reduce(box_gyro(), about_box_gyro(), {}, direct_solver(),
                             [&](std::string_view, double fraction) { return fraction >= 0 && ++calls < 4; });
@@ -160,7 +160,7 @@ TEST(Reduction, StopsWhenAsked) {
   EXPECT_EQ(calls, 4);
 }
 
-TEST(Reduction, PassesOnWhyItCouldNotSolve) {
+TEST(ModelOrderReduction, PassesOnWhyItCouldNotSolve) {
   const SolveColumns broken = [](const SparseMatrix&, const Eigen::MatrixXd&) -> Result<Eigen::MatrixXd> {
     return failure(FaultKind::numeric, "solver", "out of order");
   };

@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/ground.hpp"
+#include "tests/sequencer/faults/simulated_setup.hpp"
 
 #include <fmt/format.h>
 
@@ -24,16 +24,16 @@ std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_
 
 RunInfo info_of(const Profile& profile, const RigFile& file) { return run_info("", profile, file, 0, kVirtualEpoch); }
 
-TrialGround trial_ground(const std::string& profile) {
+SimulatedSetup simulated_setup(const std::string& profile) {
   const auto rig_path = from("profiles/rigs/virtual-reference.toml");
   const auto rig_text = expected(read_text_file(rig_path));
   const auto map_text = expected(read_text_file(from("tests/sequencer/faults/chamber.toml")));
-  TrialGround ground;
+  SimulatedSetup ground;
   ground.profile = expected(parse_profile(expected(read_text_file(from(profile))), profile));
   ground.tcp = expected(parse_rig(rig_text, rig_path, {.chamber_map = map_text, .gyro_model = {}}));
   ground.rtu = ground.tcp;
   ground.rtu.chamber_map = expected(on_link(ground.tcp.chamber_map, LinkKind::rtu));
-  ground.world = expected(parse_world(rig_text, rig_path));
+  ground.laboratory = expected(parse_laboratory(rig_text, rig_path));
   return ground;
 }
 

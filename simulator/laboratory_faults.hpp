@@ -25,8 +25,8 @@ struct ThermometerFault {
   std::optional<double> shown_c{};  ///< what it shows instead, if anything
 };
 
-struct WorldFaults {
-  WorldFaults() {
+struct LaboratoryFaults {
+  LaboratoryFaults() {
     for (std::size_t i = 0; i < thermometers.size(); ++i) thermometers[i].place = i;
   }
   PlantFaults plant;

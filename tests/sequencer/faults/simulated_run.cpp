@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/trial.hpp"
+#include "tests/sequencer/faults/simulated_run.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -20,39 +20,39 @@ namespace {
 
 constexpr std::int64_t kTriesAgainAfter = 30;  ///< a program that could not begin
 
-bool has(const Schedule& schedule, MishapKind kind) {
-  return std::ranges::any_of(schedule, [&](const auto& mishap) { return mishap.kind == kind; });
+bool has(const Schedule& schedule, InjectedFaultKind kind) {
+  return std::ranges::any_of(schedule, [&](const auto& fault) { return fault.kind == kind; });
 }
 
 /// Then its record cannot be one in memory, which ends with its store.
 bool survives_its_program(const Schedule& schedule) {
-  return has_mishaps_of_disk(schedule) || has(schedule, MishapKind::program_crashes) ||
-         has(schedule, MishapKind::program_stopped);
+  return has_faults_of_disk(schedule) || has(schedule, InjectedFaultKind::program_crashes) ||
+         has(schedule, InjectedFaultKind::program_stopped);
 }
 
 constexpr std::int64_t kShortBatch = 7;  ///< seconds, where the disk breaks
 constexpr std::int64_t kFewRows = 900;   ///< in memory, where the bound on them is to be seen
 
-class Trial {
+class SimulatedRun {
  public:
-  Trial(const TrialGround& ground, const TrialSetting& setting);
-  ~Trial() = default;
-  Trial(const Trial&) = delete;
-  Trial& operator=(const Trial&) = delete;
+  SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
+  ~SimulatedRun() = default;
+  SimulatedRun(const SimulatedRun&) = delete;
+  SimulatedRun& operator=(const SimulatedRun&) = delete;
 
-  TrialReport run();
+  SimulatedRunReport run();
 
  private:
   void second();
   void pass_second();
-  void obey(const Mishap& mishap);
-  void attack(const Mishap& mishap);
+  void obey(const InjectedFault& fault);
+  void attack(const InjectedFault& fault);
   void see_to_the_record();
   [[nodiscard]] Result<RunContinuation> take_up();
   void begin_run();
   void resume_run();
   void assemble();
-  void live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free);
+  void live(std::unique_ptr<Store> store, const ProfileState& state, std::int64_t first_free);
   void end_life(std::int64_t down, bool power_cut = false);
   void tick();
   void end(Ending ending);
@@ -60,19 +60,19 @@ class Trial {
   void judge_record();
   void close();
   [[nodiscard]] Result<Record> read_after_closing();
-  void end_at_storage(const char* law, const Fault& fault, bool excused);
+  void end_at_storage(const char* invariant, const Fault& fault, bool excused);
 
-  const TrialGround& ground_;
+  const SimulatedSetup& ground_;
   const RigFile& file_;
-  const TrialSetting& setting_;
+  const SimulatedRunSetting& setting_;
   const std::int64_t sync_every_;
   bool in_memory_;
   std::string path_;
   Disk disk_;
-  TrialClock clock_;
+  SimulatedClock clock_;
   Plant plant_;
-  Disturbance disturbance_;
-  Laws laws_;
+  FaultInjector injector_;
+  Invariants invariants_;
   LogHash hash_;
   std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
@@ -86,48 +86,49 @@ class Trial {
   int parts_ = 1;
   std::optional<MemoryWires> wires_;
   std::unique_ptr<Rig> rig_;
-  std::unique_ptr<WitnessStore> store_;
-  std::optional<Experiment> experiment_;
+  std::unique_ptr<RecordingStore> store_;
+  std::optional<RunController> run_controller_;
 };
 
-Trial::Trial(const TrialGround& ground, const TrialSetting& setting)
+SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetting& setting)
     : ground_(ground),
       file_(setting.seed % 2 == 0 ? ground.tcp : ground.rtu),
       setting_(setting),
-      sync_every_(has_mishaps_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
-                                                        : setting.sync_every),
+      sync_every_(has_faults_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
+                                                       : setting.sync_every),
       in_memory_(!survives_its_program(setting.schedule)),
       path_(in_memory_ ? kInMemory : fmt::format("{}/trial-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
-      disk_(has_mishaps_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
-      plant_(file_, ground.world, clock_, setting.seed),
-      disturbance_(setting.schedule, plant_, clock_),
-      laws_(ground.profile, file_, plant_, disturbance_),
-      cuts_power_(has(setting.schedule, MishapKind::power_cut)) {
-  if (has(setting.schedule, MishapKind::outputs_blocked)) listener_.emplace();
+      disk_(has_faults_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
+      plant_(file_, ground.laboratory, clock_, setting.seed),
+      injector_(setting.schedule, plant_, clock_),
+      invariants_(ground.profile, file_, plant_, injector_),
+      cuts_power_(has(setting.schedule, InjectedFaultKind::power_cut)) {
+  if (has(setting.schedule, InjectedFaultKind::outputs_blocked)) listener_.emplace();
 }
 
-void Trial::pass_second() {
+void SimulatedRun::pass_second() {
   clock_.advance(kSecond);
   plant_.pass_second();
 }
 
 /// Where the record ends, and how the run goes on from there: as the program finds out itself.
-Result<RunContinuation> Trial::take_up() {
+Result<RunContinuation> SimulatedRun::take_up() {
   const auto record = read_record(path_);
   if (!record) return failure(record.error());
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
   auto on = continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
   if (!on) return on;
   if (on->recorded < acknowledged_)
-    laws_.broken("P1", second_, fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
-  if (on->profile.text != ground_.profile.text) laws_.broken("I16", second_, "another profile than before");
-  laws_.life_begins(on->recorded);
-  laws_.judge_resumption(second_, progress_of(on->profile, on->state));
+    invariants_.broken("P1", second_,
+                       fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
+  if (on->profile.text != ground_.profile.text) invariants_.broken("I16", second_, "another profile than before");
+  invariants_.life_begins(on->recorded);
+  invariants_.judge_resumption(second_, position_of(on->profile, on->state));
   return on;
 }
 
 /// The first program of a run, or one that cannot go on and is started again by its operator.
-void Trial::begin_run() {
+void SimulatedRun::begin_run() {
   if (disk_.hangs()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
   assemble();
@@ -142,7 +143,7 @@ void Trial::begin_run() {
 }
 
 /// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts.
-void Trial::resume_run() {
+void SimulatedRun::resume_run() {
   if (disk_.hangs()) return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
   auto on = take_up();
@@ -164,175 +165,178 @@ void Trial::resume_run() {
   auto store = disk_.reopen();
   if (!store) return end_at_storage("record", store.error(), excused);
   live(std::move(*store), on->state, on->recorded + 1);
-  if (entry.away) experiment_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
+  if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
 }
 
-void Trial::assemble() {
+void SimulatedRun::assemble() {
   wires_.emplace(plant_, clock_);
   rig_ = Rig::assemble(file_, *wires_);
   plant_.chamber().forget();
 }
 
-void Trial::live(std::unique_ptr<Store> store, const State& state, std::int64_t first_free) {
+void SimulatedRun::live(std::unique_ptr<Store> store, const ProfileState& state, std::int64_t first_free) {
   ++second_;  // preparing takes one
   ++lives_;
-  store_ = std::make_unique<WitnessStore>(std::move(store), hash_);
+  store_ = std::make_unique<RecordingStore>(std::move(store), hash_);
   const auto now = clock_second();
   if (now > first_free)
     if (auto gap = store_->append_gap(first_free, now - 1, "the program was not running"); !gap)
-      laws_.broken("record", second_, text(gap.error()));
-  experiment_.emplace(ground_.profile, *rig_, *store_, state, now);
+      invariants_.broken("record", second_, text(gap.error()));
+  run_controller_.emplace(ground_.profile, *rig_, *store_, state, now);
 }
 
 /// Of a sick disk it is no surprise: it is tried again.
-void Trial::end_at_storage(const char* law, const Fault& fault, bool excused) {
+void SimulatedRun::end_at_storage(const char* invariant, const Fault& fault, bool excused) {
   if (excused) return end_life(kTriesAgainAfter);
-  laws_.broken(law, second_, text(fault));
+  invariants_.broken(invariant, second_, text(fault));
   end(Ending::never_began);
 }
 
 /// What was not synced is lost with it.
-void Trial::end_life(std::int64_t down, bool power_cut) {
+void SimulatedRun::end_life(std::int64_t down, bool power_cut) {
   if (store_) acknowledged_ = store_->acknowledged();
   if (store_ && attacked_at_) return end(Ending::lost_its_record);
   operators_.forget();
   disk_.leave(power_cut, static_cast<unsigned>(setting_.seed + 1000 * static_cast<std::uint64_t>(lives_)), [&] {
-    experiment_.reset();
+    run_controller_.reset();
     store_.reset();
   });
   rig_.reset();
   wires_.reset();
   down_ = std::max<std::int64_t>(down, 1);
   late_ = asleep_ = 0;
-  laws_.no_tick();
+  invariants_.no_tick();
 }
 
-void Trial::end(Ending ending) {
+void SimulatedRun::end(Ending ending) {
   if (!ending_) ending_ = ending;
 }
 
-void Trial::obey(const Mishap& mishap) {
-  if (mishap.kind == MishapKind::disk_fails_once) return disk_.fail_once(static_cast<std::int64_t>(mishap.size));
-  if (!experiment_) return;
-  switch (mishap.kind) {
-    case MishapKind::program_late: late_ = std::max(late_, mishap.lasts); return;
-    case MishapKind::machine_sleeps: asleep_ = std::max(asleep_, mishap.lasts); return;
-    case MishapKind::program_stopped:
+void SimulatedRun::obey(const InjectedFault& fault) {
+  if (fault.kind == InjectedFaultKind::disk_fails_once) return disk_.fail_once(static_cast<std::int64_t>(fault.size));
+  if (!run_controller_) return;
+  switch (fault.kind) {
+    case InjectedFaultKind::program_late: late_ = std::max(late_, fault.lasts); return;
+    case InjectedFaultKind::machine_sleeps: asleep_ = std::max(asleep_, fault.lasts); return;
+    case InjectedFaultKind::program_stopped:
       if (!store_->append_event({clock_.now(), EventKind::interrupted, "stopped by a signal"}) || !store_->sync())
-        laws_.broken("record", second_, "a signal could not be recorded");
-      return end_life(mishap.lasts);
-    case MishapKind::program_crashes: return end_life(mishap.lasts);
-    case MishapKind::power_cut: return end_life(mishap.lasts, true);
+        invariants_.broken("record", second_, "a signal could not be recorded");
+      return end_life(fault.lasts);
+    case InjectedFaultKind::program_crashes: return end_life(fault.lasts);
+    case InjectedFaultKind::power_cut: return end_life(fault.lasts, true);
     default: break;
   }
-  if (is_of_record(mishap.kind)) return attack(mishap);
-  operators_.ask(mishap, *experiment_, second_);
+  if (is_of_record(fault.kind)) return attack(fault);
+  operators_.ask(fault, *run_controller_, second_);
 }
 
 /// What a power cut leaves of files is known of those alone that nobody else has touched.
-void Trial::attack(const Mishap& mishap) {
+void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
-  disk_.attack(mishap, store_->health().parts);
+  disk_.attack(fault, store_->health().parts);
   attacked_at_ = store_->sync().value_or(-1);
-  if (mishap.target == 0) spoiled_ = true;
+  if (fault.target == 0) spoiled_ = true;
 }
 
 /// Whether the program has seen what was done to its record, and gone on beside it; P12: that is told.
-void Trial::see_to_the_record() {
+void SimulatedRun::see_to_the_record() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();
-  if (store_->health().damage.empty()) laws_.broken("P12", second_, "a file of the record was attacked, and no word");
+  if (store_->health().damage.empty())
+    invariants_.broken("P12", second_, "a file of the record was attacked, and no word");
 }
 
-void Trial::tick() {
-  operators_.attend(*experiment_, second_);
-  laws_.before_tick();
+void SimulatedRun::tick() {
+  operators_.attend(*run_controller_, second_);
+  invariants_.before_tick();
   const auto slot = clock_second() - 1;
-  const auto outcome = experiment_->tick(slot);
-  if (!outcome) return laws_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
-  laws_.after_tick(second_, *store_);
-  if (const auto broken = operators_.broken_promise(experiment_->run_state())) laws_.broken("I22", second_, *broken);
+  const auto outcome = run_controller_->tick(slot);
+  if (!outcome) return invariants_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
+  invariants_.after_tick(second_, *store_);
+  if (const auto broken = operators_.broken_promise(run_controller_->run_state()))
+    invariants_.broken("I22", second_, *broken);
   const auto health = store_->health();
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
-  if (severity(experiment_->run_state()) > 0 && experiment_->outlook().cause.empty() && *outcome != Outcome::complete)
-    laws_.broken("I20", second_, fmt::format("{}, and no reason for it", name(experiment_->run_state())));
+  if (severity(run_controller_->run_state()) > 0 && run_controller_->outlook().cause.empty() &&
+      *outcome != RunOutcome::complete)
+    invariants_.broken("I20", second_, fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
   store_->forget();
-  const bool ended = *outcome != Outcome::going_on;
+  const bool ended = *outcome != RunOutcome::going_on;
   if (ended || slot % sync_every_ == sync_every_ - 1)
-    if (auto synced = store_->sync(); !synced) laws_.broken("record", second_, text(synced.error()));
-  if (*outcome == Outcome::complete) {
-    laws_.completed(second_);
+    if (auto synced = store_->sync(); !synced) invariants_.broken("record", second_, text(synced.error()));
+  if (*outcome == RunOutcome::complete) {
+    invariants_.completed(second_);
     end(Ending::complete);
   }
-  if (*outcome == Outcome::made_safe) end(Ending::made_safe);
-  if (*outcome == Outcome::stopped) end(Ending::stopped);
+  if (*outcome == RunOutcome::made_safe) end(Ending::made_safe);
+  if (*outcome == RunOutcome::stopped) end(Ending::stopped);
 }
 
-void Trial::second() {
-  for (const auto& mishap : disturbance_.pass(second_)) obey(mishap);
-  disk_.suffer(disturbance_.standing());
+void SimulatedRun::second() {
+  for (const auto& fault : injector_.pass(second_)) obey(fault);
+  disk_.inject(injector_.standing());
   ++second_;
-  if (!experiment_) {
+  if (!run_controller_) {
     if (--down_ <= 0) return recorded_ ? resume_run() : begin_run();
     return pass_second();
   }
   rig_->let_pass(1);
-  if (asleep_ > 0) return --asleep_, laws_.no_tick();
+  if (asleep_ > 0) return --asleep_, invariants_.no_tick();
   if (late_ > 0) {
     --late_;
-    laws_.no_tick();
+    invariants_.no_tick();
   } else {
     tick();
   }
   if (listener_) {
     listener_->hear();
-    if (!laws_.stands(MishapKind::outputs_blocked, MishapKind::outputs_blocked)) listener_->read();
+    if (!invariants_.stands(InjectedFaultKind::outputs_blocked, InjectedFaultKind::outputs_blocked)) listener_->read();
   }
   disk_.attend(second_);
   see_to_the_record();
 }
 
 /// What the record really holds, against what it was given: each slot in one row or one gap, and all rows.
-void Trial::judge_record() {
+void SimulatedRun::judge_record() {
   constexpr std::uint64_t kReadBackEvery = 4;  // of the records in memory, for time
   if (!store_ || (in_memory_ && setting_.seed / 2 % kReadBackEvery != 0)) return;
   if (ending_ == Ending::lost_its_record) return;
   const auto record = in_memory_ ? store_->read_back() : read_after_closing();
   if (attacked_at_) return;  // just before the end
-  if (!record) return laws_.broken("record", second_, text(record.error()));
-  laws_.judge_record(second_, *record, acknowledged_, left_unwritten_);
+  if (!record) return invariants_.broken("record", second_, text(record.error()));
+  invariants_.judge_record(second_, *record, acknowledged_, left_unwritten_);
   if (in_memory_) return;
   if (const auto verified = verify_record(path_); !verified && !spoiled_)
-    laws_.broken("I17", second_, text(verified.error()));
+    invariants_.broken("I17", second_, text(verified.error()));
   const bool closed_as_if_whole = is_there(manifest_path(path_));
   if (spoiled_ && closed_as_if_whole && !verify_record(path_))
-    laws_.broken("P12", second_, "a spoiled record has a manifest");
+    invariants_.broken("P12", second_, "a spoiled record has a manifest");
 }
 
 /// As the program does at its end: it waits for the disk.
-void Trial::close() {
+void SimulatedRun::close() {
   constexpr std::int64_t kLongestFinish = 30;
   const bool excused = disk_.is_sick();
   for (auto second = second_; second < second_ + kLongestFinish; ++second) disk_.attend(second);
   const auto synced = store_->sync();
-  if (!synced && !excused) laws_.broken("record", second_, text(synced.error()));
+  if (!synced && !excused) invariants_.broken("record", second_, text(synced.error()));
   acknowledged_ = store_->acknowledged();
   left_unwritten_ = store_->health().backlog_s > 0;
-  if (left_unwritten_ && !excused) laws_.broken("P13", second_, "rows wait for a disk that is well");
+  if (left_unwritten_ && !excused) invariants_.broken("P13", second_, "rows wait for a disk that is well");
   if (ending_ != Ending::complete || left_unwritten_ || disk_.hangs()) return;
   if (const auto finished = store_->finish(); !finished && !excused && !spoiled_)
-    laws_.broken("record", second_, text(finished.error()));
+    invariants_.broken("record", second_, text(finished.error()));
 }
 
-Result<Record> Trial::read_after_closing() {
-  experiment_.reset();
+Result<Record> SimulatedRun::read_after_closing() {
+  run_controller_.reset();
   close();
   disk_.leave(false, 0, [&] { store_.reset(); });
   return read_record(path_);
 }
 
-TrialReport Trial::run() {
+SimulatedRunReport SimulatedRun::run() {
   Duration planned{};
   for (const auto& segment : ground_.profile.segments) planned += shortest(segment);
   const auto longest = 2 * (planned / kSecond) + 4 * 3600;
@@ -341,16 +345,16 @@ TrialReport Trial::run() {
   if (store_ && (!ending_ || *ending_ != Ending::complete)) (void)store_->sync();
   judge_record();
   if (listener_)
-    if (const auto missing = listener_->missing()) laws_.broken("I23", second_, *missing);
-  return {.violations = laws_.violations(),
+    if (const auto missing = listener_->missing()) invariants_.broken("I23", second_, *missing);
+  return {.violations = invariants_.violations(),
           .ending = ending_.value_or(Ending::ran_out_of_time),
           .seconds = second_,
           .lives = lives_,
           .log_hash = hash_.value(),
           .longest_backlog = longest_backlog_,
           .parts = parts_,
-          .seconds_in_state = laws_.seconds_in_state(),
-          .rows = laws_.rows()};
+          .seconds_in_state = invariants_.seconds_in_state(),
+          .rows = invariants_.rows()};
 }
 
 }  // namespace
@@ -368,13 +372,13 @@ const char* name(Ending ending) {
 }
 
 /// I19: what a trial opens it closes.
-TrialReport carry_out(const TrialGround& ground, const TrialSetting& setting) {
+SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto open_files = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");
     return std::distance(begin(files), end(files));
   };
   const auto before = open_files();
-  auto report = Trial(ground, setting).run();
+  auto report = SimulatedRun(ground, setting).run();
   if (const auto after = open_files(); after != before)
     report.violations.push_back(fmt::format("I19 at the end: {} open files, {} before", after, before));
   return report;

@@ -1,4 +1,4 @@
-#include "tests/sequencer/faults/reduction.hpp"
+#include "tests/sequencer/faults/shrinking.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,10 +8,11 @@ namespace {
 
 std::string law_of(const std::string& violation) { return violation.substr(0, violation.find(' ')); }
 
-bool breaks(const TrialGround& ground, TrialSetting setting, Schedule schedule, const std::string& law) {
+bool breaks(const SimulatedSetup& ground, SimulatedRunSetting setting, Schedule schedule,
+            const std::string& invariant) {
   setting.schedule = std::move(schedule);
   const auto report = carry_out(ground, setting);
-  return std::ranges::any_of(report.violations, [&](const auto& violation) { return law_of(violation) == law; });
+  return std::ranges::any_of(report.violations, [&](const auto& violation) { return law_of(violation) == invariant; });
 }
 
 }  // namespace
@@ -29,22 +30,22 @@ std::int64_t sync_every(std::uint64_t seed) {
   return kBatches[seed / 2 % kBatches.size()];
 }
 
-Schedule reduced(const TrialGround& ground, const TrialSetting& setting) {
+Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto whole = carry_out(ground, setting);
   auto schedule = setting.schedule;
   if (whole.violations.empty()) return schedule;
-  const auto law = law_of(whole.violations.front());
+  const auto invariant = law_of(whole.violations.front());
   for (std::size_t i = schedule.size(); i-- > 0;) {
     auto without = schedule;
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(i));
-    if (breaks(ground, setting, without, law)) schedule = std::move(without);
+    if (breaks(ground, setting, without, invariant)) schedule = std::move(without);
   }
-  for (auto& mishap : schedule)
-    while (mishap.lasts > 1) {
-      const auto lasted = mishap.lasts;
-      mishap.lasts /= 2;
-      if (breaks(ground, setting, schedule, law)) continue;
-      mishap.lasts = lasted;
+  for (auto& fault : schedule)
+    while (fault.lasts > 1) {
+      const auto lasted = fault.lasts;
+      fault.lasts /= 2;
+      if (breaks(ground, setting, schedule, invariant)) continue;
+      fault.lasts = lasted;
       break;
     }
   return schedule;

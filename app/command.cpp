@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "app/interrupt.hpp"
-#include "core/nearest.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

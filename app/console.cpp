@@ -10,7 +10,7 @@
 #include "app/interrupt.hpp"
 #include "app/screen.hpp"
 #include "core/clock.hpp"
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "app/outlet.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -13,7 +13,7 @@
 
 #include "app/interrupt.hpp"
 #include "app/screen.hpp"
-#include "core/block_signals.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

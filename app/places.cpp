@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 

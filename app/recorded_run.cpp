@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "acquisition/record/chain_check.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 

@@ -8,11 +8,13 @@
 
 namespace gyrotherm {
 
+/// A moment of a run.
 struct Instant {
   Duration since_start{};  ///< monotonic, from the start of the run (or of the clock)
   Duration utc{};          ///< since 1970-01-01T00:00:00Z
 };
 
+/// Where everything that must know the time gets it from.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -22,12 +24,12 @@ class Clock {
 /// The machine's monotonic clock; each instant is paired with the system's UTC of that moment.
 class SteadyClock final : public Clock {
  public:
-  /// `already`: how long the run lasted before this process took it up (resume).
+  /// A run that this process resumes has lasted `already`, which is where the clock goes on.
   explicit SteadyClock(Duration already = {});
   [[nodiscard]] Instant now() const override;
 
  private:
-  Duration origin_;  ///< since the machine was started
+  Duration origin_;  ///< when the run began, since the machine was started
 };
 
 /// A clock that moves only when told. Its UTC starts at kVirtualEpoch, so that dry runs are reproducible.
@@ -41,18 +43,18 @@ class VirtualClock final : public Clock {
   Duration elapsed_;
 };
 
-/// 2026-01-01T00:00:00Z.
+/// The UTC at which every virtual clock starts: 2026-01-01T00:00:00Z.
 inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
 
-/// Since the machine was started, its sleep included, and which start that was: for what must be compared across
-/// processes although somebody sets the clock.
+/// The time since the machine was started, its sleep included; and an id of that start. Instants that two processes
+/// note by both can be compared although somebody sets the machine's clock.
 [[nodiscard]] Duration since_boot();
 [[nodiscard]] std::string boot_id();
 
-/// "2026-01-01T00:00:00Z", whole seconds.
+/// Writes a UTC in whole seconds: "2026-01-01T00:00:00Z".
 [[nodiscard]] std::string civil_time(Duration utc);
 
-/// "18 h 40 min 00 s", for people.
+/// Writes a duration for people: "18 h 40 min 00 s".
 [[nodiscard]] std::string spoken(Duration d);
 
 }  // namespace gyrotherm

@@ -1,9 +1,14 @@
-/// Numbers that carry their physical meaning: points, amounts and rates.
+/// Numbers that carry their physical meaning (points, amounts and rates), and how people write them.
 /// A point of temperature cannot be added to another; an amount can.
 #pragma once
 
 #include <chrono>
 #include <compare>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "core/result.hpp"
 
 namespace gyrotherm {
 
@@ -57,5 +62,11 @@ struct DegreesPerHour {
 [[nodiscard]] constexpr DegreesPerHour operator+(DegreesPerHour a, DegreesPerHour b) { return {a.value + b.value}; }
 [[nodiscard]] constexpr DegreesPerHour operator-(DegreesPerHour a, DegreesPerHour b) { return {a.value - b.value}; }
 [[nodiscard]] constexpr DegreesPerHour operator*(DegreesPerHour a, double k) { return {a.value * k}; }
+
+/// Reads a duration: "2 h", "90 s", "1 h 30 min", "250 ms". Fails with bad_file, naming the text.
+[[nodiscard]] Result<Duration> parse_duration(std::string_view text);
+
+/// The number that stands before one of `units`, as in "-40 °C"; nothing if the text is anything else.
+[[nodiscard]] std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units);
 
 }  // namespace gyrotherm

@@ -1,7 +1,10 @@
-/// One way to fail: what the world may refuse returns a Result, and its Fault says where and what.
+/// How work ends. What the world may refuse returns a Result, and its Fault says where and what; this is the one way to
+/// fail. Long work tells through a ProgressSink how far it is, and is asked through it to stop.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <utility>
 
@@ -22,11 +25,35 @@ enum class FaultKind {
   usage,         ///< the command line is wrong
 };
 
+/// The kind as the record and JSON spell it: "timeout", "bad_file", …
+[[nodiscard]] constexpr const char* name(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::timeout: return "timeout";
+    case FaultKind::disconnected: return "disconnected";
+    case FaultKind::refused: return "refused";
+    case FaultKind::corrupted: return "corrupted";
+    case FaultKind::out_of_range: return "out_of_range";
+    case FaultKind::mismatch: return "mismatch";
+    case FaultKind::interlock: return "interlock";
+    case FaultKind::bad_file: return "bad_file";
+    case FaultKind::storage: return "storage";
+    case FaultKind::numeric: return "numeric";
+    case FaultKind::interrupted: return "interrupted";
+    case FaultKind::usage: return "usage";
+  }
+  return "unknown";
+}
+
 struct Fault {
   FaultKind kind{};
   std::string where;  ///< the place: "chamber read holding 2782", "profile.toml:12:3"
   std::string what;   ///< what happened, and what was expected: "no reply in 500 ms"
 };
+
+/// The fault for people: "where: what".
+[[nodiscard]] inline std::string text(const Fault& fault) {
+  return fault.where.empty() ? fault.what : fault.where + ": " + fault.what;
+}
 
 template <class T>
 using Result = tl::expected<T, Fault>;
@@ -36,10 +63,14 @@ using Result = tl::expected<T, Fault>;
 }
 [[nodiscard]] inline tl::unexpected<Fault> failure(Fault fault) { return tl::unexpected<Fault>(std::move(fault)); }
 
-/// "timeout", "bad_file", … as the record and JSON spell them.
-[[nodiscard]] const char* name(FaultKind kind);
+/// Work calls it now and then with the name of its stage and the fraction done (0…1). Returning false asks for a clean
+/// stop, upon which the work fails with FaultKind::interrupted. It may be called from any thread, never from two at
+/// once.
+using ProgressSink = std::function<bool(std::string_view stage, double fraction)>;
 
-/// "where: what", for people.
-[[nodiscard]] std::string text(const Fault& fault);
+/// Tells an optional sink where the work stands; whether the work is to go on.
+[[nodiscard]] inline bool keep_going(const ProgressSink& sink, std::string_view stage, double fraction) {
+  return !sink || sink(stage, fraction);
+}
 
 }  // namespace gyrotherm

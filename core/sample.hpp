@@ -30,11 +30,12 @@ struct PulseCount {
   Duration interval{};
 };
 
-/// Frames of a gyro's stream.
+/// How many frames of a gyro's stream came whole and intact; how many more the stream itself shows to be missing; and
+/// how many of those seen the gyro marked as bad.
 struct FrameCount {
-  std::uint64_t seen{};  ///< whole and intact
-  std::uint64_t lost{};  ///< that the stream itself shows to be missing
-  std::uint64_t bad{};   ///< of those seen: marked bad by the gyro
+  std::uint64_t seen{};
+  std::uint64_t lost{};
+  std::uint64_t bad{};
   auto operator<=>(const FrameCount&) const = default;
 };
 
@@ -42,13 +43,13 @@ struct FrameCount {
 enum class ChamberActivity {
   unknown,  ///< it does not say, or was not asked
   off,
-  running,  ///< conditions at its set point
-  program,  ///< carries out a program of its own
-  ramping,  ///< … a ramp of it
-  soaking,  ///< … a soak of it
-  waiting,  ///< … and waits for a condition
-  holding,  ///< the program is held
-  done,     ///< the program has ended
+  running,  ///< it conditions at its set point
+  program,  ///< it carries out a program of its own
+  ramping,  ///< it carries out a ramp of its program
+  soaking,  ///< it carries out a soak of its program
+  waiting,  ///< its program waits for a condition
+  holding,  ///< its program is held
+  done,     ///< its program has ended
   alarm,
   door_open,
   emergency_stop,
@@ -60,13 +61,14 @@ enum class ChamberActivity {
 
 enum class AlarmSeverity { note, warning, stop };
 
-/// What the chamber says of itself.
+/// What the chamber says of itself. The set point is the one that the controller holds, read back; NaN if it cannot be
+/// read and none was sent. Activity and alarms are what it said when it was last asked; the gravest alarm comes first.
 struct ChamberState {
   Celsius air;
-  Celsius set_point;  ///< as the controller holds it, read back; NaN if it cannot be read and none was sent
-  ChamberActivity activity = ChamberActivity::unknown;  ///< as last asked
-  std::vector<std::string> alarms{};                    ///< in words, as last asked; the gravest first
-  bool must_stop{};                                     ///< one of the alarms ends a run
+  Celsius set_point;
+  ChamberActivity activity = ChamberActivity::unknown;
+  std::vector<std::string> alarms{};
+  bool must_stop{};  ///< one of the alarms ends a run
   auto operator<=>(const ChamberState&) const = default;
 };
 
@@ -88,7 +90,7 @@ enum class RunState {
   suspended,  ///< a cause outside the program stopped the clock; goes on by itself when the cause is gone
   held,       ///< an operator, or a cause inside, stopped the clock; only an operator goes on
   aborting,   ///< the chamber is being made safe, and has not confirmed it yet
-  aborted,    ///< … and has confirmed it; nothing more is commanded
+  aborted,    ///< the chamber has confirmed that it is safe; nothing more is commanded
   stopped,    ///< an operator ended the run
   complete,   ///< the profile came to its end
 };
@@ -101,18 +103,18 @@ struct Sample {
   std::vector<Reading<Celsius>> thermometers;
   Reading<PulseCount> gyro;
   ProfilePosition progress;
-  FrameCount gyro_frames{};  ///< since the rig was assembled
-  RunState state{};          ///< as judged at this sample
+  FrameCount gyro_frames{};  ///< counted since the rig was assembled
+  RunState state{};          ///< what was judged at this sample
 };
 
 /// Where a run stands and where it goes, for whoever watches it.
 struct Outlook {
   RunState state{};
-  std::string cause{};                ///< of a state other than execute; empty: none
-  Duration time_left{};               ///< if every soak counts from now on
+  std::string cause{};                ///< why the state is not execute; empty if it is
+  Duration time_left{};               ///< what is left if every soak counts from now on
   Duration behind_plan{};             ///< time that went by without the profile's clock
-  std::int64_t missed_set_points{};   ///< that the chamber did not take, so far
-  std::vector<std::string> faults{};  ///< that stand now, one line each
+  std::int64_t missed_set_points{};   ///< how many the chamber did not take so far
+  std::vector<std::string> faults{};  ///< the faults that stand now, one line each
   auto operator<=>(const Outlook&) const = default;
 };
 

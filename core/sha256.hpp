@@ -1,4 +1,4 @@
-/// SHA-256 (FIPS 180-4).
+/// The digest SHA-256 (FIPS 180-4), by which records, models and files are known.
 #pragma once
 
 #include <array>
@@ -11,13 +11,15 @@ namespace gyrotherm {
 
 using Digest = std::array<std::uint8_t, 32>;
 
+/// Takes bytes piece by piece; how they are cut makes no difference.
 class Sha256 {
  public:
   void add(std::string_view bytes);
-  /// Of everything added; nothing may be added after.
+  /// The digest of everything that was added. Nothing may be added afterwards.
   [[nodiscard]] Digest digest();
 
  private:
+  /// Works one block of 64 bytes into the state.
   void take(const std::uint8_t* block);
 
   std::array<std::uint32_t, 8> state_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
@@ -27,10 +29,10 @@ class Sha256 {
   std::uint64_t size_{};
 };
 
-/// 64 hexadecimal digits.
+/// The digest as 64 hexadecimal digits.
 [[nodiscard]] std::string hex(const Digest& digest);
 
-/// Of a text, in hexadecimal digits.
+/// The digest of a text, as 64 hexadecimal digits.
 [[nodiscard]] std::string sha256(std::string_view text);
 
 }  // namespace gyrotherm

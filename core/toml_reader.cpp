@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <span>
 #include <unordered_map>
 #include <utility>
 
-#include "core/nearest.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
 #include "core/toml_text.hpp"
 
 namespace gyrotherm {
@@ -30,7 +32,7 @@ struct TomlTable::Document {
     bool operator==(const Mistake&) const = default;
   };
 
-  /// The first mistakes that were found; whether there are more.
+  /// Keeps the first mistakes that were found, and whether there are more.
   class Mistakes {
    public:
     void note(Mistake mistake) {
@@ -61,7 +63,7 @@ struct TomlTable::Document {
   [[nodiscard]] std::string place(toml::source_position at) const {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
   }
-  /// Those that were noted, and the keys that nobody asked for.
+  /// The mistakes that were noted, and the keys that nobody asked for.
   [[nodiscard]] Mistakes all_mistakes() const;
 };
 
@@ -360,6 +362,18 @@ Result<void> TomlTable::verdict() const {
     what += fmt::format("\n{}: {}", document_->place(mistakes[i].at), mistakes[i].what);
   if (all.more()) what += fmt::format("\n{}: more mistakes than the {} told here", document_->file, kMostMistakes);
   return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
+}
+
+Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file,
+                             const std::optional<std::string>& known) {
+  const auto name = table.text(key);
+  NamedText named{.path = (std::filesystem::path(file).parent_path() / name).lexically_normal().string(),
+                  .text = known.value_or("")};
+  if (known) return named;
+  auto text = read_text_file(named.path);
+  if (!text) return failure(FaultKind::bad_file, table.place(key), text.error().where + " " + text.error().what);
+  named.text = std::move(*text);
+  return named;
 }
 
 }  // namespace gyrotherm

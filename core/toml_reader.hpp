@@ -1,15 +1,21 @@
-/// Reads TOML for people: every mistake of a file is reported at once, each with file:line:column.
+/// Reads TOML for people: every mistake of a file is reported at once, each with file:line:column. TomlTable reads
+/// values; the functions below it read words that stand for values, bounded whole numbers, and files that are named.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/quantity.hpp"
-#include "core/quantity_text.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -19,8 +25,8 @@ namespace gyrotherm {
 /// for are mistakes too ("unknown key, did you mean …"). Copies share one list of mistakes.
 class TomlTable {
  public:
-  /// Parses a whole file's text. `file` is what places are reported under. Fails with bad_file on a syntax error, and
-  /// where the text passes a bound (toml_text.hpp).
+  /// Parses a whole file's text. Places are reported under `file`. Fails with bad_file on a syntax error, and where the
+  /// text passes a bound (toml_text.hpp).
   [[nodiscard]] static Result<TomlTable> parse(std::string_view text, std::string file);
 
   [[nodiscard]] bool has(std::string_view key) const;
@@ -34,35 +40,37 @@ class TomlTable {
   [[nodiscard]] bool boolean(std::string_view key, bool fallback) const;
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key, std::string fallback) const;
-  /// A text that must be one of `allowed`; the nearest one is suggested.
+  /// Reads a text that must be one of `allowed`; of another one the mistake suggests the nearest.
   [[nodiscard]] std::string choice(std::string_view key, const std::vector<std::string>& allowed,
                                    std::string fallback = "") const;
 
-  /// A text that must be exactly this one: a file's schema.
+  /// Notes a mistake unless the text is exactly this one, as of a file's schema.
   void expect(std::string_view key, std::string_view value) const;
 
-  /// Durations are text: "2 h", "90 s", "1 h 30 min", "500 ms".
+  /// Reads a duration, which is text: "2 h", "90 s", "1 h 30 min", "500 ms".
   [[nodiscard]] Duration duration(std::string_view key) const;
   [[nodiscard]] Duration duration(std::string_view key, Duration fallback) const;
-  /// "-40 °C" or a bare number in °C.
+  /// Reads "-40 °C" or a bare number in °C.
   [[nodiscard]] Celsius celsius(std::string_view key) const;
   [[nodiscard]] Celsius celsius(std::string_view key, Celsius fallback) const;
-  /// "2 K", "2 °C" or a bare number in kelvins.
+  /// Reads "2 K", "2 °C" or a bare number in kelvins.
   [[nodiscard]] Kelvins kelvins(std::string_view key, Kelvins fallback) const;
-  /// "5 °C/min" or a bare number in °C/min.
+  /// Reads "5 °C/min" or a bare number in °C/min.
   [[nodiscard]] CelsiusPerMinute rate(std::string_view key) const;
   [[nodiscard]] CelsiusPerMinute rate(std::string_view key, CelsiusPerMinute fallback) const;
 
-  [[nodiscard]] std::vector<double> numbers(std::string_view key) const;  ///< empty if absent
+  /// Lists and tables are empty where the key is absent.
+  [[nodiscard]] std::vector<double> numbers(std::string_view key) const;
   [[nodiscard]] std::vector<std::string> texts(std::string_view key) const;
   [[nodiscard]] std::vector<std::vector<double>> number_rows(std::string_view key) const;
   [[nodiscard]] std::vector<CelsiusPerMinute> rates(std::string_view key) const;
   [[nodiscard]] std::vector<Duration> durations(std::string_view key) const;
-
-  [[nodiscard]] TomlTable table(std::string_view key) const;                ///< empty if absent
-  [[nodiscard]] std::vector<TomlTable> tables(std::string_view key) const;  ///< [[key]], empty if absent
-  [[nodiscard]] std::vector<std::string> keys() const;  ///< every key of this table, in order of the file
-  void ignore(std::string_view key) const;              ///< someone else reads it
+  [[nodiscard]] TomlTable table(std::string_view key) const;
+  [[nodiscard]] std::vector<TomlTable> tables(std::string_view key) const;  ///< [[key]]
+  /// Every key of this table, in order of the file; all of them count as asked for.
+  [[nodiscard]] std::vector<std::string> keys() const;
+  /// Lets a key be there that someone else reads.
+  void ignore(std::string_view key) const;
 
   /// "file:line:column" of a key, or of this table if the key is absent (or empty).
   [[nodiscard]] std::string place(std::string_view key = {}) const;
@@ -77,10 +85,55 @@ class TomlTable {
   struct Document;
   struct Node;
   TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
-  /// The node, with the key marked as asked for.
+  /// Marks the key as asked for and returns the node.
   [[nodiscard]] const Node& ask(std::string_view key) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };
+
+/// Words of a file, and the value that each stands for.
+template <class T, std::size_t N>
+using Vocabulary = std::array<std::pair<const char*, T>, N>;
+
+/// Reads a word at `key` and returns the value that it stands for; any other word is a mistake. Without a `fallback`
+/// the key is required.
+template <class T, std::size_t N>
+[[nodiscard]] T one_of(const Vocabulary<T, N>& words, const TomlTable& table, const char* key,
+                       const char* fallback = "") {
+  std::vector<std::string> allowed;
+  for (const auto& [word, value] : words) allowed.emplace_back(word);
+  const auto chosen = table.choice(key, allowed, fallback);
+  const auto found = std::find_if(words.begin(), words.end(), [&](const auto& entry) { return chosen == entry.first; });
+  return found == words.end() ? words.front().second : found->second;
+}
+
+/// Returns `value`, which was read at `key`, as a T. Outside [low, high] it is a mistake, and the nearest bound is
+/// returned.
+template <class T>
+[[nodiscard]] T bounded(const TomlTable& table, const char* key, std::int64_t value, std::int64_t low,
+                        std::int64_t high) {
+  if (value < low || value > high)
+    table.mistake(key, fmt::format("\"{}\" is {}, expected {} to {}", key, value, low, high));
+  return static_cast<T>(std::clamp(value, low, high));
+}
+
+/// Reads a whole number of 32 bits at `key`.
+[[nodiscard]] inline std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
+  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
+}
+
+/// The orders of bytes, and whether the most significant one comes first.
+inline constexpr Vocabulary<bool, 2> kEndians{{{"little", false}, {"big", true}}};
+
+/// A file that another one names, and what stands in it.
+struct NamedText {
+  std::string path;
+  std::string text;
+};
+
+/// Reads the file that `key` names, relative to the folder of `file`; `known`, as a record keeps it, takes the place of
+/// its text. Fails with bad_file, at the place of the key.
+[[nodiscard]] Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file,
+                                           const std::optional<std::string>& known);
 
 }  // namespace gyrotherm

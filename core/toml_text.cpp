@@ -6,8 +6,8 @@
 #include <array>
 #include <utility>
 
-#include "core/plain_text.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -19,11 +19,12 @@ enum class Inside { plain, comment, text, literal, long_text, long_literal };
 /// Goes through a text character by character and knows what each is part of.
 class Scanner {
  public:
-  /// Takes the beginning of `rest`, which is a whole character of `size` bytes or, of quotes, several; how many bytes.
+  /// Takes the beginning of `rest`, a whole character of `size` bytes or several quotes, and returns how many bytes it
+  /// took.
   std::size_t take(std::string_view rest, std::size_t size);
-  /// A character beyond ASCII may come next.
+  /// Whether a character beyond ASCII may come next.
   [[nodiscard]] bool takes_any() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
-  /// The text that began on this line was not ended on it.
+  /// Whether the text that began on this line was not ended on it.
   [[nodiscard]] bool torn() const { return torn_; }
   [[nodiscard]] Inside inside() const { return inside_; }
 
@@ -108,12 +109,13 @@ class Measure {
   void end_line();
   [[nodiscard]] std::size_t depth() const { return header_ + around_ + brackets_ + dots_; }
 
-  std::array<std::size_t, TomlBounds::kDepth + 1> dots_of_{};  ///< of each open bracket, in the key that it belongs to
-  std::size_t brackets_{};                                     ///< open ones
-  std::size_t around_{};                                       ///< the sum of their dots
-  std::size_t header_{};                                       ///< dots of the table header above
-  std::size_t dots_{};                                         ///< of the key, or the number, that is being read
-  std::size_t key_{};                                          ///< dots of the key whose value is being read
+  /// The dots in the key that each open bracket belongs to.
+  std::array<std::size_t, TomlBounds::kDepth + 1> dots_of_{};
+  std::size_t brackets_{};  ///< how many are open
+  std::size_t around_{};    ///< the sum of their dots
+  std::size_t header_{};    ///< dots of the table header above
+  std::size_t dots_{};      ///< dots of the key, or the number, that is being read
+  std::size_t key_{};       ///< dots of the key whose value is being read
   std::size_t keys_{}, values_{}, word_{}, text_{};
   bool line_is_new_ = true;  ///< nothing but blanks so far
   bool is_header_ = false;

@@ -1,5 +1,5 @@
-/// The characters of a TOML file, looked at before its grammar is: what toml++ 3.3.0 could not bear does not come to
-/// it.
+/// Looks at the characters of a TOML file before its grammar is read: what toml++ 3.3.0 could not bear does not come
+/// to it.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace gyrotherm {
 
-/// What a text may hold at most; the text itself may have kLargestText bytes (text_file.hpp). toml++ makes a table of
-/// each part of a dotted key and unmakes tables by recursion, and needs about 100 bytes of memory for each value.
+/// What a text may hold at most; the text itself may have kLargestText bytes (core/file.hpp). toml++ makes a table
+/// of each part of a dotted key and unmakes tables by recursion, and needs about 100 bytes of memory for each value.
 struct TomlBounds {
   static constexpr std::size_t kDepth = 32;        ///< of keys' parts, tables and arrays in each other
   static constexpr std::size_t kKeys = 200'000;    ///< table headers included
@@ -19,17 +19,21 @@ struct TomlBounds {
   static constexpr std::size_t kWord = 1'024;      ///< bytes of one bare key or number
 };
 
-/// A character that cannot stand where it stands, or the first that is too much.
+/// A character that cannot stand where it stands, or the first that is too much. The place is that of its first byte;
+/// columns count characters.
 struct TextFlaw {
-  unsigned line = 1, column = 1;  ///< of its first byte; columns count characters
+  unsigned line = 1, column = 1;
   std::string what;
 };
 
-/// The first byte that is not UTF-8, or character beyond ASCII outside quoted texts and comments (TOML 1.0.0, "Keys"),
-/// where toml++ 3.3.0 does not expect it: its behaviour is undefined there. For the same reason a line that continues a
-/// text after a backslash must not begin with such a character. Also the first that passes one of the bounds. Nothing
-/// of what follows a text that is never ended on its line: that is the grammar's to tell, and where the grammar fails,
-/// nothing behind it is read.
+/// Finds the first flaw of a text; nothing if there is none. Flaws are
+/// - a byte that is not UTF-8;
+/// - a character beyond ASCII outside quoted texts and comments (TOML 1.0.0, "Keys"), or at the beginning of a line
+/// that
+///   continues a text after a backslash: toml++ 3.3.0 does not expect it there, and its behaviour is undefined;
+/// - a character that passes one of the bounds.
+/// What follows a text that is never ended on its line is not looked at: that text is the grammar's to tell, and where
+/// the grammar fails, nothing behind it is read.
 [[nodiscard]] std::optional<TextFlaw> flaw_of(std::string_view text);
 
 }  // namespace gyrotherm

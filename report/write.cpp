@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "report/figures.hpp"
 #include "report/html.hpp"
 #include "report/report_view.hpp"

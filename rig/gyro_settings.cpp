@@ -4,7 +4,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/gyro/pumped_stream.hpp"

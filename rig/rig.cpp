@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 #include "drivers/chamber/line_activity.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <set>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "core/toml_reader.hpp"
-#include "core/vocabulary.hpp"
 #include "drivers/chamber/register_map_words.hpp"
 #include "drivers/line/line_address.hpp"
 #include "sequencer/interlocks/limits_table.hpp"

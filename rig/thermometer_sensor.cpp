@@ -1,6 +1,6 @@
 #include "rig/thermometer_sensor.hpp"
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "acquisition/record/calibration.hpp"
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "drivers/thermometer/lakeshore_218_codec.hpp"

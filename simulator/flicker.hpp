@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/quantity.hpp"
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "simulator/flicker.hpp"
 #include "simulator/laboratory_parameters.hpp"
 

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "core/toml_reader.hpp"
-#include "core/vocabulary.hpp"
 #include "simulator/virtual_gyro.hpp"
 #include "simulator/virtual_laboratory.hpp"
 

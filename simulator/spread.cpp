@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "simulator/reduced_gyro.hpp"
 
 namespace gyrotherm {

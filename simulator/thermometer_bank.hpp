@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
 

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/progress.hpp"
 #include "core/result.hpp"
 #include "thermal/gyro_model.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/progress.hpp"
+#include "core/result.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
 #include "thermal/model_order_reduction.hpp"

@@ -11,7 +11,6 @@
 
 #include <functional>
 
-#include "core/progress.hpp"
 #include "core/result.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 

@@ -1,7 +1,7 @@
 /// How far a reduced model is from the full one in time: the two programs of its file's [error].
 #pragma once
 
-#include "core/progress.hpp"
+#include "core/result.hpp"
 #include "thermal/model_order_reduction.hpp"
 
 namespace gyrotherm {

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "core/block_signals.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 

@@ -12,8 +12,8 @@
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/ordered_store.hpp"
 #include "acquisition/record/record.hpp"
-#include "core/block_signals.hpp"
 #include "core/clock.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/plain_text.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

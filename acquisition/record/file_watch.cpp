@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "acquisition/record/log_check.hpp"
-#include "core/folder.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "acquisition/record/block_sums.hpp"
 #include "core/clock.hpp"
-#include "core/descriptor.hpp"
+#include "core/file.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -9,8 +9,8 @@
 #include "acquisition/record/import_map.hpp"
 #include "acquisition/record/manifest.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "core/plain_text.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "acquisition/record/schema.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm {

@@ -11,8 +11,8 @@
 #include <sstream>
 
 #include "acquisition/record/run_parts.hpp"
+#include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {

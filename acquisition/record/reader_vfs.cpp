@@ -12,7 +12,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

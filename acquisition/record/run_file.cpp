@@ -11,7 +11,7 @@
 #include "acquisition/record/run_info_rows.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/store.hpp"
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

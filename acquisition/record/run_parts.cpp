@@ -6,7 +6,7 @@
 
 #include "acquisition/record/record_rows.hpp"
 #include "acquisition/record/run_info_rows.hpp"
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

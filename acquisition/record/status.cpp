@@ -9,7 +9,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/clock.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

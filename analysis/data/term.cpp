@@ -6,7 +6,7 @@
 #include <cassert>
 #include <utility>
 
-#include "core/nearest.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string_view>
 
-#include "core/progress.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm {
 

@@ -14,7 +14,6 @@
 #include "analysis/data/features.hpp"
 #include "analysis/methods/function.hpp"
 #include "analysis/svm/tuning.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

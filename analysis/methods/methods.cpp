@@ -16,7 +16,7 @@
 #include "analysis/methods/ridge.hpp"
 #include "analysis/methods/stepwise.hpp"
 #include "analysis/methods/support_vectors.hpp"
-#include "core/nearest.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

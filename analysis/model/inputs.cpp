@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/nearest.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

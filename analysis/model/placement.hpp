@@ -9,7 +9,6 @@
 #include "analysis/data/folds.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/data/term.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -9,7 +9,6 @@
 #include "analysis/model/fitting.hpp"
 #include "analysis/model/inputs.hpp"
 #include "analysis/model/model.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -10,7 +10,6 @@
 #include "analysis/data/folds.hpp"
 #include "analysis/model/model.hpp"
 #include "analysis/model/selection.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

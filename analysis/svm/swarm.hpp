@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

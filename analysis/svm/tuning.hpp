@@ -8,7 +8,6 @@
 
 #include "analysis/svm/svr.hpp"
 #include "analysis/svm/swarm.hpp"
-#include "core/progress.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

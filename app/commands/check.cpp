@@ -8,7 +8,7 @@
 #include "app/command.hpp"
 #include "app/run/carry_out.hpp"
 #include "core/clock.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "drivers/chamber/map_confidence.hpp"
 #include "report/json_pieces.hpp"
 #include "rig/rig.hpp"

@@ -5,7 +5,7 @@
 #include "analysis/model/c_export.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -17,8 +17,8 @@
 #include "app/recorded_run.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/timings.hpp"
+#include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "core/text_file.hpp"
 #include "report/write.hpp"
 
 namespace gyrotherm {

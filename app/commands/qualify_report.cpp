@@ -9,8 +9,8 @@
 #include "analysis/data/correlation.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/noise_floor.hpp"
-#include "core/nearest.hpp"
 #include "core/sha256.hpp"
+#include "core/text.hpp"
 #include "report/report_json.hpp"
 
 namespace gyrotherm {

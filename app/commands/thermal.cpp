@@ -4,7 +4,7 @@
 #include <system_error>
 
 #include "app/command.hpp"
-#include "core/folder.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

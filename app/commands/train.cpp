@@ -6,7 +6,7 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -12,7 +12,7 @@
 #include "acquisition/record/store.hpp"
 #include "app/one_core.hpp"
 #include "app/run/event_loop.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/continuation.hpp"

@@ -7,7 +7,7 @@
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
 #include "app/thermal/commands.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_file.hpp"
 

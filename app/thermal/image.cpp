@@ -11,7 +11,7 @@
 #include "app/thermal/commands.hpp"
 #include "app/thermal/views.hpp"
 #include "app/timings.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "thermal/calculix_input.hpp"
 #include "thermal/conjugate_gradients.hpp"
 #include "thermal/difference_fit.hpp"

@@ -7,8 +7,8 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/thermal/commands.hpp"
+#include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "core/text_file.hpp"
 #include "thermal/gyro_file.hpp"
 #include "thermal/gyro_reduction.hpp"
 

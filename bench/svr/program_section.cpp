@@ -14,7 +14,7 @@
 #include "bench/figure.hpp"
 #include "bench/stopwatch.hpp"
 #include "bench/svr/sections.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

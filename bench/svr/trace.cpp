@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 

@@ -6,7 +6,7 @@
 #include "bench/figure.hpp"
 #include "bench/stopwatch.hpp"
 #include "bench/thermal/sections.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 

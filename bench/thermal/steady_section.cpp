@@ -6,7 +6,7 @@
 #include "bench/stopwatch.hpp"
 #include "bench/thermal/calculix_peer.hpp"
 #include "bench/thermal/sections.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "thermal/gyro_file.hpp"
 #include "thermal/steady_state.hpp"
 

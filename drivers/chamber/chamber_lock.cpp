@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/user_name.hpp"
+#include "core/process.hpp"
 #include "drivers/chamber/chamber_name.hpp"
 #include "drivers/line/own_address.hpp"
 

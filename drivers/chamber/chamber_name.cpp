@@ -13,7 +13,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/folder.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

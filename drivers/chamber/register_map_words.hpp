@@ -1,7 +1,7 @@
 /// Words of register maps, and of the rig files that name one, with what they stand for.
 #pragma once
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_fields.hpp"
 
 namespace gyrotherm {

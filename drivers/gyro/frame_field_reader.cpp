@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_field_reader.hpp"
 
 namespace gyrotherm {

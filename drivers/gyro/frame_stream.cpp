@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/block_signals.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

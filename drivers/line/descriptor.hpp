@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <ctime>
 
-#include "core/descriptor.hpp"
+#include "core/file.hpp"
 #include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {

@@ -15,7 +15,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/folder.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/vocabulary.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 namespace {

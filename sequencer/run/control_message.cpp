@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

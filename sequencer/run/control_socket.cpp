@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/user_name.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

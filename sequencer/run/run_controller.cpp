@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/ensure.hpp"
+#include "core/process.hpp"
 #include "drivers/chamber/set_point_tolerance.hpp"
 #include "sequencer/profile/timeline.hpp"
 #include "sequencer/run/resume_rule.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/ensure.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {

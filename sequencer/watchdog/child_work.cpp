@@ -10,7 +10,7 @@
 #include <csignal>
 #include <string_view>
 
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "core/clock.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "sequencer/watchdog/keyed_text.hpp"
 
 namespace gyrotherm {

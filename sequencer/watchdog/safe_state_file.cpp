@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "core/text_file.hpp"
-#include "core/user_name.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
 #include "drivers/chamber/register_map_words.hpp"
 #include "sequencer/watchdog/keyed_text.hpp"
 

@@ -17,8 +17,7 @@
 #include <mutex>
 #include <utility>
 
-#include "core/block_signals.hpp"
-#include "core/folder.hpp"
+#include "core/process.hpp"
 #include "drivers/line/descriptor.hpp"
 #include "sequencer/watchdog/guard.hpp"
 

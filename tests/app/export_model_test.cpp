@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/small_record.hpp"
 
 namespace gyrotherm {

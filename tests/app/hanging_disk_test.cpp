@@ -10,7 +10,7 @@
 #include "acquisition/record/chain_check.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/status.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/real_rig.hpp"
 
 namespace gyrotherm {

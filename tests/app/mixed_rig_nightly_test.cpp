@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

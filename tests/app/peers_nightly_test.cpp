@@ -8,7 +8,7 @@
 #include <regex>
 #include <sstream>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

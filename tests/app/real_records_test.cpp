@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

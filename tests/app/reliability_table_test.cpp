@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

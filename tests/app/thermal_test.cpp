@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm {

@@ -1,10 +1,13 @@
 #include "core/toml_text.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -61,6 +64,93 @@ TEST(TomlText, EveryShippedFileIsWithoutFlaw) {
     ++files;
   }
   EXPECT_GT(files, 20);
+}
+
+std::string repeated(std::size_t count, std::string_view piece) {
+  std::string all;
+  all.reserve(count * piece.size());
+  for (std::size_t i = 0; i < count; ++i) all += piece;
+  return all;
+}
+
+/// "a.a.a": a key of so many parts.
+std::string key_of(std::size_t parts) { return "a" + repeated(parts - 1, ".a"); }
+
+std::string refusal_of_text(std::string_view bomb) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto read = TomlTable::parse(bomb, "b.toml");
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(1)) << bomb.substr(0, 60);
+  return read ? "nothing" : text(read.error());
+}
+
+constexpr const char* kTooDeep = "lies more than 32 keys, tables and arrays deep, expected fewer";
+
+TEST(TomlBounds, ADottedKeyHasAsManyPartsAsTablesMayLieInEachOther) {
+  EXPECT_EQ(refusal_of_text(key_of(30'780) + " = 1"), fmt::format("b.toml:1:66: {}", kTooDeep));
+  EXPECT_EQ(refusal_of_text("x = 1\n  " + key_of(34) + " = 1"), fmt::format("b.toml:2:68: {}", kTooDeep));
+  EXPECT_EQ(refusal_of_text(key_of(33) + " = 1"), "nothing");
+}
+
+TEST(TomlBounds, AllThatLiesInEachOtherCountsTogether) {
+  EXPECT_NE(refusal_of_text("[" + key_of(30'780) + "]").find(kTooDeep), std::string::npos);
+  EXPECT_NE(refusal_of_text("a = " + repeated(33, "[") + repeated(33, "]")).find(kTooDeep), std::string::npos);
+  EXPECT_NE(refusal_of_text("a = " + repeated(33, "{b=") + "1" + repeated(33, "}")).find(kTooDeep), std::string::npos);
+  EXPECT_NE(refusal_of_text("[" + key_of(20) + "]\n" + key_of(16) + " = 1").find(kTooDeep), std::string::npos);
+  EXPECT_NE(refusal_of_text(key_of(12) + " = {" + key_of(12) + " = {" + key_of(12) + " = 1}}").find(kTooDeep),
+            std::string::npos);
+  EXPECT_EQ(refusal_of_text("a = " + repeated(32, "[") + repeated(32, "]")), "nothing");
+  EXPECT_EQ(refusal_of_text(key_of(8) + " = {" + key_of(8) + " = {" + key_of(8) + " = 1}}"), "nothing");
+}
+
+TEST(TomlBounds, WhatHasEndedCountsNoMore) {
+  EXPECT_EQ(refusal_of_text(repeated(1000, "[[s]]\nx.y.z = [[1.5, 2.5], [3.5]] # a.b.c.d.e\nt = '[[[['\n")), "nothing");
+  std::string tables;
+  for (int i = 0; i < 1000; ++i)
+    tables += fmt::format("[t{}.{}]\n{} = {{b.c = [1, [2]]}}\n", i, key_of(10), key_of(10));
+  EXPECT_EQ(refusal_of_text(tables), "nothing");
+}
+
+TEST(TomlBounds, KeysValuesTextsAndWordsAreBounded) {
+  EXPECT_EQ(refusal_of_text(repeated(200'001, "[[a]]\n")),
+            "b.toml:200001:1: more than 200000 keys and tables, expected fewer");
+  std::string keys;
+  for (int i = 0; i <= 200'000; ++i) keys += fmt::format("k{} = 1\n", i);
+  EXPECT_EQ(refusal_of_text(keys), "b.toml:200001:9: more than 200000 keys and tables, expected fewer");
+  EXPECT_EQ(refusal_of_text("a = [" + repeated(500'001, "1,") + "]"),
+            "b.toml:1:1000007: more than 500000 values in arrays, expected fewer");
+  EXPECT_EQ(refusal_of_text("a = '" + repeated(65'536, "x") + "'"),
+            "b.toml:1:65541: a text of more than 65536 bytes, expected a shorter one");
+  EXPECT_EQ(refusal_of_text("a = \"\"\"\n" + repeated(65'536, "\n") + "\"\"\"").substr(0, 13), "b.toml:65534:");
+  EXPECT_EQ(refusal_of_text(repeated(2000, "x") + " = 1"),
+            "b.toml:1:1025: a word of more than 1024 bytes, expected a shorter one");
+  EXPECT_EQ(refusal_of_text("a = " + repeated(2000, "1")),
+            "b.toml:1:1029: a word of more than 1024 bytes, expected a shorter one");
+}
+
+TEST(TomlBounds, TheWholeTextIsBounded) {
+  EXPECT_EQ(refusal_of_text(std::string(100'000'000, '#')),
+            "b.toml:1:1: the text has 100000000 bytes, expected at most 4000000");
+  EXPECT_EQ(refusal_of_text(repeated(kLargestText / 2, "#\n")), "nothing");
+}
+
+TEST(TomlBounds, QuotesWithoutEndAreGoneThroughOnce) {
+  for (const char* quotes : {"'''", "\"\"\"", "\"", "'", "\"x\\\""})
+    EXPECT_NE(refusal_of_text(repeated(1'000'000, quotes)), "nothing") << quotes;
+}
+
+/// What is within the bounds is read in a second or two, to the verdict.
+TEST(TomlBounds, TheFullestTextsAreReadSwiftly) {
+  std::string keys;
+  for (int i = 0; i < 200'000; ++i) keys += fmt::format("k{} = 1\n", i);
+  for (const auto& full : {repeated(199'999, "[[a]]\n"), keys, "a = [" + repeated(500'000, "{},") + "]",
+                           "a = [" + repeated(500'000, "[],") + "]", "a = [" + repeated(500'000, "'',") + "]"}) {
+    const auto began = std::chrono::steady_clock::now();
+    const auto table = TomlTable::parse(full, "b.toml");
+    ASSERT_TRUE(table) << text(table.error());
+    for (const auto& child : table->tables("a")) child.mistake("", "of each");
+    EXPECT_FALSE(table->verdict()) << full.substr(0, 20);
+    EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(3)) << full.substr(0, 20);
+  }
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm {
 namespace {

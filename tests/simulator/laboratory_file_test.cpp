@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "core/toml_reader.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <iostream>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "sequencer/run/run_info.hpp"

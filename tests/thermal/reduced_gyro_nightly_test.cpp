@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "core/text_file.hpp"
 #include "thermal/assembly.hpp"
 #include "thermal/full_transient.hpp"
 #include "thermal/gyro_file.hpp"

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "core/text_file.hpp"
 #include "thermal/gyro_file.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "thermal/gyro_file.hpp"
 
 namespace gyrotherm {

@@ -1,7 +1,7 @@
 /// Draws one gyro of a type: the reduced model of another specimen, without its finite elements.
 #pragma once
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm {

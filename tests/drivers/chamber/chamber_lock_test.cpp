@@ -16,7 +16,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "core/user_name.hpp"
+#include "core/process.hpp"
 #include "drivers/chamber/chamber_name.hpp"
 
 namespace gyrotherm {

@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "drivers/chamber/chamber_status.hpp"
 #include "drivers/chamber/map_confidence.hpp"
 #include "drivers/chamber/read_plan.hpp"

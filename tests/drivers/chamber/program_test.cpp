@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <random>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm {

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/record/run_parts.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "sequencer/run/uploaded_program.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "simulator/servers/lakeshore_218_server.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "core/clock.hpp"
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "sequencer/run/run_info.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/timeline.hpp"
 #include "tests/sequencer/profile/profiles.hpp"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 #include "sequencer/run/control_message.hpp"
 
 namespace {

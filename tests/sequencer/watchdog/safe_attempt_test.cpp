@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/text_file.hpp"
+#include "core/file.hpp"
 #include "sequencer/watchdog/made_safe_file.hpp"
 #include "tests/support/folder.hpp"
 

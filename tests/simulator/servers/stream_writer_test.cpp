@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/random_stream.hpp"
+#include "core/random.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/drivers/fakes.hpp"

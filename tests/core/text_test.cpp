@@ -1,8 +1,9 @@
-#include "core/plain_text.hpp"
+#include "core/text.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
+#include <vector>
 
 namespace gyrotherm {
 namespace {
@@ -54,6 +55,23 @@ TEST(PlainText, OfAnyBytesIsUtf8WithoutControlsAndPlainAlready) {
     if (is_utf8(bytes)) continue;
     ASSERT_NE(shown.find("\\x"), std::string::npos) << i;
   }
+}
+
+const std::vector<std::string> kKnown{"qualify", "run", "resume", "report"};
+
+TEST(Nearest, FindsWhatWasMeant) {
+  EXPECT_EQ(nearest("qualfy", kKnown), "qualify");
+  EXPECT_EQ(nearest("resmue", kKnown), "resume");
+  EXPECT_EQ(nearest("rn", kKnown), "run");
+}
+
+TEST(Nearest, IsTheWordItselfIfKnown) {
+  for (const auto& word : kKnown) EXPECT_EQ(nearest(word, kKnown), word);
+}
+
+TEST(Nearest, FindsNothingWhenNothingIsNear) {
+  EXPECT_EQ(nearest("thermometer", kKnown), "");
+  EXPECT_EQ(nearest("qualify", {}), "");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/quantity_text.hpp"
+#include "core/quantity.hpp"
 
 #include <fmt/format.h>
 

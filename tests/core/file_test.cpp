@@ -1,14 +1,15 @@
+#include "core/file.hpp"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <set>
-
-#include "core/text_file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -170,6 +171,17 @@ TEST_F(OwnFile, IsForOwnerAndGroupWhateverTheUmask) {
     EXPECT_EQ(mode_of(in("own")), 0640u) << mask;
     EXPECT_EQ(mode_of(in("named")), 0644u & ~mask) << mask;
   }
+}
+
+TEST(EntriesOf, AFolderAreWhatLiesInIt) {
+  const auto entries = entries_of(GYROTHERM_SOURCE_DIR "/core");
+  EXPECT_NE(std::find(entries.begin(), entries.end(), std::filesystem::path(GYROTHERM_SOURCE_DIR "/core/file.hpp")),
+            entries.end());
+}
+
+TEST(EntriesOf, WhatIsNoFolderAreNone) {
+  EXPECT_TRUE(entries_of("/nonexistent").empty());
+  EXPECT_TRUE(entries_of("/etc/passwd").empty());
 }
 
 }  // namespace

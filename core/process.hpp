@@ -1,0 +1,30 @@
+/// The process that runs, and its neighbours on the machine: its signals, its end by a broken law, the programs that
+/// were installed with it, and the users who own other processes.
+#pragma once
+
+#include <csignal>
+#include <cstdint>
+#include <string>
+
+namespace gyrotherm {
+
+/// Keeps every signal away from the calling thread from now on. Each thread beside the main one calls this first: a
+/// signal belongs to the main thread, and would end a poll of the instruments' libraries as an unplugged device does.
+inline void block_signals() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
+/// Ends the process with SIGABRT if `holds` is false, and names the law on stderr; this is so in every build. A program
+/// that breaks a law of safety must not go on commanding: what watches over the process makes the chamber safe.
+void ensure(bool holds, const char* law);
+
+/// The path of the program `name` that was installed beside the one that runs; it need not be there.
+[[nodiscard]] std::string program_beside_this_one(const std::string& name);
+
+/// Names a user of this machine: "ada (uid 1000)", or "unknown (uid 1000)" where /etc/passwd has no such user.
+/// Directory services are not asked: one that does not answer would hold whoever drives a chamber.
+[[nodiscard]] std::string user_in_words(std::int64_t uid);
+
+}  // namespace gyrotherm

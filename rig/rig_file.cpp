@@ -9,7 +9,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map_words.hpp"
 #include "drivers/line/line_address.hpp"
-#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/interlocks/limits.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -14,7 +14,7 @@
 #include "rig/limiter.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
-#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/interlocks/limits.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "simulator/virtual_laboratory.hpp"
 

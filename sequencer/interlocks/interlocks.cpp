@@ -2,112 +2,465 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
-#include "sequencer/interlocks/interlock_checks.hpp"
-
 namespace gyrotherm {
-namespace {
 
-/// How long, and in how many samples, a cause is there before it acts.
-struct Confirmation {
-  Duration after{};
-  int samples = 1;
+/// One second, with this sample already in the memory's trends; its clocks, and whether the chamber answered, are still
+/// those of the second before.
+struct CheckInputs {
+  const InterlockLimits& limits;
+  const InterlockMemory& memory;
+  const Sample& sample;
+  const InterlockInputs& around;
+  Ranks ranks;
+
+  [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
+  /// The cause was there a second ago.
+  [[nodiscard]] bool stood(InterlockId id) const { return memory.of(id).samples > 0; }
+  [[nodiscard]] std::string channel(std::size_t column) const {
+    return column < limits.channels.size() ? "thermometer " + limits.channels[column] : "a thermometer";
+  }
 };
 
-Confirmation confirmation(const InterlockLimits& limits, InterlockId cause) {
-  using std::chrono::seconds;
-  switch (cause) {
-    case InterlockId::air_limit:
-    case InterlockId::thermometer_limit: return {{}, limits.confirming_samples};
-    case InterlockId::chamber_silent:
-    case InterlockId::thermometers_lost:
-    case InterlockId::needed_channel_lost:
-    case InterlockId::gyro_silent: return {limits.suspend_after, 1};
-    case InterlockId::foreign_set_point: return {{}, 2};
-    case InterlockId::chamber_sensor: return {seconds(30), 2};
-    case InterlockId::air_rate:
-    case InterlockId::thermometer_rate: return {seconds(5), 5};
-    case InterlockId::disagreement: return {seconds(60), 60};
-    case InterlockId::following: return {limits.follow_time, 2};
-    default: return {};
-  }
+namespace {
+
+using std::chrono::seconds;
+using Found = std::optional<CheckResult>;
+
+constexpr int kStuckSamples = 120;
+constexpr Kelvins kOthersMoved{0.5};
+constexpr Duration kWallStep = std::chrono::milliseconds(50);
+constexpr int kRefusals = 3;
+constexpr Kelvins kNearLimit{2};
+
+Found found(std::string text) { return CheckResult{.text = std::move(text)}; }
+
+std::optional<Celsius> median_of(const Sample& sample, const std::vector<std::size_t>& columns) {
+  Sample few;
+  for (const auto column : columns) few.thermometers.push_back(sample.thermometers[column]);
+  return Ranks(few).median();
 }
 
-/// Silence that ends the run.
-std::optional<Duration> lost_after(const InterlockLimits& limits, InterlockId cause) {
-  switch (cause) {
-    case InterlockId::chamber_silent: return limits.chamber_lost;
-    case InterlockId::thermometers_lost: return limits.thermometers_lost;
-    case InterlockId::gyro_silent: return limits.gyro_lost;
-    default: return std::nullopt;
-  }
+// ---- temperatures ---------------------------------------------------------------------------------------------------
+
+Found air_limit(const CheckInputs& in) {
+  if (!in.chamber()) return {};
+  const auto air = in.chamber()->air;
+  if (air >= in.limits.air_lowest && air <= in.limits.air_highest) return {};
+  return found(fmt::format("chamber air {:.2f} °C is outside {:g} … {:g} °C", air.value, in.limits.air_lowest.value,
+                           in.limits.air_highest.value));
 }
 
-/// What the cause asks for, now that it acts.
-Reaction reaction_to(const InterlockLimits& limits, InterlockId cause, const CheckResult& finding, Duration stands) {
-  const auto lost = lost_after(limits, cause);
-  if (finding.grave || (lost && stands >= *lost)) return Reaction::abort;
-  return limits.policy[static_cast<std::size_t>(cause)];
+Found thermometer_limit(const CheckInputs& in) {
+  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
+    const auto value = value_of(in.sample.thermometers[i]);
+    const auto own = i < in.limits.thermometers.size()
+                         ? in.limits.thermometers[i]
+                         : ThermometerLimits{in.limits.thermometers_lowest, in.limits.thermometers_highest};
+    if (!value || (*value >= own.lowest && *value <= own.highest)) continue;
+    return CheckResult{.text = fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", in.channel(i), value->value,
+                                           own.lowest.value, own.highest.value),
+                       .column = i};
+  }
+  return {};
+}
+
+/// The chamber's own sensor against the thermometers in the air or, without these, against itself before it jumped.
+Found chamber_sensor(const CheckInputs& in) {
+  if (!in.chamber()) return {};
+  const auto air = in.chamber()->air;
+  if (in.limits.air_thermometers.empty()) {
+    if (!(abs(in.memory.air_jumped) > in.limits.chamber_disagreement)) return {};
+    return found(fmt::format("the chamber's sensor jumped by {:+.1f} K, as no air does: {:.1f} °C",
+                             in.memory.air_jumped.value, air.value));
+  }
+  const auto others = median_of(in.sample, in.limits.air_thermometers);
+  if (!others || abs(air - *others) <= in.limits.chamber_disagreement) return {};
+  return found(
+      fmt::format("the chamber's sensor shows {:.1f} °C, the thermometers {:.1f} °C", air.value, others->value));
+}
+
+Found air_rate(const CheckInputs& in) {
+  const auto rate = in.memory.air.rate();
+  if (!rate || std::abs(rate->value) <= in.limits.air_fastest.value) return {};
+  return found(fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
+}
+
+/// Of several thermometers the last one is told, here and below.
+Found thermometer_rate(const CheckInputs& in) {
+  Found last;
+  for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
+    if (const auto rate = in.memory.thermometers[i].rate();
+        rate && std::abs(rate->value) > in.limits.thermometers_fastest.value)
+      last = {.text = fmt::format("{} changes by {:.1f} °C in a minute", in.channel(i), rate->value), .column = i};
+  return last;
+}
+
+/// The air follows its set point like a first-order lag, and three times as slowly at the worst.
+Found following(const CheckInputs& in) {
+  if (!in.chamber() || !in.memory.expected || !in.memory.set_point) return {};
+  const auto air = in.chamber()->air;
+  const auto band = std::max(in.limits.follow_band, in.memory.lag * 3);
+  if (abs(air - *in.memory.expected) <= band) return {};
+  const bool near_a_limit = air < in.limits.air_lowest + kNearLimit || air > in.limits.air_highest - kNearLimit;
+  return CheckResult{.text = fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C",
+                                         air.value, in.memory.expected->value),
+                     .grave = near_a_limit};
+}
+
+Found disagreement(const CheckInputs& in) {
+  Found last;
+  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
+    const auto value = value_of(in.sample.thermometers[i]);
+    const auto others = in.ranks.median_without(value);
+    if (value && others && abs(*value - *others) > in.limits.disagreement)
+      last = {
+          .text = fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value),
+          .column = i};
+  }
+  return last;
+}
+
+Found stuck(const CheckInputs& in) {
+  Found last;
+  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
+    const auto value = value_of(in.sample.thermometers[i]);
+    if (!value || !in.ranks.median_without(value)) continue;
+    const auto& trend = in.memory.thermometers[i];
+    if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
+      last = {.text = fmt::format("{} stands at {:.3f} °C while the others move", in.channel(i), value->value),
+              .column = i};
+  }
+  return last;
+}
+
+// ---- silence --------------------------------------------------------------------------------------------------------
+
+Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
+Found gyro_silent(const CheckInputs& in) { return in.sample.gyro.value ? Found{} : found("gyro silent"); }
+
+Found thermometers_lost(const CheckInputs& in) {
+  const auto& all = in.sample.thermometers;
+  const auto answer = std::ranges::count_if(all, [](const auto& reading) { return reading.value.has_value(); });
+  const auto needed = std::min<std::ptrdiff_t>(in.limits.thermometers_needed, std::ssize(all));
+  if (answer >= needed) return {};
+  return found(answer == 0 ? "every thermometer silent"
+                           : fmt::format("{} thermometers answer, {} are needed", answer, needed));
+}
+
+/// "no reading of thermometer A, thermometer B", of those that `counts`; nothing where all are read.
+std::optional<std::string> no_reading(const CheckInputs& in, auto counts) {
+  std::vector<std::string> lost;
+  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i)
+    if (!in.sample.thermometers[i].value && counts(i)) lost.push_back(in.channel(i));
+  if (lost.empty()) return std::nullopt;
+  return fmt::format("no reading of {}", fmt::join(lost, ", "));
+}
+
+Found channel_lost(const CheckInputs& in) {
+  const auto lost = no_reading(in, [](std::size_t) { return true; });
+  return lost ? found(*lost) : Found{};
+}
+
+Found needed_channel_lost(const CheckInputs& in) {
+  const auto& needed = in.limits.needed_thermometers;
+  const auto lost = no_reading(in, [&](std::size_t i) { return std::ranges::count(needed, i) > 0; });
+  return lost ? found(*lost + ", which the analysis needs") : Found{};
+}
+
+// ---- the chamber ----------------------------------------------------------------------------------------------------
+
+Found chamber_alarm(const CheckInputs& in) {
+  if (!in.chamber() || !in.chamber()->must_stop) return {};
+  const auto& alarms = in.chamber()->alarms;
+  return found(fmt::format("chamber alarm: {}", alarms.empty() ? "unnamed" : alarms.front()));
+}
+
+Found while_it_is(const CheckInputs& in, ChamberActivity activity, const char* text) {
+  return in.chamber() && in.chamber()->activity == activity ? found(text) : Found{};
+}
+
+Found emergency_stop(const CheckInputs& in) {
+  return while_it_is(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
+}
+Found door(const CheckInputs& in) { return while_it_is(in, ChamberActivity::door_open, "the chamber's door is open"); }
+Found supply(const CheckInputs& in) {
+  return while_it_is(in, ChamberActivity::power_failure, "the chamber has lost its supply");
+}
+
+Found not_taken(const CheckInputs& in) {
+  if (!in.chamber() || in.around.led_by_controller || in.around.refusals < kRefusals) return {};
+  return found(fmt::format("the chamber does not take set points: {}", in.around.refusal));
+}
+
+/// In what the chamber is not as it was left; nothing where it is, or may be otherwise.
+std::optional<std::string> altered(const CheckInputs& in) {
+  if (!in.chamber() || in.around.led_by_controller) return std::nullopt;
+  const auto& chamber = *in.chamber();
+  const auto& sent = in.around.sent;
+  if (chamber.activity == ChamberActivity::off) return "is switched off";
+  if (sent && carries_out_program(chamber.activity)) return "carries out a program of its own";
+  if (!sent || !(abs(chamber.set_point - *sent) > in.around.set_point_tolerance)) return std::nullopt;
+  return fmt::format("has the set point {:g} °C, it was sent {:g} °C", chamber.set_point.value, sent->value);
+}
+
+/// An altered chamber was restarted if it was silent before, unless somebody had altered it before that.
+bool was_restarted(const CheckInputs& in) {
+  const bool off = in.chamber()->activity == ChamberActivity::off;
+  const bool silent_before = !in.memory.chamber_answered || (off && !in.memory.activity_seen);
+  return (silent_before && !in.stood(InterlockId::foreign_set_point)) || in.stood(InterlockId::restarted);
+}
+
+/// Somebody else's set point is not known to be gone while the chamber is silent: afterwards it is still that, and no
+/// restart.
+Found foreign_set_point(const CheckInputs& in) {
+  if (!in.chamber())
+    return in.stood(InterlockId::foreign_set_point) ? found(in.memory.of(InterlockId::foreign_set_point).text)
+                                                    : Found{};
+  const auto what = altered(in);
+  if (!what || was_restarted(in) || in.around.refusals > 0) return {};
+  return found("somebody else changed it: the chamber " + *what);
+}
+
+Found restarted(const CheckInputs& in) {
+  const auto what = altered(in);
+  return what && was_restarted(in) ? found("the chamber was restarted: it " + *what) : Found{};
+}
+
+// ---- the program and its record -------------------------------------------------------------------------------------
+
+Found where_told(const std::string& text) { return text.empty() ? Found{} : found(text); }
+Found program(const CheckInputs& in) { return where_told(in.around.program); }
+Found record_damaged(const CheckInputs& in) { return where_told(in.around.record_damage); }
+Found unguarded(const CheckInputs& in) { return where_told(in.around.guard_trouble); }
+
+Found deadline(const CheckInputs& in) {
+  if (in.sample.progress.phase != Phase::overdue) return {};
+  return found(fmt::format("segment {} passed its deadline", in.sample.progress.segment + 1));
+}
+
+Found slept(const CheckInputs& in) {
+  if (in.around.missed <= in.around.longest_missed) return {};
+  return found(fmt::format("the machine stood still for {}", spoken(in.around.missed)));
+}
+
+Found storage(const CheckInputs& in) {
+  const auto& trouble = in.around.storage_trouble;
+  if (in.around.rows_dropped) return found("the record loses rows");
+  if (in.around.backlog <= in.limits.backlog) return {};
+  return found(
+      fmt::format("the record is {} behind{}{}", spoken(in.around.backlog), trouble.empty() ? "" : ": ", trouble));
+}
+
+Found wall_clock(const CheckInputs& in) {
+  if (!in.memory.utc_minus_run) return {};
+  const auto step = in.sample.at.utc - in.sample.at.since_start - *in.memory.utc_minus_run;
+  if (std::chrono::abs(step) <= kWallStep) return {};
+  return found(fmt::format("the time of day was stepped by {:+.3f} s", to_seconds(step)));
+}
+
+// ---- what was not read ----------------------------------------------------------------------------------------------
+
+bool no_chamber(const CheckInputs& in, InterlockId) { return !in.chamber(); }
+bool no_air_rate(const CheckInputs& in, InterlockId) { return !in.memory.air.rate(); }
+
+bool no_comparison(const CheckInputs& in, InterlockId) {
+  const auto& compared = in.limits.air_thermometers;
+  return !in.chamber() || (!compared.empty() && !median_of(in.sample, compared));
+}
+
+/// The thermometer that showed the cause when it was last seen.
+std::optional<std::size_t> shown_by(const CheckInputs& in, InterlockId id) {
+  const auto column = in.memory.of(id).column;
+  return column && *column < in.sample.thermometers.size() ? column : std::nullopt;
+}
+
+bool no_value(const CheckInputs& in, InterlockId id) {
+  const auto column = shown_by(in, id);
+  return column && !value_of(in.sample.thermometers[*column]);
+}
+bool no_rate(const CheckInputs& in, InterlockId id) {
+  const auto column = shown_by(in, id);
+  return column && !in.memory.thermometers[*column].rate();
+}
+bool no_others(const CheckInputs& in, InterlockId id) {
+  const auto column = shown_by(in, id);
+  if (!column) return false;
+  const auto value = value_of(in.sample.thermometers[*column]);
+  return !value || !in.ranks.median_without(value);
+}
+
+// ---- the table ------------------------------------------------------------------------------------------------------
+
+using L = InterlockLimits;
+constexpr Confirmation kSeveralReadings{.samples_limit = &L::confirming_samples};
+constexpr Confirmation kSilence{.after_limit = &L::suspend_after};
+
+// clang-format off
+constexpr std::array<Interlock, kInterlocks> kTable{{
+    {.id = InterlockId::air_limit, .name = "air_limit", .usual = Reaction::abort, .choosable = false,
+     .confirmation = kSeveralReadings, .limits = "air_lowest air_highest confirming_samples",
+     .check = air_limit, .unread = no_chamber},
+    {.id = InterlockId::thermometer_limit, .name = "thermometer_limit", .usual = Reaction::abort, .choosable = false,
+     .confirmation = kSeveralReadings, .limits = "thermometers_lowest thermometers_highest confirming_samples",
+     .check = thermometer_limit, .unread = no_value},
+    {.id = InterlockId::chamber_alarm, .name = "chamber_alarm", .usual = Reaction::abort, .choosable = false,
+     .check = chamber_alarm, .unread = no_chamber},
+    {.id = InterlockId::emergency_stop, .name = "emergency_stop", .usual = Reaction::abort, .choosable = false,
+     .check = emergency_stop, .unread = no_chamber},
+    {.id = InterlockId::deadline, .name = "deadline", .usual = Reaction::abort, .choosable = false, .check = deadline},
+    {.id = InterlockId::program, .name = "program", .usual = Reaction::abort, .choosable = false, .check = program},
+    {.id = InterlockId::chamber_sensor, .name = "chamber_sensor", .usual = Reaction::abort,
+     .confirmation = {.after = seconds(30), .samples = 2}, .limits = "chamber_disagreement air_thermometers",
+     .check = chamber_sensor, .unread = no_comparison},
+    {.id = InterlockId::chamber_silent, .name = "chamber_silent", .usual = Reaction::suspend,
+     .confirmation = kSilence, .lost_after = &L::chamber_lost, .limits = "suspend_after chamber_lost",
+     .check = chamber_silent},
+    {.id = InterlockId::thermometers_lost, .name = "thermometers_lost", .usual = Reaction::suspend,
+     .confirmation = kSilence, .lost_after = &L::thermometers_lost,
+     .limits = "thermometers_needed suspend_after thermometers_lost", .check = thermometers_lost},
+    {.id = InterlockId::needed_channel_lost, .name = "needed_channel_lost", .usual = Reaction::suspend,
+     .confirmation = kSilence, .limits = "suspend_after", .check = needed_channel_lost},
+    {.id = InterlockId::gyro_silent, .name = "gyro_silent", .usual = Reaction::suspend,
+     .confirmation = kSilence, .lost_after = &L::gyro_lost, .limits = "suspend_after gyro_lost", .check = gyro_silent},
+    {.id = InterlockId::door, .name = "door", .usual = Reaction::suspend, .check = door, .unread = no_chamber},
+    {.id = InterlockId::supply, .name = "supply", .usual = Reaction::suspend, .check = supply, .unread = no_chamber},
+    {.id = InterlockId::air_rate, .name = "air_rate", .usual = Reaction::suspend,
+     .confirmation = {.after = seconds(5), .samples = 5}, .limits = "air_fastest",
+     .check = air_rate, .unread = no_air_rate},
+    {.id = InterlockId::thermometer_rate, .name = "thermometer_rate", .usual = Reaction::suspend,
+     .confirmation = {.after = seconds(5), .samples = 5}, .limits = "thermometers_fastest",
+     .check = thermometer_rate, .unread = no_rate},
+    {.id = InterlockId::following, .name = "following", .usual = Reaction::suspend,
+     .confirmation = {.after_limit = &L::follow_time, .samples = 2}, .limits = "chamber_lag follow_band follow_time",
+     .check = following, .unread = no_chamber},
+    {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
+     .confirmation = {.samples = 2}, .check = foreign_set_point},
+    {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,
+     .check = restarted, .unread = no_chamber},
+    {.id = InterlockId::not_taken, .name = "not_taken", .usual = Reaction::suspend,
+     .check = not_taken, .unread = no_chamber},
+    {.id = InterlockId::slept, .name = "slept", .usual = Reaction::hold, .check = slept},
+    {.id = InterlockId::storage, .name = "storage", .usual = Reaction::warn, .limits = "backlog", .check = storage},
+    {.id = InterlockId::record_damaged, .name = "record_damaged", .usual = Reaction::warn, .check = record_damaged},
+    {.id = InterlockId::unguarded, .name = "unguarded", .usual = Reaction::warn, .check = unguarded},
+    {.id = InterlockId::channel_lost, .name = "channel_lost", .usual = Reaction::warn, .check = channel_lost},
+    {.id = InterlockId::disagreement, .name = "disagreement", .usual = Reaction::warn,
+     .confirmation = {.after = seconds(60), .samples = 60}, .limits = "disagreement",
+     .check = disagreement, .unread = no_others},
+    {.id = InterlockId::stuck, .name = "stuck", .usual = Reaction::warn, .check = stuck, .unread = no_others},
+    {.id = InterlockId::wall_clock, .name = "wall_clock", .usual = Reaction::warn, .check = wall_clock},
+}};
+// clang-format on
+
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < kInterlocks; ++i)
+    if (static_cast<std::size_t>(kTable[i].id) != i || kTable[i].check == nullptr) return false;
+  return true;
+}
+static_assert(in_order(), "each interlock has its row, in the order of their names");
+
+// ---- judging --------------------------------------------------------------------------------------------------------
+
+/// What the interlock asks for, now that it acts.
+Reaction reaction_of(const InterlockLimits& limits, const Interlock& row, const CheckResult& found, Duration stands) {
+  const bool lost = row.lost_after != nullptr && stands >= limits.*row.lost_after;
+  return found.grave || lost ? Reaction::abort : limits.policy[static_cast<std::size_t>(row.id)];
+}
+
+bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, const InterlockMemory::Watch& watch) {
+  const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
+  const auto samples = needs.samples_limit != nullptr ? limits.*needs.samples_limit : needs.samples;
+  return watch.standing >= after && watch.samples >= samples;
 }
 
 /// What is not there, or can no longer be seen.
-void clear_in_time(const InterlockLimits& limits, InterlockId cause, Duration elapsed, InterlockMemory::Watch& memory,
+void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockMemory::Watch& watch,
                    std::vector<InterlockAlarm>& cleared) {
-  memory.gone += elapsed;
-  if (!memory.raised || memory.gone < limits.clear_after) return;
-  memory.raised = false;
-  cleared.push_back({cause, Reaction::go_on, memory.text});
+  watch.gone += elapsed;
+  if (!watch.raised || watch.gone < limits.clear_after) return;
+  watch.raised = false;
+  cleared.push_back({id, Reaction::go_on, watch.text});
+}
+
+void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
+  if (watch.reaction > most.reaction) most = {watch.reaction, watch.text};
 }
 
 /// A reading that is lost is no sign that a cause has gone: it stands as it was last seen, and what was counted stays
 /// counted. A longer silence is judged as one.
-void wait_unseen(const InterlockLimits& limits, InterlockId cause, Duration elapsed, InterlockResult& judged) {
-  auto& memory = judged.memory.watches[static_cast<std::size_t>(cause)];
-  memory.unseen += elapsed;
-  if (memory.unseen > limits.suspend_after) return clear_in_time(limits, cause, elapsed, memory, judged.cleared);
-  if (memory.reaction > judged.demand.reaction) judged.demand = {memory.reaction, memory.text};
+void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockResult& judged) {
+  auto& watch = judged.memory.watches[static_cast<std::size_t>(id)];
+  watch.unseen += elapsed;
+  if (watch.unseen > limits.suspend_after) return clear_in_time(limits, id, elapsed, watch, judged.cleared);
+  demand(watch, judged.demand);
 }
 
-/// One cause, one second on.
-void watch(const InterlockLimits& limits, InterlockId cause, const CheckResults& findings, Duration elapsed,
-           InterlockResult& judged) {
-  const auto index = static_cast<std::size_t>(cause);
-  const auto& finding = findings.found[index];
-  auto& memory = judged.memory.watches[index];
-  if (!finding && findings.hidden[index] && memory.samples > 0) return wait_unseen(limits, cause, elapsed, judged);
-  const auto unseen = std::exchange(memory.unseen, Duration{});
-  memory.reaction = {};
-  if (!finding) {
-    memory.standing = {};
-    memory.samples = 0;
-    return clear_in_time(limits, cause, elapsed, memory, judged.cleared);
+/// One interlock, one second on.
+void step(const InterlockLimits& limits, const Interlock& row, const Found& found, bool unread, Duration elapsed,
+          InterlockResult& judged) {
+  auto& watch = judged.memory.watches[static_cast<std::size_t>(row.id)];
+  if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, judged);
+  const auto unseen = std::exchange(watch.unseen, Duration{});
+  watch.reaction = {};
+  if (!found) {
+    watch.standing = {};
+    watch.samples = 0;
+    return clear_in_time(limits, row.id, elapsed, watch, judged.cleared);
   }
-  memory.gone = {};
-  memory.standing += elapsed + (unseen <= limits.suspend_after ? unseen : Duration{});
-  ++memory.samples;
-  memory.column = finding->column;
-  memory.text = finding->text;
-  const auto needs = confirmation(limits, cause);
-  if (memory.standing < needs.after || memory.samples < needs.samples) return;
-  memory.reaction = reaction_to(limits, cause, *finding, memory.standing);
-  if (lost_after(limits, cause)) memory.text += " for " + spoken(memory.standing);
-  if (!std::exchange(memory.raised, true)) judged.raised.push_back({cause, memory.reaction, memory.text});
-  if (memory.reaction > judged.demand.reaction) judged.demand = {memory.reaction, memory.text};
+  watch.gone = {};
+  watch.standing += elapsed + (unseen <= limits.suspend_after ? unseen : Duration{});
+  ++watch.samples;
+  watch.column = found->column;
+  watch.text = found->text;
+  if (!is_confirmed(limits, row.confirmation, watch)) return;
+  watch.reaction = reaction_of(limits, row, *found, watch.standing);
+  if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.standing);
+  if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text});
+  demand(watch, judged.demand);
 }
 
 }  // namespace
 
+const Interlock& interlock(InterlockId id) { return kTable[static_cast<std::size_t>(id)]; }
+
+Policy usual_policy() {
+  Policy policy{};
+  for (std::size_t i = 0; i < kInterlocks; ++i) policy[i] = kTable[i].usual;
+  return policy;
+}
+
+const char* name(Reaction reaction) {
+  switch (reaction) {
+    case Reaction::go_on: return "go_on";
+    case Reaction::warn: return "warn";
+    case Reaction::suspend: return "suspend";
+    case Reaction::hold: return "hold";
+    case Reaction::abort: return "abort";
+  }
+  return "";
+}
+
 InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
                       const InterlockInputs& inputs) {
-  remember(limits, sample, elapsed, inputs, memory);
-  const auto findings = run_checks(limits, memory, sample, inputs);
+  remember(limits, sample, elapsed, inputs.missed > Duration{}, memory);
+  std::array<Found, kInterlocks> found;
+  std::array<bool, kInterlocks> unread{};
+  const CheckInputs second{limits, memory, sample, inputs, Ranks(sample)};
+  for (std::size_t i = 0; i < kInterlocks; ++i) {
+    found[i] = kTable[i].check(second);
+    unread[i] = kTable[i].unread != nullptr && kTable[i].unread(second, kTable[i].id);
+  }
   memory.utc_minus_run = sample.at.utc - sample.at.since_start;
   const auto& chamber = sample.chamber.value;
   memory.chamber_answered = chamber.has_value();
   memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
   InterlockResult judged{.demand = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
-  for (std::size_t i = 0; i < kCauses; ++i) watch(limits, static_cast<InterlockId>(i), findings, elapsed, judged);
+  for (std::size_t i = 0; i < kInterlocks; ++i) step(limits, kTable[i], found[i], unread[i], elapsed, judged);
   return judged;
 }
 

@@ -1,56 +1,17 @@
-/// The conditions under which a run may go on. Pure: limits, what was seen, and what is remembered go in, a verdict
-/// comes out; it outranks the profile.
+/// The conditions under which a run may go on. Pure: limits, what was seen, and what is remembered go in, a result
+/// comes out; it outranks the profile. Any thread.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/sample.hpp"
-#include "sequencer/interlocks/cause.hpp"
-#include "sequencer/interlocks/trend.hpp"
+#include "sequencer/interlocks/interlock_memory.hpp"
+#include "sequencer/interlocks/limits.hpp"
 
 namespace gyrotherm {
-
-/// Of one thermometer.
-struct ThermometerLimits {
-  Celsius lowest{-60};
-  Celsius highest{100};
-};
-
-/// From the rig file's [limits] and [policy]; docs/interlocks.md has the table.
-struct InterlockLimits {
-  Celsius air_lowest{-60};  ///< of the chamber's own sensor
-  Celsius air_highest{100};
-  Celsius thermometers_lowest{-60};  ///< of each thermometer on the article
-  Celsius thermometers_highest{100};
-  std::vector<ThermometerLimits> thermometers;  ///< of each one, where the file has limits of its own; else empty
-  std::vector<std::string> channels;            ///< their names, for messages; may be empty
-  int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
-
-  CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
-  CelsiusPerMinute thermometers_fastest{15};
-  Kelvins disagreement{60};                   ///< of a thermometer and the median of all
-  Kelvins chamber_disagreement{10};           ///< of the chamber's sensor and the median of the thermometers in the
-                                              ///< air; without these, of the sensor and itself before it jumped
-  std::vector<std::size_t> air_thermometers;  ///< columns of those that hang in the air
-
-  Duration suspend_after = std::chrono::seconds(5);  ///< of silence
-  Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
-  Duration thermometers_lost = std::chrono::minutes(10);
-  Duration gyro_lost = std::chrono::minutes(60);
-  int thermometers_needed = 1;                   ///< fewer that answer are a silence
-  std::vector<std::size_t> needed_thermometers;  ///< columns of those that the analysis cannot do without
-
-  Duration chamber_lag = std::chrono::minutes(2);  ///< first-order, of the air behind the set point
-  Kelvins follow_band{2};
-  Duration follow_time = std::chrono::minutes(5);
-
-  Duration backlog = std::chrono::seconds(60);      ///< of the record, before it is an alarm
-  Duration clear_after = std::chrono::seconds(10);  ///< an alarm is over when its cause has been gone for so long
-  Policy policy = usual_policy();
-};
 
 /// What the rig knows beside the sample.
 struct InterlockInputs {
@@ -69,42 +30,56 @@ struct InterlockInputs {
   std::string guard_trouble{};    ///< why nobody would make the chamber safe
 };
 
-/// What the interlocks remember from second to second.
-struct InterlockMemory {
-  struct Watch {
-    Duration standing{};                  ///< how long the cause is there
-    int samples{};                        ///< … in how many samples
-    Duration unseen{};                    ///< since what shows it was last read
-    Duration gone{};                      ///< how long it is not there, or not seen to be
-    bool raised{};                        ///< its alarm
-    Reaction reaction{};                  ///< what it asked for when it was last seen
-    std::optional<std::size_t> column{};  ///< of the thermometer that showed it
-    std::string text{};                   ///< as last seen
-  };
-  std::array<Watch, kCauses> watches{};
-  [[nodiscard]] const Watch& of(InterlockId cause) const { return watches[static_cast<std::size_t>(cause)]; }
-  bool chamber_answered = true;  ///< in the sample before
-  bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
-  Trend air;
-  std::vector<Trend> thermometers;
-  std::optional<Celsius> expected{};  ///< the air, as it would follow the set point
-  Kelvins lag{};                      ///< how far that is behind the set point; fades three times as slowly
-  std::optional<Celsius> set_point{};
-  std::optional<Celsius> air_seen{};  ///< the last that was known
-  Duration air_unseen{};              ///< since then
-  Kelvins air_jumped{};               ///< in all, over degrees that it did not pass through
-  std::optional<Duration> utc_minus_run{};
+/// What one check found wrong.
+struct CheckResult {
+  std::string text;
+  bool grave = false;                      ///< ends the run whatever the policy is
+  std::optional<std::size_t> column = {};  ///< of the thermometer that shows it
+};
+
+struct CheckInputs;
+
+/// How long, and in how many samples, a cause is there before its interlock acts: a number or a key of [limits].
+struct Confirmation {
+  Duration after{};
+  Duration InterlockLimits::*after_limit = nullptr;
+  int samples = 1;
+  int InterlockLimits::*samples_limit = nullptr;
+};
+
+/// One row of the table of interlocks.
+struct Interlock {
+  InterlockId id{};
+  const char* name = "";  ///< as [policy] and the record spell it
+  Reaction usual{};       ///< unless the rig file's [policy] says otherwise
+  bool choosable = true;  ///< [policy] may say otherwise: not for what would damage the unit under test
+  Confirmation confirmation{};
+  Duration InterlockLimits::*lost_after = nullptr;  ///< a silence of this length ends the run
+  std::string_view limits;                          ///< the keys of [limits] that it heeds, between blanks
+  /// Looks for the cause in one second.
+  std::optional<CheckResult> (*check)(const CheckInputs&) = nullptr;
+  /// Whether what would show the cause, or that it has gone, was not read in this second; null: it always is.
+  bool (*unread)(const CheckInputs&, InterlockId) = nullptr;
+};
+[[nodiscard]] const Interlock& interlock(InterlockId id);
+[[nodiscard]] inline const char* name(InterlockId id) { return interlock(id).name; }
+
+/// What an interlock demands of the run.
+struct InterlockDemand {
+  Reaction reaction = Reaction::go_on;
+  std::string cause;  ///< empty when nothing is wrong
 };
 
 struct InterlockAlarm {
-  InterlockId cause{};
+  InterlockId id{};
   Reaction reaction{};
   std::string text;
 };
+
 struct InterlockResult {
   InterlockDemand demand;
   InterlockMemory memory;
-  std::vector<InterlockAlarm> raised;   ///< with this sample: one alarm per cause until it is over
+  std::vector<InterlockAlarm> raised;   ///< with this sample: one alarm per interlock until it is over
   std::vector<InterlockAlarm> cleared;  ///< with this sample
 };
 

@@ -140,9 +140,9 @@ void RunController::note_changes(const Sample& sample) {
 void RunController::note_alarms(const InterlockResult& result) {
   for (const auto& alarm : result.raised)
     note(alarm.reaction > Reaction::warn ? EventKind::interlock : EventKind::fault,
-         fmt::format("{} ({}): {}", name(alarm.cause), name(alarm.reaction), alarm.text));
+         fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text));
   for (const auto& alarm : result.cleared)
-    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.cause), alarm.text));
+    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text));
 }
 
 bool RunController::is_seen(InterlockId cause) const { return memory_.of(cause).samples > 0; }

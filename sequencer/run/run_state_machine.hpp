@@ -23,7 +23,7 @@
 
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
-#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/interlocks/limits.hpp"
 #include "sequencer/run/operator_requests.hpp"
 
 namespace gyrotherm {

@@ -130,7 +130,7 @@ std::vector<AlarmRecorded> BreakableRun::alarms_in(const Record& record) {
     if (event.kind != EventKind::fault && event.kind != EventKind::interlock) continue;
     if (opens == std::string::npos || closes == std::string::npos) continue;
     const auto cause = event.text.substr(0, opens);
-    for (std::size_t i = 0; i < kCauses; ++i)
+    for (std::size_t i = 0; i < kInterlocks; ++i)
       if (cause == name(static_cast<InterlockId>(i)))
         alarms.push_back({cause, event.text.substr(opens + 2, closes - opens - 2)});
   }

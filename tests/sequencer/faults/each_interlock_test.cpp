@@ -114,9 +114,9 @@ TEST(Interlocks, AreEachShownByBreakingOneThing) {
   for (const auto& thing : broken_things()) {
     shown.insert(thing.cause);
     const bool near_a_limit = thing.cause == InterlockId::following && thing.reaction == Reaction::abort;
-    EXPECT_EQ(thing.reaction, near_a_limit ? Reaction::abort : usual_reaction(thing.cause)) << thing.shows;
+    EXPECT_EQ(thing.reaction, near_a_limit ? Reaction::abort : interlock(thing.cause).usual) << thing.shows;
   }
-  for (std::size_t i = 0; i < kCauses; ++i)
+  for (std::size_t i = 0; i < kInterlocks; ++i)
     EXPECT_TRUE(shown.contains(static_cast<InterlockId>(i))) << name(static_cast<InterlockId>(i));
 }
 

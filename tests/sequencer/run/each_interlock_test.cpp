@@ -353,8 +353,8 @@ TEST(InterlockId, AControllerThatLeftItsProgramAborts) {
 TEST(InterlockId, WhatWouldDamageTheArticleCannotBeChosen) {
   for (const auto cause : {InterlockId::air_limit, InterlockId::thermometer_limit, InterlockId::chamber_alarm,
                            InterlockId::emergency_stop, InterlockId::deadline, InterlockId::program}) {
-    EXPECT_FALSE(may_be_chosen(cause)) << name(cause);
-    EXPECT_EQ(usual_reaction(cause), Reaction::abort) << name(cause);
+    EXPECT_FALSE(interlock(cause).choosable) << name(cause);
+    EXPECT_EQ(interlock(cause).usual, Reaction::abort) << name(cause);
   }
 }
 

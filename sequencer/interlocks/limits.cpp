@@ -1,10 +1,11 @@
-#include "sequencer/interlocks/limits_table.hpp"
+#include "sequencer/interlocks/limits.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "core/toml_reader.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -84,12 +85,11 @@ Reaction reaction_of(const std::string& word) {
 }
 
 void read_policy(const TomlTable& table, Policy& policy) {
-  for (std::size_t i = 0; i < kCauses; ++i) {
-    const auto cause = static_cast<InterlockId>(i);
-    if (!table.has(name(cause))) continue;
-    const auto word = table.choice(name(cause), {"warn", "suspend", "hold", "abort"});
-    if (!may_be_chosen(cause) && word != "abort")
-      table.mistake(name(cause), "this always ends the run, expected \"abort\"");
+  for (std::size_t i = 0; i < kInterlocks; ++i) {
+    const auto& row = interlock(static_cast<InterlockId>(i));
+    if (!table.has(row.name)) continue;
+    const auto word = table.choice(row.name, {"warn", "suspend", "hold", "abort"});
+    if (!row.choosable && word != "abort") table.mistake(row.name, "this always ends the run, expected \"abort\"");
     policy[i] = reaction_of(word);
   }
 }

@@ -1,0 +1,114 @@
+#include "sequencer/interlocks/interlock_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+constexpr Kelvins kChange{0.001};
+
+/// Air moves through the degrees, a sensor that breaks skips them: what it skips adds up, and is forgotten where it is
+/// little. What its controller then does about the air does not hide it.
+void add_jump(const InterlockLimits& limits, const std::optional<Celsius>& air, Duration elapsed,
+              InterlockMemory& memory) {
+  constexpr double kTimesTheFastest = 3;
+  memory.air_unseen += elapsed;
+  if (!air) return;
+  const auto before = std::exchange(memory.air_seen, air);
+  const auto unseen = std::exchange(memory.air_unseen, Duration{});
+  if (!before) return;
+  const CelsiusPerMinute fastest{std::max(kNoAir.value, kTimesTheFastest * limits.air_fastest.value)};
+  if (abs(*air - *before) > fastest * unseen)
+    memory.air_jumped = memory.air_jumped + (*air - *before);
+  else if (abs(memory.air_jumped) <= limits.chamber_disagreement)
+    memory.air_jumped = {};
+}
+
+/// The air as it would follow the set point that the controller holds; `elapsed` since it was last read.
+void expect_air(const InterlockLimits& limits, const ChamberState& chamber, Duration elapsed, InterlockMemory& memory) {
+  if (std::isnan(chamber.set_point.value)) return;
+  memory.set_point = chamber.set_point;
+  if (!memory.expected) memory.expected = chamber.air;
+  const double share = 1 - std::exp(-to_seconds(elapsed) / to_seconds(limits.chamber_lag));
+  memory.expected = *memory.expected + (chamber.set_point - *memory.expected) * share;
+  const auto faded = memory.lag * std::exp(-to_seconds(elapsed) / (3 * to_seconds(limits.chamber_lag)));
+  memory.lag = std::max(faded, abs(chamber.set_point - *memory.expected));
+}
+
+}  // namespace
+
+void Trend::add(std::optional<Celsius> value) {
+  newest_ = (newest_ + 1) % static_cast<int>(ring_.size());
+  ring_[static_cast<std::size_t>(newest_)] = value ? value->value : std::numeric_limits<double>::quiet_NaN();
+  filled_ = std::min(filled_ + 1, static_cast<int>(ring_.size()));
+  if (!value) return;
+  if (still_ && abs(*value - *still_) < kChange) {
+    ++unchanged_;
+  } else {
+    still_ = value;
+    unchanged_ = 1;
+    others_then_.reset();
+    others_moved_ = {};
+  }
+}
+
+void Trend::forget() { *this = {}; }
+
+std::optional<CelsiusPerMinute> Trend::rate() const {
+  if (filled_ < static_cast<int>(ring_.size())) return std::nullopt;
+  const auto size = static_cast<int>(ring_.size());
+  const auto now = ring_[static_cast<std::size_t>(newest_)];
+  const auto then = ring_[static_cast<std::size_t>((newest_ + 1) % size)];
+  if (std::isnan(now) || std::isnan(then)) return std::nullopt;
+  return CelsiusPerMinute{now - then};
+}
+
+void Trend::compare(std::optional<Celsius> others) {
+  if (!others) return;
+  if (!others_then_) others_then_ = others;
+  others_moved_ = abs(*others - *others_then_);
+}
+
+Ranks::Ranks(const Sample& sample) {
+  for (const auto& reading : sample.thermometers)
+    if (reading.value) sorted_.push_back(reading.value->value);
+  std::sort(sorted_.begin(), sorted_.end());
+}
+
+std::optional<Celsius> Ranks::median() const {
+  return sorted_.empty() ? std::nullopt : std::optional(Celsius{sorted_[sorted_.size() / 2]});
+}
+
+std::optional<Celsius> Ranks::median_without(const std::optional<Celsius>& own) const {
+  if (!own) return median();
+  if (sorted_.size() < 2) return std::nullopt;
+  const auto middle = (sorted_.size() - 1) / 2;
+  const bool after = own->value <= sorted_[middle];
+  return Celsius{sorted_[after ? middle + 1 : middle]};
+}
+
+void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
+              InterlockMemory& memory) {
+  memory.thermometers.resize(sample.thermometers.size());
+  if (after_a_pause) {
+    memory.air.forget();
+    for (auto& trend : memory.thermometers) trend.forget();
+  }
+  const auto& chamber = sample.chamber.value;
+  const auto air = chamber ? std::optional(chamber->air) : std::nullopt;
+  const auto since_seen = memory.air_unseen + elapsed;
+  memory.air.add(air);
+  add_jump(limits, air, elapsed, memory);
+  const Ranks ranks(sample);
+  if (chamber) expect_air(limits, *chamber, since_seen, memory);
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
+    const auto value = value_of(sample.thermometers[i]);
+    memory.thermometers[i].add(value);
+    memory.thermometers[i].compare(ranks.median_without(value));
+  }
+}
+
+}  // namespace gyrotherm

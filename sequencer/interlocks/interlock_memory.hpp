@@ -1,0 +1,90 @@
+/// What the interlocks remember from second to second: how temperatures have moved, and how long each interlock has
+/// stood. Values; any thread.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+#include "sequencer/interlocks/limits.hpp"
+
+namespace gyrotherm {
+
+/// How one temperature has moved: over the last minute, and whether it moves at all.
+class Trend {
+ public:
+  /// Adds one second's value, or that there was none.
+  void add(std::optional<Celsius> value);
+  /// Forgets everything, for time has passed unseen.
+  void forget();
+
+  /// The change over the last minute; nothing where one of its ends is not known.
+  [[nodiscard]] std::optional<CelsiusPerMinute> rate() const;
+
+  /// Compares with what the other thermometers show now, after add().
+  void compare(std::optional<Celsius> others);
+  /// For how many samples the value has not changed by a millikelvin.
+  [[nodiscard]] int unchanged_samples() const { return unchanged_; }
+  /// How far the others have moved since the value stopped changing.
+  [[nodiscard]] Kelvins others_moved() const { return others_moved_; }
+
+ private:
+  static constexpr int kSeconds = 60;
+  std::array<double, kSeconds + 1> ring_{};  ///< NaN: not known
+  int filled_ = 0, newest_ = -1;
+  std::optional<Celsius> still_;  ///< the value that does not change
+  int unchanged_ = 0;
+  std::optional<Celsius> others_then_;
+  Kelvins others_moved_{};
+};
+
+struct InterlockMemory {
+  /// What is remembered of one interlock.
+  struct Watch {
+    Duration standing{};                  ///< how long its cause is there
+    int samples{};                        ///< … in how many samples
+    Duration unseen{};                    ///< since what shows it was last read
+    Duration gone{};                      ///< how long it is not there, or not seen to be
+    bool raised{};                        ///< its alarm
+    Reaction reaction{};                  ///< what it asked for when it was last seen
+    std::optional<std::size_t> column{};  ///< of the thermometer that showed it
+    std::string text{};                   ///< as last seen
+  };
+  std::array<Watch, kInterlocks> watches{};
+  [[nodiscard]] const Watch& of(InterlockId id) const { return watches[static_cast<std::size_t>(id)]; }
+  bool chamber_answered = true;  ///< in the sample before
+  bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
+  Trend air;
+  std::vector<Trend> thermometers;
+  std::optional<Celsius> expected{};  ///< the air, as it would follow the set point
+  Kelvins lag{};                      ///< how far that is behind the set point; fades three times as slowly
+  std::optional<Celsius> set_point{};
+  std::optional<Celsius> air_seen{};  ///< the last that was known
+  Duration air_unseen{};              ///< since then
+  Kelvins air_jumped{};               ///< in all, over degrees that it did not pass through
+  std::optional<Duration> utc_minus_run{};
+};
+
+/// Air that moves faster is no air; where a rig has faster air, three times as fast as that.
+inline constexpr CelsiusPerMinute kNoAir{120};
+
+/// The thermometers that answer, by size.
+class Ranks {
+ public:
+  explicit Ranks(const Sample& sample);
+  [[nodiscard]] std::optional<Celsius> median() const;
+  /// The median of the others; `own` is one of the thermometers if it is known.
+  [[nodiscard]] std::optional<Celsius> median_without(const std::optional<Celsius>& own) const;
+
+ private:
+  std::vector<double> sorted_;
+};
+
+/// Takes a sample that covers `elapsed` into the trends; `after_a_pause`: the program stood still before it.
+void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
+              InterlockMemory& memory);
+
+}  // namespace gyrotherm

@@ -1,0 +1,123 @@
+/// The interlocks by name, and the tables of a rig file that say what they watch and how they react: [limits],
+/// [policy], [safe]. docs/interlocks.md describes every key. Values; any thread.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/toml_reader.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm {
+
+/// What an interlock asks for, the milder first.
+enum class Reaction { go_on, warn, suspend, hold, abort };
+/// The word as [policy] and the record spell it.
+[[nodiscard]] const char* name(Reaction reaction);
+
+/// Every interlock. Each has its row in the table of interlocks.cpp, in this order.
+enum class InterlockId {
+  air_limit,
+  thermometer_limit,
+  chamber_alarm,
+  emergency_stop,
+  deadline,
+  program,
+  chamber_sensor,
+  chamber_silent,
+  thermometers_lost,
+  needed_channel_lost,
+  gyro_silent,
+  door,
+  supply,
+  air_rate,
+  thermometer_rate,
+  following,
+  foreign_set_point,
+  restarted,
+  not_taken,
+  slept,
+  storage,
+  record_damaged,
+  unguarded,
+  channel_lost,
+  disagreement,
+  stuck,
+  wall_clock,
+  end  ///< is none: it counts them
+};
+inline constexpr auto kInterlocks = static_cast<std::size_t>(InterlockId::end);
+
+/// The reaction to each interlock.
+using Policy = std::array<Reaction, kInterlocks>;
+/// The policy of a rig file that has no [policy].
+[[nodiscard]] Policy usual_policy();
+
+/// The temperatures between which one thermometer is to stay.
+struct ThermometerLimits {
+  Celsius lowest{-60};
+  Celsius highest{100};
+};
+
+/// What the interlocks compare a sample with: [limits] and [policy] of the rig file.
+struct InterlockLimits {
+  Celsius air_lowest{-60};  ///< of the chamber's own sensor
+  Celsius air_highest{100};
+  Celsius thermometers_lowest{-60};  ///< of each thermometer on the unit under test
+  Celsius thermometers_highest{100};
+  std::vector<ThermometerLimits> thermometers;  ///< of each one, where the file has limits of its own; else empty
+  std::vector<std::string> channels;            ///< the thermometers' names, for messages; may be empty
+  int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
+
+  CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
+  CelsiusPerMinute thermometers_fastest{15};
+  Kelvins disagreement{60};                   ///< of a thermometer and the median of all
+  Kelvins chamber_disagreement{10};           ///< of the chamber's sensor and the median of the thermometers in the
+                                              ///< air; without these, of the sensor and itself before it jumped
+  std::vector<std::size_t> air_thermometers;  ///< columns of those that hang in the air
+
+  Duration suspend_after = std::chrono::seconds(5);  ///< of silence
+  Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
+  Duration thermometers_lost = std::chrono::minutes(10);
+  Duration gyro_lost = std::chrono::minutes(60);
+  int thermometers_needed = 1;                   ///< fewer that answer are a silence
+  std::vector<std::size_t> needed_thermometers;  ///< columns of those that the analysis cannot do without
+
+  Duration chamber_lag = std::chrono::minutes(2);  ///< first-order, of the air behind the set point
+  Kelvins follow_band{2};
+  Duration follow_time = std::chrono::minutes(5);
+
+  Duration backlog = std::chrono::seconds(60);      ///< of the record, before it is an alarm
+  Duration clear_after = std::chrono::seconds(10);  ///< an alarm is over when its cause has been gone for so long
+  Policy policy = usual_policy();
+};
+
+/// How an operator's stop leaves the chamber. An abort always makes it safe.
+enum class OnStop { hold, safe };
+
+/// What a run does whose terminal is closed.
+enum class OnHangup { go_on, safe };
+
+/// How long the states of a run may last, and how an operator's stop leaves the chamber: [limits] and [safe].
+struct RunLimits {
+  Duration longest_suspended = std::chrono::hours(2);  ///< then the run is aborted
+  Duration longest_held = std::chrono::hours(12);      ///< likewise
+  Duration longest_return = std::chrono::hours(4);     ///< likewise
+  Duration resume_delay = std::chrono::seconds(10);    ///< how long a cause is gone before the run goes on
+  OnStop on_stop = OnStop::safe;
+  OnHangup on_hangup = OnHangup::go_on;
+};
+
+/// Reads [limits] and [policy]; every mistake is noted in the tables. `channels` are the rig's thermometers, in order;
+/// `chamber` is what air_fastest follows from where the file does not have it.
+[[nodiscard]] InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
+                                          const ChamberLimits& chamber);
+
+/// Reads the run's own keys of [limits], and [safe]; every mistake is noted in the tables.
+[[nodiscard]] RunLimits read_run_limits(const TomlTable& root);
+
+}  // namespace gyrotherm

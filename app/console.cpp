@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "app/interrupt.hpp"
-#include "app/screen.hpp"
+#include "app/outlet.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
 

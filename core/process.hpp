@@ -2,6 +2,8 @@
 /// were installed with it, and the users who own other processes.
 #pragma once
 
+#include <sched.h>
+
 #include <csignal>
 #include <cstdint>
 #include <string>
@@ -26,5 +28,19 @@ void ensure(bool holds, const char* law);
 /// Names a user of this machine: "ada (uid 1000)", or "unknown (uid 1000)" where /etc/passwd has no such user.
 /// Directory services are not asked: one that does not answer would hold whoever drives a chamber.
 [[nodiscard]] std::string user_in_words(std::int64_t uid);
+
+/// While it lives, the calling thread (and every thread it starts) stays on the processor it is on now. Where the
+/// system does not allow it, nothing happens.
+class OneCore {
+ public:
+  OneCore();
+  ~OneCore();
+  OneCore(const OneCore&) = delete;
+  OneCore& operator=(const OneCore&) = delete;
+
+ private:
+  cpu_set_t before_{};
+  bool pinned_ = false;
+};
 
 }  // namespace gyrotherm

@@ -238,6 +238,9 @@ std::int64_t TomlTable::integer(std::string_view key) const {
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t fallback) const {
   return read(*this, ask(key).table, key, &fallback, kExpectInteger, as_integer);
 }
+bool TomlTable::boolean(std::string_view key) const {
+  return read(*this, ask(key).table, key, static_cast<const bool*>(nullptr), kExpectBoolean, as_boolean);
+}
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
   return read(*this, ask(key).table, key, &fallback, kExpectBoolean, as_boolean);
 }

@@ -37,6 +37,7 @@ class TomlTable {
   [[nodiscard]] double number(std::string_view key, double fallback) const;
   [[nodiscard]] std::int64_t integer(std::string_view key) const;
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback) const;
+  [[nodiscard]] bool boolean(std::string_view key) const;
   [[nodiscard]] bool boolean(std::string_view key, bool fallback) const;
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key, std::string fallback) const;

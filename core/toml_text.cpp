@@ -217,4 +217,14 @@ std::optional<TextFlaw> flaw_of(std::string_view text) {
   return std::nullopt;
 }
 
+std::string toml_quoted(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += code < ' ' || code == 0x7F ? fmt::format("\\u{:04x}", code) : std::string(1, c);
+  }
+  return quoted + "\"";
+}
+
 }  // namespace gyrotherm

@@ -1,5 +1,5 @@
-/// Looks at the characters of a TOML file before its grammar is read: what toml++ 3.3.0 could not bear does not come
-/// to it.
+/// The characters of TOML: those of a file are looked at before its grammar is read, so that what toml++ 3.3.0 could
+/// not bear does not come to it; those of a text that is written are escaped.
 #pragma once
 
 #include <cstddef>
@@ -35,5 +35,8 @@ struct TextFlaw {
 /// What follows a text that is never ended on its line is not looked at: that text is the grammar's to tell, and where
 /// the grammar fails, nothing behind it is read.
 [[nodiscard]] std::optional<TextFlaw> flaw_of(std::string_view text);
+
+/// The text as a basic string of TOML, on one line, in quotation marks. It must be UTF-8.
+[[nodiscard]] std::string toml_quoted(std::string_view text);
 
 }  // namespace gyrotherm

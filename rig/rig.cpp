@@ -17,8 +17,8 @@
 namespace gyrotherm {
 namespace {
 
-/// Less than the sampler's patience: a frame that comes later stays on the line and is there when the next second is
-/// read. A read that outlasts the sampler takes its frame away, and of a frame a second every one would be lost.
+/// Less than the patience of InstrumentIo: a frame that comes later stays on the line and is there when the next second
+/// is read. A read that outlasts it takes its frame away, and of a frame a second every one would be lost.
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 
@@ -114,7 +114,7 @@ auto patiently(const Ask& ask) {
   return answer;
 }
 
-/// Instruments on their lines, and the sampler that reads them.
+/// Instruments on their lines, and the io that reads them.
 class AssembledRig : public Rig {
  public:
   AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers) : file_(std::move(file)), drivers_(std::move(drivers)) {
@@ -158,13 +158,13 @@ class AssembledRig : public Rig {
       return failure(kept.error());
     }
     if (program) names->push_back(*kept);
-    sampler_ = make_sampler();
+    io_ = make_io();
     return names;
   }
   bool is_as_found() const override { return as_found_; }
   Result<SetPointRange> controller_limits() override { return chamber_->limits(); }
 
-  Sampler& sampler() override { return *sampler_; }
+  InstrumentIo& io() override { return *io_; }
   const RigFile& file() const override { return file_; }
 
  protected:
@@ -174,11 +174,11 @@ class AssembledRig : public Rig {
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
     return all;
   }
-  void end_sampling() { sampler_.reset(); }
+  void end_sampling() { io_.reset(); }
 
  private:
-  /// The sampler that suits the rig's time; its clock starts.
-  [[nodiscard]] virtual std::unique_ptr<Sampler> make_sampler() = 0;
+  /// The io that suits the rig's time; its clock starts.
+  [[nodiscard]] virtual std::unique_ptr<InstrumentIo> make_io() = 0;
 
   /// The word order first, on a line of its own that is closed again: some units take one client at a time.
   Result<std::string> ask_chamber(const Clock& watch) {
@@ -238,7 +238,7 @@ class AssembledRig : public Rig {
   std::vector<std::unique_ptr<Thermometer>> thermometers_;
   std::unique_ptr<Gyro> gyro_;
   bool as_found_ = true;
-  std::unique_ptr<Sampler> sampler_;  // last: it stops before its instruments go
+  std::unique_ptr<InstrumentIo> io_;  // last: it stops before its instruments go
 };
 
 class RealRig final : public AssembledRig {
@@ -253,9 +253,9 @@ class RealRig final : public AssembledRig {
   Duration will_start_utc() const override { return clock_.now().utc; }
 
  private:
-  std::unique_ptr<Sampler> make_sampler() override {
+  std::unique_ptr<InstrumentIo> make_io() override {
     if (already_ == Duration{}) clock_ = SteadyClock();
-    return Sampler::workers(instruments());
+    return InstrumentIo::workers(instruments());
   }
   Duration already_;
   SteadyClock clock_;
@@ -281,7 +281,7 @@ class VirtualRig final : private OwnedLaboratory, public AssembledRig {
   Duration will_start_utc() const override { return clock_.now().utc + kSecond; }
 
  private:
-  std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
+  std::unique_ptr<InstrumentIo> make_io() override { return InstrumentIo::inline_calls(instruments()); }
   VirtualClock clock_;
 };
 
@@ -295,7 +295,7 @@ class WiredRig final : public AssembledRig {
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
  private:
-  std::unique_ptr<Sampler> make_sampler() override { return Sampler::inline_calls(instruments()); }
+  std::unique_ptr<InstrumentIo> make_io() override { return InstrumentIo::inline_calls(instruments()); }
   Wires& wires_;
 };
 

@@ -1,4 +1,4 @@
-/// A rig assembled from its file: instruments on their lines, a sampler, a clock. Virtual and real rigs differ here and
+/// A rig assembled from its file: instruments on their lines, a io, a clock. Virtual and real rigs differ here and
 /// nowhere else.
 #pragma once
 
@@ -80,7 +80,7 @@ class Rig {
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Only after prepare().
-  [[nodiscard]] virtual Sampler& sampler() = 0;
+  [[nodiscard]] virtual InstrumentIo& io() = 0;
   [[nodiscard]] virtual const RigFile& file() const = 0;
 };
 

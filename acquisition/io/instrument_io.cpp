@@ -5,12 +5,17 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <future>
+#include <mutex>
 #include <optional>
+#include <stop_token>
+#include <thread>
+#include <utility>
 
-#include "acquisition/io/worker.hpp"
+#include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -55,9 +60,9 @@ Sample empty_sample(std::int64_t slot, Instant at) {
 
 Result<void> switched(Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
 
-class InlineSampler final : public Sampler {
+class InlineIo final : public InstrumentIo {
  public:
-  InlineSampler(Instruments instruments, SamplerOptions options)
+  InlineIo(Instruments instruments, InstrumentIoOptions options)
       : instruments_(std::move(instruments)), options_(options) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
@@ -75,16 +80,84 @@ class InlineSampler final : public Sampler {
 
  private:
   Instruments instruments_;
-  SamplerOptions options_;
+  InstrumentIoOptions options_;
 };
+
+/// A thread that makes one instrument's calls, so that a blocking one delays nobody else. Jobs run one after the other;
+/// at most one waits. The destructor waits for the job that runs: every instrument's call has an end of its own.
+class Worker {
+ public:
+  Worker() : thread_([this](std::stop_token stop) { serve(stop); }) {}
+
+  /// Hands over a job. Whoever drops the future drops the answer, also one that comes late. The job before must have
+  /// begun or been withdrawn.
+  template <class Job>
+  [[nodiscard]] auto post(Job job) {
+    auto task = std::make_shared<std::packaged_task<decltype(job())()>>(std::move(job));
+    auto answer = task->get_future();
+    enqueue([task] { (*task)(); });
+    return answer;
+  }
+
+  /// Takes back a job that has not begun; false if it has.
+  bool withdraw();
+
+  /// How long the job that runs now has run; zero if none does.
+  [[nodiscard]] Duration busy_for();
+
+ private:
+  void enqueue(std::function<void()> job);
+  void serve(std::stop_token stop);
+
+  std::mutex mutex_;
+  std::condition_variable_any posted_;
+  std::function<void()> waiting_;
+  std::optional<std::chrono::steady_clock::time_point> began_;  ///< the job that runs now
+  std::jthread thread_;                                         ///< last: it uses the others
+};
+
+void Worker::enqueue(std::function<void()> job) {
+  {
+    const std::lock_guard lock(mutex_);
+    assert(!waiting_ && "the job before has neither begun nor been withdrawn");
+    waiting_ = std::move(job);
+  }
+  posted_.notify_one();
+}
+
+bool Worker::withdraw() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(waiting_, nullptr) != nullptr;
+}
+
+Duration Worker::busy_for() {
+  const std::lock_guard lock(mutex_);
+  return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
+}
+
+void Worker::serve(std::stop_token stop) {
+  block_signals();
+  for (;;) {
+    std::function<void()> job;
+    {
+      std::unique_lock lock(mutex_);
+      if (!posted_.wait(lock, stop, [this] { return waiting_ != nullptr; })) return;
+      job = std::exchange(waiting_, nullptr);
+      began_ = std::chrono::steady_clock::now();
+    }
+    job();
+    const std::lock_guard lock(mutex_);
+    began_.reset();
+  }
+}
 
 std::string in_ms(Duration d) {
   return fmt::format("{} ms", std::chrono::duration_cast<std::chrono::milliseconds>(d).count());
 }
 
-class WorkerSampler final : public Sampler {
+class WorkerIo final : public InstrumentIo {
  public:
-  WorkerSampler(Instruments instruments, SamplerOptions options)
+  WorkerIo(Instruments instruments, InstrumentIoOptions options)
       : instruments_(std::move(instruments)), options_(options), thermometers_(instruments_.thermometers.size()) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override;
@@ -109,17 +182,17 @@ class WorkerSampler final : public Sampler {
   Reading<T> late(const char* who, const Clock& clock) const;
 
   Instruments instruments_;
-  SamplerOptions options_;
+  InstrumentIoOptions options_;
   Worker chamber_;
   std::deque<Worker> thermometers_;  // a deque, for a worker does not move
   Worker gyro_;
   FrameCount frames_{};           ///< last known
-  const Clock* clock_ = nullptr;  ///< of the last read …
-  Duration read_at_{};            ///< … and when that began
+  const Clock* clock_ = nullptr;  ///< the clock of the last read
+  Duration read_at_{};            ///< when the last read began
 };
 
 template <class T>
-std::optional<T> WorkerSampler::await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
+std::optional<T> WorkerIo::await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
   const Duration left = options_.patience - (clock.now().since_start - since.since_start);
   if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
   worker.withdraw();
@@ -127,18 +200,18 @@ std::optional<T> WorkerSampler::await(Worker& worker, std::future<T>& answer, co
 }
 
 template <class T>
-Reading<T> WorkerSampler::late(const char* who, const Clock& clock) const {
+Reading<T> WorkerIo::late(const char* who, const Clock& clock) const {
   return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
 }
 
 template <class T>
-Reading<T> WorkerSampler::in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock,
-                                  Instant since) const {
+Reading<T> WorkerIo::in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock,
+                             Instant since) const {
   const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
   return good ? std::move(*reading) : late<T>(who, clock);
 }
 
-Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
+Sample WorkerIo::read(std::int64_t slot, const Clock& clock) {
   const Instant now = clock.now();
   clock_ = &clock;
   read_at_ = now.since_start;
@@ -165,14 +238,14 @@ Sample WorkerSampler::read(std::int64_t slot, const Clock& clock) {
   return sample;
 }
 
-Duration WorkerSampler::rest_of_tick() const {
+Duration WorkerIo::rest_of_tick() const {
   constexpr Duration kLeast = std::chrono::milliseconds(20);
   const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
   if (spent >= options_.interval) return options_.patience;  // outside a tick
   return std::clamp(options_.tick - spent, kLeast, options_.patience);
 }
 
-Result<void> WorkerSampler::order(const std::string& what, std::function<Result<void>()> job, Duration within) {
+Result<void> WorkerIo::order(const std::string& what, std::function<Result<void>()> job, Duration within) {
   auto done = chamber_.post(std::move(job));
   if (done.wait_for(within) == std::future_status::ready) return done.get();
   const bool never_begun = chamber_.withdraw();
@@ -182,34 +255,34 @@ Result<void> WorkerSampler::order(const std::string& what, std::function<Result<
                              in_ms(within)));
 }
 
-Duration WorkerSampler::stuck_for() {
+Duration WorkerIo::stuck_for() {
   const auto busy = chamber_.busy_for();
   return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
 }
 
-Result<void> WorkerSampler::command(Celsius target) {
+Result<void> WorkerIo::command(Celsius target) {
   const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
   return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
 }
 
-Result<void> WorkerSampler::insist(Celsius target) {
+Result<void> WorkerIo::insist(Celsius target) {
   const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
   return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
 }
 
-Result<void> WorkerSampler::switch_on(bool on) {
+Result<void> WorkerIo::switch_on(bool on) {
   return order(
       on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
 }
 
 }  // namespace
 
-std::unique_ptr<Sampler> Sampler::inline_calls(Instruments instruments, SamplerOptions options) {
-  return std::make_unique<InlineSampler>(std::move(instruments), options);
+std::unique_ptr<InstrumentIo> InstrumentIo::inline_calls(Instruments instruments, InstrumentIoOptions options) {
+  return std::make_unique<InlineIo>(std::move(instruments), options);
 }
 
-std::unique_ptr<Sampler> Sampler::workers(Instruments instruments, SamplerOptions options) {
-  return std::make_unique<WorkerSampler>(std::move(instruments), options);
+std::unique_ptr<InstrumentIo> InstrumentIo::workers(Instruments instruments, InstrumentIoOptions options) {
+  return std::make_unique<WorkerIo>(std::move(instruments), options);
 }
 
 }  // namespace gyrotherm

@@ -1,4 +1,4 @@
-/// Reads every instrument of the rig once a second.
+/// Reads every instrument of the rig once a second, and passes commands to the chamber: the one owner of all lines.
 #pragma once
 
 #include <chrono>
@@ -21,33 +21,35 @@ struct ThermometerInputs {
   std::vector<std::string> channels;
 };
 
-/// What is sampled. The instruments must outlive the sampler and are its own to call while it lives.
+/// The instruments of a rig. They must outlive the InstrumentIo, and nobody else calls them while it lives.
 struct Instruments {
   Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
   Gyro& gyro;
-  const LineActivity* chamber_line = nullptr;  ///< of the chamber's calls; null: none is kept
+  const LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
 };
 
-struct SamplerOptions {
+struct InstrumentIoOptions {
   Duration interval = std::chrono::seconds(1);         ///< what the gyro shall cover at each read
   Duration patience = std::chrono::milliseconds(900);  ///< workers: after this an instrument counts as silent
   Duration tick = std::chrono::milliseconds(980);  ///< workers: counted from a read, after this a command waits no more
 };
 
-class Sampler {
+/// One thread, that of the tick, calls it.
+class InstrumentIo {
  public:
   /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyro. For virtual time,
   /// where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each driver's own
   /// deadline holds.
-  [[nodiscard]] static std::unique_ptr<Sampler> inline_calls(Instruments instruments, SamplerOptions options = {});
+  [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,
+                                                                  InstrumentIoOptions options = {});
   /// Gives each instrument a thread of its own. For real time.
-  [[nodiscard]] static std::unique_ptr<Sampler> workers(Instruments instruments, SamplerOptions options = {});
-  virtual ~Sampler() = default;
+  [[nodiscard]] static std::unique_ptr<InstrumentIo> workers(Instruments instruments, InstrumentIoOptions options = {});
+  virtual ~InstrumentIo() = default;
 
   /// Every instrument once; with workers, back no later than `patience` after the call. An instrument that has not
   /// answered by then has the fault timeout ("still busy after 900 ms") in its own columns; its late answer is dropped,
-  /// never taken for a later second's. `clock` stamps sample and readings and must outlive the sampler. The sample's
+  /// never taken for a later second's. `clock` stamps sample and readings and must outlive this object. The sample's
   /// `progress` is left for the rig to fill.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 

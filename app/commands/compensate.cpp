@@ -1,7 +1,12 @@
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <iterator>
 #include <optional>
 
@@ -10,7 +15,6 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
-#include "app/standard_input.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -46,6 +50,44 @@ std::string compensated(CompensationStream& stream, const LiveRows& rows) {
   const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
   const Eigen::Map<const SampleMatrix> numbers(rows.numbers().data(), count, columns);
   return lines_of(stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1)));
+}
+
+constexpr std::size_t kMostInput = 1 << 20;
+constexpr int kUntilAWord = -1;
+
+/// True if a read would not wait: there is input, or its end, or a fault. False too once a stop is asked for.
+bool ready(int timeout_ms) {
+  std::array<pollfd, 2> waits{{{STDIN_FILENO, POLLIN, 0}, {interrupt_descriptor(), POLLIN, 0}}};
+  while (::poll(waits.data(), waits.size(), timeout_ms) < 0) {
+    if (errno != EINTR || interrupted()) return false;
+  }
+  return waits[0].revents != 0 && !interrupted();
+}
+
+/// Standard input as it arrives: all that is ready at once, and never a wait for more than that.
+class StandardInput {
+ public:
+  /// Waits until there is input, then takes what is ready, at most a megabyte. Empty at the end of the input and once
+  /// the user has asked for a stop. Fails with storage. The text lasts until the next call.
+  [[nodiscard]] Result<std::string_view> next();
+
+ private:
+  std::string buffer_;
+};
+
+Result<std::string_view> StandardInput::next() {
+  buffer_.resize(kMostInput);
+  std::size_t taken = 0;
+  for (int timeout_ms = kUntilAWord; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
+    const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
+    if (count == 0) break;
+    if (count > 0) {
+      taken += static_cast<std::size_t>(count);
+    } else if (errno != EINTR && errno != EAGAIN) {
+      return failure(FaultKind::storage, "stdin", std::strerror(errno));
+    }
+  }
+  return std::string_view(buffer_.data(), taken);
 }
 
 /// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.

@@ -10,15 +10,14 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
-#include "app/one_core.hpp"
 #include "app/run/event_loop.hpp"
 #include "core/file.hpp"
+#include "core/process.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
-#include "sequencer/run/continuation.hpp"
-#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/record_start.hpp"
+#include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_controller.hpp"
-#include "sequencer/run/run_info.hpp"
 #include "sequencer/watchdog/made_safe_file.hpp"
 
 namespace gyrotherm {

@@ -12,8 +12,8 @@
 #include "app/interrupt.hpp"
 #include "app/run/display.hpp"
 #include "core/clock.hpp"
-#include "sequencer/run/carry_out_request.hpp"
 #include "sequencer/run/control_socket.hpp"
+#include "sequencer/run/operator_requests.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -43,7 +43,7 @@ std::optional<ControlSocket> ears_of(const UnderWay& run) {
 void listen(const UnderWay& run, std::optional<ControlSocket>& control_socket) {
   if (!control_socket) return;
   control_socket->listen([&](const ControlRequest& request, const std::string& who) {
-    auto answer = carry_out(run.run_controller, request, who);
+    auto answer = run.run_controller.carry_out(request, who);
     run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
     return answer;
   });
@@ -175,7 +175,7 @@ class RealTime {
     if (slot >= run_.run_controller.next_slot()) {
       run_.run_controller.see_guard(run_.ownership.trouble());
       auto outcome = run_.run_controller.tick(slot);
-      run_.ownership.heartbeat(run_.rig.sampler().stuck_for());
+      run_.ownership.heartbeat(run_.rig.io().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.see(run_.run_controller.last());
       tell_events(run_);

@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kReading = milliseconds(850);  ///< of a second, less than the sampler's patience
+constexpr Duration kReading = milliseconds(850);  ///< of a second, less than the patience of InstrumentIo
 constexpr Duration kSecondsWork = milliseconds(950);
 constexpr int kExchangesOfASetPoint = 2;
 constexpr int kReadingsWithoutAPiece = 5;

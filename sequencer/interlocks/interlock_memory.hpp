@@ -55,6 +55,9 @@ struct InterlockMemory {
   };
   std::array<Watch, kInterlocks> watches{};
   [[nodiscard]] const Watch& of(InterlockId id) const { return watches[static_cast<std::size_t>(id)]; }
+  /// Whether its cause is there in the last second, and whether it acts besides.
+  [[nodiscard]] bool is_seen(InterlockId id) const { return of(id).samples > 0; }
+  [[nodiscard]] bool stands(InterlockId id) const { return is_seen(id) && of(id).raised; }
   bool chamber_answered = true;  ///< in the sample before
   bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
   Trend air;

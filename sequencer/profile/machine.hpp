@@ -1,16 +1,16 @@
-/// The sequencer's state machine: pure, one step per second, no clock and no I/O.
+/// The profile's state machine: pure, one step per second, no clock and no I/O.
 ///
-///            set point reaches the target             time is up (inside the band, if the soak is guaranteed)
-///   Ramping ───────────────────────────▶ next ◀────────────────────────────────── Holding
-///      ▲                                  │ next segment, or                          ▲  │ air leaves the band, or is
-///      not known └──────────────────────────────────┤ Complete after the last                   │  ▼ (guaranteed soak
-///      only)
-///                                         └──────────────────────────────────────▶ WaitingForSoak
+// clang-format off
+///          set point reaches the target              time is up (inside the band, if the soak is guaranteed)
+///   Ramping ──────────────────────────▶ next ◀────────────────────────────────── Holding
+///      ▲                                 │ next segment, or                       ▲  │ air leaves the band, or is not
+///      └─────────────────────────────────┤ Complete after the last                │  ▼ known (guaranteed soak only)
+///                                        └──────────────────────────────────▶ WaitingForSoak
+// clang-format on
 ///
 /// A soak counts while its sensor is inside the band, has been there for the dwell without leaving it, and moves no
-/// faster than the slope. Leaving the band stops its clock and begins the dwell anew.
-///
-/// A segment that passes its deadline is Overdue: the rig's interlocks end the run.
+/// faster than the slope. Leaving the band stops its clock and begins the dwell anew. A segment that passes its
+/// deadline is Overdue: the rig's interlocks end the run.
 #pragma once
 
 #include <optional>

@@ -11,11 +11,25 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "core/process.hpp"
 
 namespace gyrotherm {
 namespace {
+
+/// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
+Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
+  const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
+  if (message.size() > kLongestRequest) return wrong("a message that is too long");
+  if (!message.starts_with(kControlSchema) || message.substr(kControlSchema.size(), 1) != " ")
+    return wrong("a message of another version");
+  message.remove_prefix(kControlSchema.size() + 1);
+  if (!is_one_line(message)) return wrong("a message of more than one line");
+  const auto blank = message.find(' ');
+  const auto text = blank == std::string_view::npos ? std::string_view() : message.substr(blank + 1);
+  return std::pair{message.substr(0, blank), text};
+}
 
 constexpr std::size_t kMostSpeakers = 8;
 constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
@@ -79,6 +93,31 @@ bool hear(int speaker, const Listener& listener) {
 }
 
 }  // namespace
+
+std::string to_message(const ControlRequest& request) {
+  return fmt::format("{} {} {}", kControlSchema, request.command ? name(*request.command) : "note", request.note);
+}
+
+std::string to_message(const ControlAnswer& answer) {
+  return fmt::format("{} {} {}", kControlSchema, answer.done ? "done" : "refused", answer.text)
+      .substr(0, kLongestRequest);
+}
+
+Result<ControlRequest> parse_request(std::string_view message) {
+  const auto parts = split(message);
+  if (!parts) return failure(parts.error());
+  auto request = request_of(std::string(parts->first), std::string(parts->second));
+  if (!request) return failure(FaultKind::corrupted, request.error().where, request.error().what);
+  return request;
+}
+
+Result<ControlAnswer> parse_answer(std::string_view message) {
+  const auto parts = split(message);
+  if (!parts) return failure(parts.error());
+  if (parts->first != "done" && parts->first != "refused")
+    return failure(FaultKind::corrupted, "tell", "an answer that is neither done nor refused");
+  return ControlAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
+}
 
 std::string control_socket_path(const std::string& record) { return record + ".socket"; }
 

@@ -1,15 +1,26 @@
-/// The socket beside a record by which other programs of this machine speak to the one that carries the run out.
+/// The socket beside a record by which other programs of this machine speak to the one that carries the run out, and
+/// the messages that go over it: one each way.
 #pragma once
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
 #include "drivers/line/descriptor.hpp"
-#include "sequencer/run/control_message.hpp"
+#include "sequencer/run/operator_requests.hpp"
 
 namespace gyrotherm {
+
+inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
+inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message
+
+[[nodiscard]] std::string to_message(const ControlRequest& request);
+[[nodiscard]] std::string to_message(const ControlAnswer& answer);
+/// Both fail with corrupted if the message is not what to_message() writes.
+[[nodiscard]] Result<ControlRequest> parse_request(std::string_view message);
+[[nodiscard]] Result<ControlAnswer> parse_answer(std::string_view message);
 
 /// "RUN.db" → "RUN.db.socket".
 [[nodiscard]] std::string control_socket_path(const std::string& record);

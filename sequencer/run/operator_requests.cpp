@@ -3,10 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
+
+#include "core/text.hpp"
 
 namespace gyrotherm {
 namespace {
+
+constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, OperatorCommand::stop,
+                               OperatorCommand::abort};
 
 bool is_milder(const OperatorRequest& a, const OperatorRequest& b) { return a.command < b.command; }
 
@@ -30,6 +36,25 @@ const char* name(OperatorCommand command) {
     case OperatorCommand::abort: return "abort";
   }
   return "";
+}
+
+bool is_one_line(std::string_view text) {
+  return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; });
+}
+
+Result<ControlRequest> request_of(const std::string& word, const std::string& note) {
+  const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
+  for (const auto command : kCommands) {
+    if (word != name(command)) continue;
+    if (!note.empty()) return refuse("takes no text; \"note\" does");
+    return ControlRequest{.command = command, .note = {}};
+  }
+  if (word != "note") return refuse("is none of pause, resume, stop, abort, note");
+  if (note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
+  if (note.size() > kLongestNote) return refuse(fmt::format("a note has at most {} bytes", kLongestNote));
+  if (!is_utf8(note)) return refuse("a note is text in UTF-8");
+  if (!is_one_line(note)) return refuse("a note is one line of text");
+  return ControlRequest{.command = {}, .note = note};
 }
 
 std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {

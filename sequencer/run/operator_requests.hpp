@@ -1,10 +1,13 @@
-/// What operators ask of a run between two ticks, and what will come of it. Pure.
+/// What operators ask of a run between two ticks, and what comes of it. Pure.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/result.hpp"
 #include "core/sample.hpp"
 
 namespace gyrotherm {
@@ -19,6 +22,27 @@ struct OperatorRequest {
   OperatorCommand command{};
   std::string who;  ///< as the kernel says: "ada (uid 1000)"
 };
+
+inline constexpr std::size_t kLongestNote = 2000;  ///< bytes of a note
+
+/// A command, or a note for the record.
+struct ControlRequest {
+  std::optional<OperatorCommand> command;  ///< nothing: a note
+  std::string note;
+  bool operator==(const ControlRequest&) const = default;
+};
+
+/// What was made of it.
+struct ControlAnswer {
+  bool done{};
+  std::string text;  ///< what was done, or why not
+  bool operator==(const ControlAnswer&) const = default;
+};
+
+/// Whether it has no control characters.
+[[nodiscard]] bool is_one_line(std::string_view text);
+/// "pause", "resume", "stop", "abort" or "note", which wants a text of one line in UTF-8. Fails with usage.
+[[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& note);
 
 /// The requests that wait for the next tick. The most severe of them is carried out, of equally severe ones the first;
 /// the others are dropped, and their operators have been told so unless a more severe request came after theirs.

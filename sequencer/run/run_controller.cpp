@@ -6,16 +6,13 @@
 #include <utility>
 
 #include "core/process.hpp"
-#include "drivers/chamber/set_point_tolerance.hpp"
 #include "sequencer/profile/timeline.hpp"
-#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/resume.hpp"
 
 namespace gyrotherm {
 namespace {
 
-constexpr Duration kTick = std::chrono::seconds(1);
 constexpr int kSafeTries = 3;
-constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
 
 /// What is read once a second, by name, and its fault or null.
 struct Channelled {
@@ -47,6 +44,16 @@ std::string describe(const Profile& profile, const ProfilePosition& progress) {
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
 }
 
+const char* promise(OperatorCommand command) {
+  switch (command) {
+    case OperatorCommand::pause: return "held: the profile's clock stands and the set point stays, until resume";
+    case OperatorCommand::resume: return "goes on";
+    case OperatorCommand::stop: return "stops: the chamber is left as the rig file says";
+    case OperatorCommand::abort: return "aborts: the chamber is made safe";
+  }
+  return "";
+}
+
 std::string in_words(const RunStateMachine& machine) {
   const auto cause = cause_of(machine);
   const std::string state = name(run_state(machine));
@@ -62,22 +69,16 @@ RunController::RunController(const Profile& profile, Rig& rig, Store& store, Pro
       store_(store),
       state_(std::move(state)),
       next_slot_(first_slot),
-      path_(path_from(command(profile, state_))),
+      lead_(std::make_unique<HostLead>(rig.file(), command(profile, state_), kSecond * first_slot)),
       safe_(rig.file()) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
 
-SetPointPath RunController::path_from(Celsius here) const {
-  const auto& file = rig_.file();
-  return {file.chamber_limits, set_point_tolerance(file.chamber_map), file.chamber_map.limits.every, here,
-          kTick * next_slot_};
-}
-
 void RunController::begin_away(Celsius here, const std::string& cause, std::optional<Celsius> air_before) {
-  path_ = path_from(here);
-  approaching_ = true;
-  air_before_ = air_before;
+  auto lead = std::make_unique<HostLead>(rig_.file(), here, kSecond * next_slot_);
+  lead->begin_away(air_before);
+  lead_ = std::move(lead);
   change_to(Returning{cause, {}});
 }
 
@@ -86,19 +87,30 @@ void RunController::note(EventKind kind, std::string text) {
 }
 
 std::string RunController::objection(OperatorCommand command) const {
-  const bool takes_over = command == OperatorCommand::resume && stands(InterlockId::foreign_set_point);
+  const bool takes_over = command == OperatorCommand::resume && memory_.stands(InterlockId::foreign_set_point);
   if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
   if (command == OperatorCommand::resume && run_state() == RunState::held && !holds_.empty() && !takes_over)
     return "what holds it still stands: " + holds_;
   if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
-  return watch_ && command == OperatorCommand::pause
-             ? "the controller carries the profile out; only its panel can pause it"
-             : "";
+  return lead_->objection(command);
 }
 
 void RunController::tell(OperatorCommand command, const std::string& who) {
   requests_.add({command, who});
   note(EventKind::command, fmt::format("{} by {}", name(command), who));
+}
+
+ControlAnswer RunController::carry_out(const ControlRequest& request, const std::string& who) {
+  if (!request.command) {
+    note(EventKind::note, who + ": " + request.note);
+    return {.done = true, .text = "noted"};
+  }
+  if (auto why = objection(*request.command); !why.empty()) {
+    note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*request.command), why));
+    return {.done = false, .text = std::move(why)};
+  }
+  tell(*request.command, who);
+  return {.done = true, .text = promise(*request.command)};
 }
 
 std::optional<OperatorRequest> RunController::take_request() {
@@ -110,12 +122,11 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
-/// A controller that carries the profile out goes on in the meantime.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
-  if (watch_) state_ = next(profile_, state_, {.elapsed = kTick * missed, .air = air_});
+  if (lead_->goes_on_by_itself()) state_ = next(profile_, state_, {.elapsed = kSecond * missed, .air = air_});
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
@@ -145,16 +156,19 @@ void RunController::note_alarms(const InterlockResult& result) {
     note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text));
 }
 
-bool RunController::is_seen(InterlockId cause) const { return memory_.of(cause).samples > 0; }
-bool RunController::stands(InterlockId cause) const { return is_seen(cause) && memory_.of(cause).raised; }
+LeadSecond RunController::second(const Sample& sample, Duration missed) const {
+  return {.sample = sample,
+          .goal = command(profile_, state_),
+          .at = kSecond * (next_slot_ + 1),
+          .missed = missed,
+          .in_last_segment = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()),
+          .air_before = air_};
+}
 
 InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
   InterlockInputs around;
-  if (sample.chamber.value) around.sent = path_.expected(sample.chamber.value->set_point);
-  around.set_point_tolerance = path_.tolerance();
-  around.refusals = path_.refusals();
-  around.refusal = path_.refusal();
-  around.led_by_controller = watch_.has_value() || !may_command(run_state()) || run_state() == RunState::aborting;
+  around.led_by_controller = !may_command(run_state()) || run_state() == RunState::aborting;
+  lead_->inform(second(sample, missed), around);
   around.missed = missed;
   around.longest_missed = kLongestUnattended;
   const auto health = store_.health();
@@ -166,34 +180,11 @@ InterlockInputs RunController::inputs(const Sample& sample, Duration missed) con
   return around;
 }
 
-/// What a controller does by itself goes on while an instrument is silent. After a pause of the program the resume rule
-/// holds as after a restart.
 InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
-  auto around = inputs(sample, missed);
-  const bool last = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size());
-  if (watch_) around.program = watch_->judge(sample.chamber, last, kTick + missed);
-  auto result = judge(rig_.file().limits, std::move(memory_), sample, kTick + missed, around);
+  auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
   note_alarms(result);
-  auto& demand = result.demand;
-  if (watch_ && demand.reaction < Reaction::abort) return {};
-  const auto goal = command(profile_, state_);
-  if (missed > Duration{} && air_ && sample.chamber.value && demand.reaction < Reaction::suspend &&
-      abs(sample.chamber.value->air - goal) > abs(*air_ - goal) + kResumeBand) {
-    approaching_ = true;
-    demand = {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
-                                             sample.chamber.value->air.value, spoken(missed), air_->value)};
-  }
-  return demand;
-}
-
-bool RunController::in_place(const Sample& sample) const {
-  if (watch_) return true;
-  const auto goal = command(profile_, state_);
-  if (!path_.is_at(goal)) return false;
-  if (!approaching_) return true;
-  if (!sample.chamber.value) return false;
-  return is_in_place(sample.chamber.value->air, goal, air_before_);
+  return lead_->weigh(std::move(result.demand), second(sample, missed));
 }
 
 void RunController::change_to(RunStateMachine machine) {
@@ -209,30 +200,30 @@ void RunController::change_to(RunStateMachine machine) {
   note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(machine_));
 }
 
-void RunController::step_machine(const Sample& sample, const InterlockDemand& demand, Duration elapsed) {
+void RunController::step_machine(const Sample& sample, const InterlockDemand& demand, Duration missed) {
   holds_ = demand.reaction == Reaction::hold ? demand.cause : "";
   auto request = take_request();
-  if (watch_ && request && request->command == OperatorCommand::pause) {
-    note(EventKind::note, "it cannot be paused: the controller carries the profile out by itself");
+  if (const auto why = request ? lead_->objection(request->command) : std::string(); !why.empty()) {
+    note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  if (request && request->command == OperatorCommand::resume && stands(InterlockId::foreign_set_point))
-    taking_over_ = true;
+  if (request && request->command == OperatorCommand::resume && memory_.stands(InterlockId::foreign_set_point))
+    lead_->take_over();
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
-  const RunInputs now{.elapsed = elapsed,
+  const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
                       .request = std::move(request),
-                      .in_place = in_place(sample),
+                      .in_place = lead_->is_in_place(second(sample, missed)),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false};
   change_to(next(rig_.file().run_limits, machine_, now));
-  if (run_state() == RunState::execute) approaching_ = false, air_before_.reset();
+  if (run_state() == RunState::execute) lead_->arrived();
 }
 
 /// Of the sensor that the present segment soaks on.
 Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
-  Observation seen{.elapsed = kTick, .air = {}, .slope = {}};
+  Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
   if (sensor == "air") {
     if (sample.chamber.value) seen.air = sample.chamber.value->air;
     seen.slope = memory_.air.rate();
@@ -258,7 +249,7 @@ void RunController::note_soak(const ProfilePosition& before) {
                                              before.segment + 1, spoken(now.soaked), spoken(segment.soak_time), what));
   if (now.segment == before.segment && now.phase != Phase::complete) return;
   note(EventKind::note, fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1,
-                                    spoken(segment.soak_time), what, spoken(before.in_segment + kTick)));
+                                    spoken(segment.soak_time), what, spoken(before.in_segment + kSecond)));
 }
 
 void RunController::step_profile(const Sample& sample) {
@@ -271,47 +262,12 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
-void RunController::send_set_point(Celsius goal) {
-  ensure(may_command(run_state()), "a set point is sent only while the run is carried out");
-  if (const auto sent = path_.go(rig_.sampler(), goal, kTick * (next_slot_ + 1)); !sent && path_.refusals() == 1)
-    note(EventKind::fault, text(sent.error()));
-}
-
-/// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
-void RunController::take_over(const Sample& sample) {
-  const auto& chamber = *sample.chamber.value;
-  approaching_ = true;
-  path_.adopt(chamber.set_point);
-  path_.begin_at(chamber.air);
-  const auto taken =
-      path_.go(rig_.sampler(), within(chamber.air, rig_.file().chamber_limits), kTick * (next_slot_ + 1)).and_then([&] {
-        return rig_.sampler().switch_on(true);
-      });
-  if (!taken) note(EventKind::fault, "taking the chamber over: " + text(taken.error()));
-}
-
-/// A silent chamber is not sent anything but what makes it safe.
 void RunController::command_chamber(const Sample& sample) {
-  const auto state = run_state();
-  if (state == RunState::aborting) {
-    if (const auto told = safe_.attempt(rig_.sampler(), kTick * next_slot_)) note(EventKind::fault, *told);
-    return;
-  }
-  if (watch_ && state == RunState::stopped) {
-    if (const auto held = rig_.sampler().command(command(profile_, state_)); !held)
-      note(EventKind::fault, text(held.error()));
-    return;
-  }
-  if (watch_ || !may_command(state) || !sample.chamber.value) return;
-  const auto goal = command(profile_, state_);
-  if (stands(InterlockId::restarted) || std::exchange(taking_over_, false)) return take_over(sample);
-  if (stands(InterlockId::not_taken)) {
-    if (next_slot_ % kTakeOverEvery == 0) take_over(sample);
-    return;
-  }
-  if (is_seen(InterlockId::foreign_set_point))
-    return;  // at the first poll too: what is not understood is not overwritten
-  if (state == RunState::execute || std::holds_alternative<Returning>(machine_)) send_set_point(goal);
+  const auto told = run_state() == RunState::aborting
+                        ? safe_.attempt(rig_.io(), kSecond * next_slot_)
+                        : lead_->command(rig_.io(), second(sample, {}), run_state(),
+                                         std::holds_alternative<Returning>(machine_), memory_);
+  if (told) note(EventKind::fault, *told);
 }
 
 Outlook RunController::outlook() const {
@@ -319,8 +275,8 @@ Outlook RunController::outlook() const {
   return {.state = run_state(),
           .cause = cause_of(machine_),
           .time_left = left,
-          .behind_plan = std::max(Duration{}, kTick * next_slot_ - (planned_ - left)),
-          .missed_set_points = path_.missed(),
+          .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
+          .missed_set_points = lead_->missed_set_points(),
           .faults = standing(memory_)};
 }
 
@@ -333,20 +289,20 @@ std::string RunController::end_cause() const {
 void RunController::make_safe(const std::string& cause) {
   if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
   for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
-    (void)safe_.attempt(rig_.sampler(), kTick * next_slot_);
-    safe_.see(rig_.sampler().read(next_slot_, rig_.clock()).chamber);
+    (void)safe_.attempt(rig_.io(), kSecond * next_slot_);
+    safe_.see(rig_.io().read(next_slot_, rig_.clock()).chamber);
   }
   note(EventKind::interlock, end_cause());
 }
 
 Result<RunOutcome> RunController::tick(std::int64_t slot) {
-  const auto missed = kTick * (slot - next_slot_);
+  const auto missed = kSecond * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
-  auto sample = rig_.sampler().read(slot, rig_.clock());
+  auto sample = rig_.io().read(slot, rig_.clock());
   sample.progress = position_of(profile_, state_);
   note_changes(sample);
   const auto demand = judge_second(sample, missed);
-  step_machine(sample, demand, kTick + missed);
+  step_machine(sample, demand, missed);
   sample.state = run_state();
   if (sample.chamber.value) air_ = sample.chamber.value->air;
   step_profile(sample);

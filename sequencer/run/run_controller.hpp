@@ -2,6 +2,7 @@
 /// store.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +14,10 @@
 #include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/run/chamber_lead.hpp"
+#include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/safe_sequence.hpp"
-#include "sequencer/run/set_point_path.hpp"
 #include "sequencer/run/uploaded_program.hpp"
 
 namespace gyrotherm {
@@ -44,16 +46,19 @@ class RunController {
   /// An operator's command, recorded with the next tick, which carries out the most severe of those that came before
   /// it.
   void tell(OperatorCommand command, const std::string& who);
+  /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
+  /// who it was.
+  [[nodiscard]] ControlAnswer carry_out(const ControlRequest& request, const std::string& who);
   /// An operator has asked for the run's end, and the next tick will begin it.
   [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
 
   /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
   void make_safe(const std::string& cause);
 
-  /// The controller was given the profile and carries it out: from now on no set points are sent, time goes on while
-  /// an instrument is silent, and a controller that no longer does it ends the run. It cannot be paused from here.
-  void leave_to_the_controller() { watch_.emplace(); }
-  [[nodiscard]] bool is_left_to_the_controller() const { return watch_.has_value(); }
+  /// Before the first tick: the chamber's controller was given the profile, and leads the chamber instead of this
+  /// program.
+  void leave_to_the_controller() { lead_ = std::make_unique<ControllerLead>(); }
+  [[nodiscard]] bool is_left_to_the_controller() const { return lead_->goes_on_by_itself(); }
 
   /// Why nobody would make the chamber safe if this program died now; empty: somebody would. From the next tick on.
   void see_guard(std::string trouble) { guard_trouble_ = std::move(trouble); }
@@ -75,24 +80,20 @@ class RunController {
   [[nodiscard]] Outlook outlook() const;
 
  private:
-  [[nodiscard]] SetPointPath path_from(Celsius here) const;  ///< that the chamber has taken just now
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
   void note_alarms(const InterlockResult& result);
   [[nodiscard]] InterlockInputs inputs(const Sample& sample, Duration missed) const;
   [[nodiscard]] InterlockDemand judge_second(const Sample& sample, Duration missed);
-  [[nodiscard]] bool in_place(const Sample& sample) const;
+  /// What the lead sees of this second, at the profile's present state.
+  [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
-  void step_machine(const Sample& sample, const InterlockDemand& demand, Duration elapsed);
+  void step_machine(const Sample& sample, const InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
   [[nodiscard]] Observation observation(const Sample& sample) const;
   void note_soak(const ProfilePosition& before);
   void command_chamber(const Sample& sample);
-  void send_set_point(Celsius goal);
-  void take_over(const Sample& sample);
-  [[nodiscard]] bool is_seen(InterlockId cause) const;  ///< in this second
-  [[nodiscard]] bool stands(InterlockId cause) const;   ///< likewise, and acts
 
   const Profile& profile_;
   Rig& rig_;
@@ -101,15 +102,11 @@ class RunController {
   std::int64_t next_slot_;
   RunStateMachine machine_ = Execute{};
   InterlockMemory memory_;
-  SetPointPath path_;
+  std::unique_ptr<ChamberLead> lead_;
   SafeSequence safe_;
-  Duration planned_;                   ///< the whole profile, if every soak counts at once
-  std::optional<Celsius> air_;         ///< last known
-  bool approaching_ = false;           ///< the air has to come back first
-  std::optional<Celsius> air_before_;  ///< where it was when the run stopped
-  std::optional<ProgramWatch> watch_;  ///< of a controller that carries the profile out
+  Duration planned_;            ///< the whole profile, if every soak counts at once
+  std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
-  bool taking_over_ = false;
   std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
   int last_segment_ = -1;
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro

@@ -1,6 +1,7 @@
 /// How a run is carried out, above the profile's own machine: pure, one step per second, no clock and no I/O. The words
 /// are those of ISA-88 and PackML.
 ///
+// clang-format off
 ///                       the cause is gone for a while, or an operator says resume
 ///              ┌────────────────────────┬───────────────────────────────────────────────┐
 ///              │                        │ set point away: by a ramp                     │
@@ -12,6 +13,7 @@
 ///   Completed        ──▶ Aborting ──▶ Aborted   (the chamber has shown the safe set point; latched)
 ///                    from each of them: an operator stops
 ///                    ──▶ Stopped, at once or by way of Aborting, as the rig says
+// clang-format on
 ///
 /// The profile's clock runs in Execute alone. Aborting has no limit: it is tried until the chamber confirms.
 #pragma once

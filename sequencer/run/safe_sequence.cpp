@@ -23,23 +23,23 @@ SafeSequence::SafeSequence(const RigFile& rig)
       tolerance_(set_point_tolerance(rig.chamber_map)),
       ends_programs_(rig.chamber_map.sequences.contains("stop_program")) {}
 
-Result<void> SafeSequence::carry_out(Sampler& sampler, bool at_once) {
+Result<void> SafeSequence::carry_out(InstrumentIo& io, bool at_once) {
   if (!taken_) {
-    if (auto sent = at_once ? sampler.insist(target_) : sampler.command(target_); !sent) return sent;
+    if (auto sent = at_once ? io.insist(target_) : io.command(target_); !sent) return sent;
     taken_ = true;
   }
   if (off_ && !switched_) {
-    if (auto switched = sampler.switch_on(false); !switched) return switched;
+    if (auto switched = io.switch_on(false); !switched) return switched;
     switched_ = true;
   }
   return {};
 }
 
-std::optional<std::string> SafeSequence::attempt(Sampler& sampler, Duration at) {
+std::optional<std::string> SafeSequence::attempt(InstrumentIo& io, Duration at) {
   if (!began_) began_ = at;
   const bool at_once = at - *began_ < kEachSecondFor || is_due(insisted_, at, kThenEvery);
   if (at_once) insisted_ = at;
-  const auto done = carry_out(sampler, at_once);
+  const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
   if (done || !is_due(told_, at, kTellEvery)) return std::nullopt;
   told_ = at;

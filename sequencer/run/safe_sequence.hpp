@@ -19,7 +19,7 @@ class SafeSequence {
   /// One try, at `at` of the run; what was done before is not done again unless the chamber shows otherwise. A line
   /// that rests is tried all the same: in each of the first ten seconds, then once in ten. Returns what the operator is
   /// to be told, or nothing: the first failure, and then one a minute.
-  [[nodiscard]] std::optional<std::string> attempt(Sampler& sampler, Duration at);
+  [[nodiscard]] std::optional<std::string> attempt(InstrumentIo& io, Duration at);
   /// A second's reading. After it is_confirmed() says whether the chamber has shown the safe set point since it took
   /// it.
   void see(const Reading<ChamberState>& chamber);
@@ -29,7 +29,7 @@ class SafeSequence {
   [[nodiscard]] std::string words() const;
 
  private:
-  [[nodiscard]] Result<void> carry_out(Sampler& sampler, bool at_once);
+  [[nodiscard]] Result<void> carry_out(InstrumentIo& io, bool at_once);
 
   Celsius target_;
   bool off_;

@@ -37,7 +37,7 @@ SetPointPath::SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Durat
       at_(at),
       tried_(at - every) {}
 
-Result<void> SetPointPath::go(Sampler& sampler, Celsius goal, Duration at) {
+Result<void> SetPointPath::go(InstrumentIo& io, Celsius goal, Duration at) {
   if (is_at(goal) || at - tried_ < every_) return {};
   const auto time = std::min(at - at_, std::max(every_, kLongestStep));
   const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
@@ -45,7 +45,7 @@ Result<void> SetPointPath::go(Sampler& sampler, Celsius goal, Duration at) {
   ensure(begins_ || abs(target - base_) <= fastest(base_, target, limits_) * time + kRounding * 2,
          "a set point moves no faster than the ramp limit");
   tried_ = at;
-  const auto taken = sampler.command(target);
+  const auto taken = io.command(target);
   known_ = taken.has_value();
   if (!taken) {
     attempted_ = target;

@@ -23,8 +23,8 @@ class SetPointPath {
   SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
   /// Goes on towards `goal` as far as the time allows; sends nothing if the chamber is there, or was sent one too
-  /// recently. Fails as Sampler::command() does: then what the chamber has is not known until it is seen.
-  [[nodiscard]] Result<void> go(Sampler& sampler, Celsius goal, Duration at);
+  /// recently. Fails as InstrumentIo::command() does: then what the chamber has is not known until it is seen.
+  [[nodiscard]] Result<void> go(InstrumentIo& io, Celsius goal, Duration at);
   /// The next set point is `here`, where the air is, and the path goes on from there.
   void begin_at(Celsius here);
   /// What the chamber shows is taken for what it was sent.

@@ -46,12 +46,35 @@ Result<ChamberProgram> program_of(const Profile& profile) {
   return program;
 }
 
-std::string ProgramWatch::judge(const Reading<ChamberState>& chamber, bool last, Duration elapsed) {
-  if (!chamber.value) return {};
-  gone_ = last || may_get_on(chamber.value->activity) ? Duration{} : gone_ + elapsed;
+std::string ControllerLead::objection(OperatorCommand command) const {
+  if (command != OperatorCommand::pause) return {};
+  return "the controller carries the profile out; only its panel can pause it";
+}
+
+std::string ControllerLead::judge(const LeadSecond& second) {
+  const auto& chamber = second.sample.chamber.value;
+  if (!chamber) return {};
+  const bool gets_on = second.in_last_segment || may_get_on(chamber->activity);
+  gone_ = gets_on ? Duration{} : gone_ + kSecond + second.missed;
   if (gone_ < kGoneForGood) return {};
   return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
-                     name(chamber.value->activity));
+                     name(chamber->activity));
+}
+
+void ControllerLead::inform(const LeadSecond& second, InterlockInputs& inputs) {
+  inputs.led_by_controller = true;
+  inputs.program = judge(second);
+}
+
+InterlockDemand ControllerLead::weigh(InterlockDemand demand, const LeadSecond&) {
+  return demand.reaction < Reaction::abort ? InterlockDemand{} : demand;
+}
+
+std::optional<std::string> ControllerLead::command(InstrumentIo& io, const LeadSecond& second, RunState state, bool,
+                                                   const InterlockMemory&) {
+  if (state != RunState::stopped) return std::nullopt;
+  const auto held = io.command(second.goal);
+  return held ? std::nullopt : std::optional(text(held.error()));
 }
 
 }  // namespace gyrotherm

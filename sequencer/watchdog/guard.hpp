@@ -12,19 +12,19 @@ namespace gyrotherm {
 
 /// What the program sends. Any other byte counts as kAlive.
 inline constexpr char kSafeStateFollows =
-    'A';                                 ///< then a length in digits, a line break, and the text of an armed file
+    'A';                                 ///< then a length in digits, a line break, and the text of a safe-state file
 inline constexpr char kPreparing = 'p';  ///< alive, and the next byte may take long
 inline constexpr char kAlive = '.';      ///< a tick is done; the next byte is due in a second
 inline constexpr char kGoodBye = 'q';    ///< ended in order; nothing is to be done
 
 /// What the guard sends.
-inline constexpr char kWatching = 'w';  ///< it has understood the armed file's text, and listens from now on
+inline constexpr char kWatching = 'w';  ///< it has understood the safe-state file's text, and listens from now on
 inline constexpr char kHeard = 'h';     ///< … something: no silence begins before this
 
-/// The bytes that give a guard the text of an armed file.
+/// The bytes that give a guard the text of a safe-state file.
 [[nodiscard]] std::string safe_state_message(std::string_view safe_state_text);
-/// The text of the armed file, from a line that begins with it. Fails with timeout, disconnected or corrupted; nothing
-/// after it is taken.
+/// The text of the safe-state file, from a line that begins with it. Fails with timeout, disconnected or corrupted;
+/// nothing after it is taken.
 [[nodiscard]] Result<std::string> receive_safe_state(int descriptor, Duration within);
 
 enum class WatchEnd { good_bye, closed, silent };

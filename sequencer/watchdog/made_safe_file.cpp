@@ -2,40 +2,41 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "core/clock.hpp"
 #include "core/file.hpp"
-#include "sequencer/watchdog/keyed_text.hpp"
+#include "core/text.hpp"
+#include "core/toml_reader.hpp"
+#include "core/toml_text.hpp"
 
 namespace gyrotherm {
 namespace {
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
+/// Instruments and files may say anything.
+std::string quoted(const std::string& text) { return toml_quoted(plain(text, Blanks::kept)); }
 
 }  // namespace
 
 std::string made_safe_path(const std::string& record) { return record + ".made-safe"; }
 
 std::string to_text(const MadeSafe& trace) {
-  return fmt::format("{}\nat: {}\nutc_ns: {}\nbecause: {}\nset_point_c: {}\nconfirmed: {}\ndetails: {}\n",
-                     kMadeSafeSchema, civil_time(trace.at), trace.at.count(), one_line(trace.because),
-                     trace.set_point.value, trace.confirmed ? "yes" : "no", one_line(trace.details));
+  return fmt::format(
+      "schema = \"{}\"\nat = \"{}\"\nutc_ns = {}\nbecause = {}\nset_point_c = {}\nconfirmed = {}\n"
+      "details = {}\n",
+      kMadeSafeSchema, civil_time(trace.at), trace.at.count(), quoted(trace.because), trace.set_point.value,
+      trace.confirmed, quoted(trace.details));
 }
 
 Result<MadeSafe> parse_made_safe(std::string_view text, const std::string& file) {
-  KeyedText keyed(text, file, kMadeSafeSchema);
-  MadeSafe trace;
-  static_cast<void>(keyed.text("at"));  // for people; the next line has it exactly
-  trace.at = Duration(keyed.number<std::int64_t>("utc_ns"));
-  trace.because = keyed.text("because");
-  trace.set_point = {keyed.number<double>("set_point_c")};
-  trace.confirmed = keyed.yes("confirmed");
-  trace.details = keyed.text("details");
-  if (auto verdict = keyed.verdict(); !verdict) return failure(std::move(verdict.error()));
+  const auto table = TomlTable::parse(text, file);
+  if (!table) return failure(table.error());
+  table->expect("schema", kMadeSafeSchema);
+  table->ignore("at");  // for people; the next line has it exactly
+  MadeSafe trace{.at = Duration(table->integer("utc_ns")),
+                 .because = table->text("because"),
+                 .set_point = {table->number("set_point_c")},
+                 .confirmed = table->boolean("confirmed"),
+                 .details = table->text("details")};
+  if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return trace;
 }
 

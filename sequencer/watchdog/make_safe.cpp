@@ -1,5 +1,5 @@
 /// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. No
-/// event loop, no database, no Qt: the armed file, a connection to the chamber, a trace beside the record.
+/// event loop, no database, no Qt: the safe-state file, a connection to the chamber, a trace beside the record.
 ///
 /// It acts first and talks afterwards. Whatever may hang (a line, a disk, a terminal that nobody reads) hangs in a
 /// process of its own, and holds up nothing else.
@@ -14,7 +14,7 @@
 
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/guard.hpp"
-#include "sequencer/watchdog/rescue.hpp"
+#include "sequencer/watchdog/safe_attempt.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "sequencer/watchdog/trail.hpp"
 
@@ -25,7 +25,7 @@ enum class MakeSafeExit : int {
   safe = 0,           ///< confirmed, or there was nothing to do
   usage = 2,          ///< the command line is wrong
   not_confirmed = 3,  ///< the chamber did not take it, or could not be reached
-  file = 4,           ///< the armed file is wrong, or there is no such record
+  file = 4,           ///< the safe-state file is wrong, or there is no such record
   in_use = 5,         ///< a program that lives drives the chamber
 };
 
@@ -48,7 +48,8 @@ constexpr const char* kHelp =
     "                                      manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
     "                                      after 8 s without a byte, until the chamber has confirmed it\n\n"
-    "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 armed file is wrong,\n"
+    "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 safe-state file is "
+    "wrong,\n"
     "or no such record; 5 a program that lives drives the chamber.\n";
 
 MakeSafeExit complain(Voice& voice, const Fault& fault, MakeSafeExit exit) {
@@ -73,7 +74,7 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
     std::error_code error;
     const bool is_there = std::filesystem::exists(record, error);
     voice.say(record + (is_there ? ": no run is under way; nothing to do"
-                                 : ": there is no such record, and no armed file beside it"));
+                                 : ": there is no such record, and no safe-state file beside it"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
   }
   const auto& by = (*safe_state)->written_by;
@@ -132,7 +133,7 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
   return exit_for(rescued);
 }
 
-/// What the program that started this one has armed. If it has died before it could say so, its file says it.
+/// What the program that started this one has written down. If it has died before it could say so, its file says it.
 Result<SafeState> orders_for(const std::string& record) {
   const auto file = safe_state_path(record);
   const auto orders = receive_safe_state(STDIN_FILENO, kOrdersWithin);
@@ -167,7 +168,7 @@ void survive() {
   std::signal(SIGCHLD, SIG_IGN);  // a child that came back late from where it hung is not waited for
 }
 
-/// The record's own name where a link was given: the armed file stands beside the record itself.
+/// The record's own name where a link was given: the safe-state file stands beside the record itself.
 std::string own_name(const std::string& record) {
   std::error_code error;
   if (!is_symlink(std::filesystem::symlink_status(record, error))) return record;

@@ -9,8 +9,10 @@
 
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "core/text.hpp"
+#include "core/toml_reader.hpp"
+#include "core/toml_text.hpp"
 #include "drivers/chamber/register_map_words.hpp"
-#include "sequencer/watchdog/keyed_text.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -23,25 +25,24 @@ const char* order_in_words(const std::optional<WordOrder>& order) {
   return found == kWordOrders.end() ? kOfTheMap : found->first;
 }
 
-/// What the word stands for; nothing, and no mistake, if it is none of these.
-template <class T, std::size_t N>
-std::optional<T> meant(const Vocabulary<T, N>& words, std::string_view word) {
-  for (const auto& [known, value] : words)
-    if (word == known) return value;
-  return {};
+std::optional<WordOrder> read_order(const TomlTable& table) {
+  if (table.text("word_order") == kOfTheMap) return std::nullopt;
+  return one_of(kWordOrders, table, "word_order");
 }
 
-LinkKind read_link(KeyedText& text) {
-  const auto link = meant(kLinkKinds, text.text("link"));
-  if (!link) text.mistake("link: expected tcp, rtu or rtu_over_tcp");
-  return link.value_or(LinkKind{});
+ProcessIdentity read_identity(const TomlTable& table) {
+  const auto pid = table.integer("pid"), started = table.integer("started");
+  if (pid <= 0) table.mistake("pid", "no process has this number");
+  if (started < 0) table.mistake("started", "no process began then");
+  return {.pid = pid, .started = static_cast<std::uint64_t>(started), .boot = table.text("boot")};
 }
 
-std::optional<WordOrder> read_order(KeyedText& text) {
-  const auto word = text.text("word_order");
-  const auto order = meant(kWordOrders, word);
-  if (!order && word != kOfTheMap) text.mistake("word_order: expected abcd, cdab, badc, dcba or \"of the map\"");
-  return order;
+/// A map has more text than one quoted text of a file may have: it is a list of its lines.
+std::string quoted_lines(std::string_view text) {
+  std::string lines;
+  for (std::size_t end; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1))
+    lines += fmt::format("  {},\n", toml_quoted(text.substr(0, end)));
+  return lines + fmt::format("  {}\n", toml_quoted(text));
 }
 
 /// Why somebody else may have written the open file; empty: nobody has.
@@ -55,34 +56,33 @@ std::string objection(int file) {
 
 }  // namespace
 
-std::string safe_state_path(const std::string& record) { return record + ".armed"; }
+std::string safe_state_path(const std::string& record) { return record + ".safe-state"; }
 
 std::string to_text(const SafeState& safe_state) {
   return fmt::format(
-      "{}\nrecord: {}\nline: {}\nlink: {}\nword_order: {}\nsafe_set_point_c: {}\nswitch_off: {}\nby_program: {}\n"
-      "pid: {}\nstarted: {}\nboot: {}\nmap_bytes: {}\n{}",
-      kSafeStateSchema, safe_state.record, safe_state.line, name(safe_state.link),
-      order_in_words(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off ? "yes" : "no",
-      safe_state.by_program ? "yes" : "no", safe_state.written_by.pid, safe_state.written_by.started,
-      safe_state.written_by.boot, safe_state.map_text.size(), safe_state.map_text);
+      "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nword_order = \"{}\"\nsafe_set_point_c = {}\n"
+      "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\nmap = [\n{}]\n",
+      kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
+      order_in_words(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off,
+      safe_state.by_program, safe_state.written_by.pid, safe_state.written_by.started,
+      toml_quoted(safe_state.written_by.boot), quoted_lines(safe_state.map_text));
 }
 
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
-  KeyedText keyed(text, file, kSafeStateSchema);
-  SafeState safe_state;
-  safe_state.record = keyed.text("record");
-  safe_state.line = keyed.text("line");
-  safe_state.link = read_link(keyed);
-  safe_state.word_order = read_order(keyed);
-  safe_state.safe_set_point = {keyed.number<double>("safe_set_point_c")};
-  safe_state.switch_off = keyed.yes("switch_off");
-  safe_state.by_program = keyed.yes("by_program");
-  safe_state.written_by.pid = keyed.number<std::int32_t>("pid");
-  safe_state.written_by.started = keyed.number<std::uint64_t>("started");
-  safe_state.written_by.boot = keyed.text("boot");
-  safe_state.map_text = keyed.rest("map_bytes");
-  if (!keyed.wrong() && safe_state.written_by.pid <= 0) keyed.mistake("pid: no process has this number");
-  if (auto verdict = keyed.verdict(); !verdict) return failure(std::move(verdict.error()));
+  const auto table = TomlTable::parse(text, file);
+  if (!table) return failure(table.error());
+  table->expect("schema", kSafeStateSchema);
+  if (!table->is_list("map")) table->mistake("map", "\"map\" is no list, expected the lines of a register map");
+  SafeState safe_state{.record = table->text("record"),
+                       .line = table->text("line"),
+                       .link = one_of(kLinkKinds, *table, "link"),
+                       .word_order = read_order(*table),
+                       .safe_set_point = {table->number("safe_set_point_c")},
+                       .switch_off = table->boolean("switch_off"),
+                       .by_program = table->boolean("by_program"),
+                       .written_by = read_identity(*table),
+                       .map_text = fmt::format("{}", fmt::join(table->texts("map"), "\n"))};
+  if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return safe_state;
 }
 
@@ -101,8 +101,7 @@ Result<std::optional<SafeState>> read_safe_state(const std::string& file) {
 }
 
 Result<void> write_safe_state(const SafeState& safe_state) {
-  if (safe_state.record.find('\n') != std::string::npos)
-    return failure(FaultKind::storage, safe_state.record, "a record's path has no line break");
+  if (!is_utf8(safe_state.record)) return failure(FaultKind::storage, safe_state.record, "a record's path is UTF-8");
   return replace_own_file(safe_state_path(safe_state.record), to_text(safe_state));
 }
 

@@ -1,4 +1,4 @@
-/// The armed file: while a run may move a real chamber, all that another program needs to make that chamber safe.
+/// The safe-state file: while a run may move a real chamber, all that another program needs to make that chamber safe.
 /// Beside the record; made by rename before the first command, removed when the run has ended in order.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace gyrotherm {
 
-inline constexpr std::string_view kSafeStateSchema = "gyrotherm-armed/2";
+inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/1";
 
 struct SafeState {
   std::string record;                   ///< its path, absolute
@@ -28,18 +28,18 @@ struct SafeState {
   bool operator==(const SafeState&) const = default;
 };
 
-/// "RUN.db" → "RUN.db.armed".
+/// "RUN.db" → "RUN.db.safe-state".
 [[nodiscard]] std::string safe_state_path(const std::string& record);
 
-/// Text, one `key: value` a line, the map at the end after its length in bytes.
+/// Writes it as TOML, the map at the end as a list of its lines.
 [[nodiscard]] std::string to_text(const SafeState& safe_state);
 /// Fails with bad_file if the text is not what to_text() writes; `file` is its place.
 [[nodiscard]] Result<SafeState> parse_safe_state(std::string_view text, const std::string& file);
-/// Nothing if there is no such file. Fails with bad_file, also if it belongs neither to this user nor to root, or
-/// others may write it: whoever wrote it says which process is killed, and where a chamber is sent.
+/// Returns nothing if there is no such file. Fails with bad_file, also if it belongs neither to this user nor to root,
+/// or others may write it: whoever wrote it says which process is killed, and where a chamber is sent.
 [[nodiscard]] Result<std::optional<SafeState>> read_safe_state(const std::string& file);
 
-/// Writes the armed file of armed.record, mode 0640. Fails with storage.
+/// Writes the safe-state file of its record, mode 0640. Fails with storage, also where the path is not UTF-8.
 [[nodiscard]] Result<void> write_safe_state(const SafeState& safe_state);
 /// Removes it; nothing happens if there is none.
 void remove_safe_state(const std::string& record);

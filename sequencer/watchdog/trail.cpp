@@ -80,11 +80,11 @@ std::optional<std::string> Trail::reason_to_end() {
   if (!looking_) looking_ = std::make_unique<ChildWork>([this](const auto& tell) { tell(look_at_orders()); });
   const auto orders = looking_->next(kLook);
   if (orders || looking_->has_ended()) looking_.reset();
-  if (orders == kAnothers) return "the armed file is another run's";
+  if (orders == kAnothers) return "the safe-state file is another run's";
   if (orders == kFulfilled) return "another program has made the chamber safe";
   if (orders == kStand) gone_until_.reset();
   if (orders == kGone && !gone_until_) gone_until_.emplace(kGoneFor);
-  if (gone_until_ && gone_until_->over()) return "the armed file has been gone for a day";
+  if (gone_until_ && gone_until_->over()) return "the safe-state file has been gone for a day";
   return {};
 }
 

@@ -8,27 +8,27 @@
 #include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/made_safe_file.hpp"
-#include "sequencer/watchdog/rescue.hpp"
+#include "sequencer/watchdog/safe_attempt.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm {
 
 class Trail {
  public:
-  /// `armed` outlives it.
+  /// `safe_state` outlives it.
   Trail(const SafeState& safe_state, std::string because);
 
   /// Makes it the trace that `status` shows. False if it says nothing new, or has but another reason why nothing was
   /// confirmed, less than a minute after the last. Never waits.
   bool leave(const Rescued& rescued);
-  /// The armed file shall go. Never waits.
+  /// The safe-state file shall go. Never waits.
   void remove_safe_state();
   /// Whether all of it has been done within that time.
   [[nodiscard]] bool settle(Duration within);
 
-  /// Why there is nothing left to do here: the armed file is another run's, or gone because somebody else has made the
-  /// chamber safe, or for a day. One that is merely gone calls nothing off: it may have been removed with its record.
-  /// A disk that does not answer within two seconds gives no reason.
+  /// Why there is nothing left to do here: the safe-state file is another run's, or gone because somebody else has made
+  /// the chamber safe, or for a day. One that is merely gone calls nothing off: it may have been removed with its
+  /// record. A disk that does not answer within two seconds gives no reason.
   [[nodiscard]] std::optional<std::string> reason_to_end();
 
   /// The trace in words.

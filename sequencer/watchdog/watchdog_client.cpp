@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -78,6 +81,27 @@ bool says_that_it_watches(int line) {
 }
 
 }  // namespace
+
+std::optional<NotifySocket> NotifySocket::from_environment() {
+  const char* address = std::getenv("NOTIFY_SOCKET");
+  return address && *address ? at(address) : std::nullopt;
+}
+
+std::optional<NotifySocket> NotifySocket::at(std::string address) {
+  if (address.empty() || address.size() >= sizeof(sockaddr_un::sun_path)) return {};
+  Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket.is_open()) return {};
+  return NotifySocket(std::move(socket), std::move(address));
+}
+
+void NotifySocket::tell(std::string_view state) {
+  sockaddr_un to{};
+  to.sun_family = AF_UNIX;
+  std::copy(address_.begin(), address_.end(), to.sun_path);
+  if (to.sun_path[0] == '@') to.sun_path[0] = '\0';
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
+  ::sendto(socket_.number(), state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), size);
+}
 
 /// What the life line and its threads share.
 struct WatchdogClient::Ties {

@@ -35,7 +35,7 @@ std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const
   if (!laboratory.wait_for_set_point(21.5, 5)) return {};
   run.signal(signal);
   const auto taken = laboratory.wait_for_set_point(20, 30);
-  for (int i = 0; i < 100 && std::filesystem::exists(record + ".armed"); ++i)
+  for (int i = 0; i < 100 && std::filesystem::exists(record + ".safe-state"); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return taken;
 }

@@ -37,12 +37,12 @@ TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
   ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
-  EXPECT_TRUE(std::filesystem::exists(record + ".armed"));
+  EXPECT_TRUE(std::filesystem::exists(record + ".safe-state"));
   run.signal(SIGKILL);
   EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
   EXPECT_EQ(run.wait(), -SIGKILL);
-  for (int i = 0; i < 50 && std::filesystem::exists(record + ".armed"); ++i) shell("sleep 0.1");
-  EXPECT_FALSE(std::filesystem::exists(record + ".armed")) << "the chamber has confirmed it";
+  for (int i = 0; i < 50 && std::filesystem::exists(record + ".safe-state"); ++i) shell("sleep 0.1");
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state")) << "the chamber has confirmed it";
   const auto status = gyrotherm_with("status " + record);
   EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
 }
@@ -56,7 +56,7 @@ TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   EXPECT_FALSE(std::filesystem::exists(folder / "second.db"));
   run.signal(SIGTERM);
   EXPECT_EQ(run.wait(), 5) << run.output();
-  EXPECT_FALSE(std::filesystem::exists(record + ".armed"));
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
   EXPECT_EQ(shell("sleep 2").exit_code, 0);
   EXPECT_EQ(laboratory.set_point(), kWarm);
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
@@ -80,7 +80,7 @@ TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
   EXPECT_EQ(tell("abort").exit_code, 0);
   EXPECT_EQ(run.wait(), 6) << run.output();
   EXPECT_EQ(laboratory.set_point(), kSafe);
-  EXPECT_FALSE(std::filesystem::exists(record + ".armed"));
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
   EXPECT_EQ(tell("note late").exit_code, 2);
   const auto kept = read_record(record);
   ASSERT_TRUE(kept) << text(kept.error());

@@ -153,5 +153,13 @@ TEST(TomlBounds, TheFullestTextsAreReadSwiftly) {
   }
 }
 
+TEST(TomlText, QuotedIsReadBackAsItWas) {
+  std::string all = "\"\\ °C \x7f";
+  for (char c = 0; c < ' '; ++c) all += c;
+  const auto table = TomlTable::parse("a = " + toml_quoted(all), "t");
+  ASSERT_TRUE(table) << text(table.error());
+  EXPECT_EQ(table->text("a"), all);
+}
+
 }  // namespace
 }  // namespace gyrotherm

@@ -48,12 +48,12 @@ SHORT = {"every_other_lost_0350", "late_0550", "half_lost_0350_0600", "mode_stuc
 
 
 def has_confirmed(record: pathlib.Path) -> bool:
-    """The guard removes the armed file when the chamber has confirmed all of it."""
-    return not pathlib.Path(f"{record}.armed").exists()
+    """The guard removes the safe-state file when the chamber has confirmed all of it."""
+    return not pathlib.Path(f"{record}.safe-state").exists()
 
 
 class GuardWatch(threading.Thread):
-    """Looks, twice a second, whether somebody is on guard as long as the armed file is there."""
+    """Looks, twice a second, whether somebody is on guard as long as the safe-state file is there."""
 
     def __init__(self, scene: Scene, record: pathlib.Path, guards: Any) -> None:
         super().__init__(daemon=True)
@@ -197,7 +197,7 @@ enter("guard", "resume_that_fails", resume_that_fails)
 
 
 def orders_gone(scene: Scene, *, take_away: Callable[[pathlib.Path], Any]) -> None:
-    """The program is killed while its chamber is silent, and its armed file goes with it: nobody calls the guard off
+    """The program is killed while its chamber is silent, and its safe-state file goes with it: nobody calls the guard off
     with that."""
     laboratory = scene.laboratory()
     (scene.folder / "records").mkdir()
@@ -210,11 +210,11 @@ def orders_gone(scene: Scene, *, take_away: Callable[[pathlib.Path], Any]) -> No
     time.sleep(HEALED_AFTER if scene.long else 14)
     healed = time.monotonic()
     laboratory.chamber.heal()
-    scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again, the armed file being gone")
+    scene.expect_safe(laboratory, healed, GUARD_LIMIT, "the chamber answers again, the safe-state file being gone")
 
 
-enter("guard", "dead_silent_armed_file_removed",
-      functools.partial(orders_gone, take_away=lambda record: pathlib.Path(f"{record}.armed").unlink()))
+enter("guard", "dead_silent_safe_state_file_removed",
+      functools.partial(orders_gone, take_away=lambda record: pathlib.Path(f"{record}.safe-state").unlink()))
 enter("guard", "dead_silent_folder_moved",
       functools.partial(orders_gone, take_away=lambda record: record.parent.rename(record.parent.with_name("moved"))))
 

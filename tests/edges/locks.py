@@ -434,25 +434,25 @@ def second_by_another_address(scene: Scene, *, first: str, second: str) -> None:
         expect_safe_death(machine, run)
 
 
-def foreign_armed_file(scene: Scene, *, option: str) -> None:
-    """An armed file of another user names a process of root's and a hot set point: root's make-safe kills nobody and
-    sends nothing."""
+def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
+    """A safe-state file of another user names a process of root's and a hot set point: root's make-safe kills nobody
+    and sends nothing."""
     machine = Machine(scene)
     run = machine.first()
     if not began(machine, run):
         return
-    text = pathlib.Path(f"{run.record}.armed").read_text()
+    text = pathlib.Path(f"{run.record}.safe-state").read_text()
     scene.need(run.tell("abort")[0], "an abort was refused")
     scene.need(run.wait(20) == 6, "it did not end")
     victim = subprocess.Popen(["sleep", "300"], env=scene.programs.environment())
     started = pathlib.Path(f"/proc/{victim.pid}/stat").read_text().rpartition(")")[2].split()[19]
     evil = scene.folder / "evil.db"
-    for key, value in (("record", str(evil)), ("safe_set_point_c", "179"), ("pid", str(victim.pid)),
+    for key, value in (("record", f'"{evil}"'), ("safe_set_point_c", "179"), ("pid", str(victim.pid)),
                        ("started", started)):
-        text = re.sub(rf"(?m)^{key}: .*$", f"{key}: {value}", text, count=1)
-    armed = pathlib.Path(f"{evil}.armed")
-    armed.write_text(text)
-    shutil.chown(armed, "nobody")
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", text, count=1)
+    orders = pathlib.Path(f"{evil}.safe-state")
+    orders.write_text(text)
+    shutil.chown(orders, "nobody")
     since = time.monotonic()
     made = scene.programs.finish([scene.programs.make_safe, *([option] if option else []), evil], 30)
     codes = (2, 4) if option == "--guard" else (4,)  # a guard wants orders first, and there are none
@@ -472,5 +472,5 @@ for _first, _second in (("127.0.0.1", "0.0.0.0"), ("0.0.0.0", "127.0.0.1"), ("12
     enter("locks", f"address_{_first}_and_{_second}",
           functools.partial(second_by_another_address, first=_first, second=_second), private_mounts=True)
 for _option in ("", "--kill", "--guard"):
-    enter("locks", f"foreign_armed_file{_option.replace('--', '_')}",
-          functools.partial(foreign_armed_file, option=_option), private_mounts=True)
+    enter("locks", f"foreign_safe_state_file{_option.replace('--', '_')}",
+          functools.partial(foreign_safe_state_file, option=_option), private_mounts=True)

@@ -27,27 +27,28 @@ def says(run: Run, before: str, *words: str) -> bool:
     return any(word in run.errors()[len(before):] for word in words)
 
 
-def armed_file_lost(scene: Scene, *, how: str) -> None:
-    """The armed file is removed or overwritten: it is put back within seconds and told, and a killed program leaves a
-    safe chamber."""
+def safe_state_file_lost(scene: Scene, *, how: str) -> None:
+    """The safe-state file is removed or overwritten: it is put back within seconds and told, and a killed program
+    leaves a safe chamber."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
-    armed = pathlib.Path(f"{run.record}.armed")
-    before, content = run.errors(), armed.read_bytes()
+    orders = pathlib.Path(f"{run.record}.safe-state")
+    before, content = run.errors(), orders.read_bytes()
     if how == "removed":
-        armed.unlink()
+        orders.unlink()
     elif how == "moved":
-        armed.rename(scene.folder / "away")
+        orders.rename(scene.folder / "away")
     else:
-        armed.write_bytes(b"gyrotherm-armed/1\ngarbage\n")
-    back = until(lambda: armed.exists() and armed.read_bytes() == content, PUT_BACK_WITHIN)
-    scene.expect(back, f"the armed file was not put back within {PUT_BACK_WITHIN:g} s")
-    scene.expect(until(lambda: says(run, before, "armed"), 2), f"nobody was told: {run.errors()[len(before):]!r}")
-    expect_safe_death(scene, laboratory, run, f"killed after its armed file was {how}")
+        orders.write_bytes(b'schema = "gyrotherm-safe-state/1"\ngarbage\n')
+    back = until(lambda: orders.exists() and orders.read_bytes() == content, PUT_BACK_WITHIN)
+    scene.expect(back, f"the safe-state file was not put back within {PUT_BACK_WITHIN:g} s")
+    scene.expect(until(lambda: says(run, before, "safe-state"), 2), f"nobody was told: {run.errors()[len(before):]!r}")
+    expect_safe_death(scene, laboratory, run, f"killed after its safe-state file was {how}")
 
 
 for _how in ("removed", "moved", "overwritten"):
-    enter("presence", f"armed_file_{_how}", functools.partial(armed_file_lost, how=_how), long_only=_how == "moved")
+    enter("presence", f"safe_state_file_{_how}", functools.partial(safe_state_file_lost, how=_how),
+          long_only=_how == "moved")
 
 
 @attack("presence")
@@ -150,7 +151,7 @@ for _name, _signal in (("killed", signal.SIGKILL), ("stopped", signal.SIGSTOP)):
 @attack("presence")
 def guard_without_orders(scene: Scene) -> None:
     """A guard whose line ends before it has said what to do: as long as the program lives that is no reason to act;
-    once it is dead the armed file says what to do."""
+    once it is dead the safe-state file says what to do."""
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory)
     guard = [scene.programs.make_safe, "--guard", run.record]

@@ -141,7 +141,7 @@ def broken_off(scene: Scene, *, breaks: Callable[[Laboratory], Any], mode: int) 
     at, left = laboratory.chamber.set_point, laboratory.chamber.mode
     scene.expect(abs(at - FOUND_AT) < 0.01, f"the set point was {FOUND_AT:g} °C and is left at {at:g} °C")
     scene.expect(left == mode, f"the control mode was {mode} and is left at {left}")
-    scene.expect(not pathlib.Path(f"{scene.folder}/run.db.armed").exists(), "the armed file is left")
+    scene.expect(not pathlib.Path(f"{scene.folder}/run.db.safe-state").exists(), "the safe-state file is left")
 
 
 def gyro_is_silent(laboratory: Laboratory) -> None:

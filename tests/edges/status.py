@@ -124,7 +124,7 @@ def fifos_beside_a_record(scene: Scene) -> None:
     laboratory.chamber.begin_at(60)
     run = scene.start(scene.profile(hold(60.0, 3)), scene.rig(laboratory))
     scene.need(run.wait(60) == 0, f"the run did not end well: {run.errors()[-400:]}")
-    for ending in (".armed", ".made-safe", ".status"):
+    for ending in (".safe-state", ".made-safe", ".status"):
         path = pathlib.Path(f"{run.record}{ending}")
         path.unlink(missing_ok=True)
         os.mkfifo(path)
@@ -172,7 +172,7 @@ def modes(scene: Scene, *, umask: str) -> None:
     found = {path.name: mode for name in ("run*", "another*") for path in scene.folder.glob(name)
              if path.suffix not in (".out", ".err", ".socket") and (mode := mode_of_file(path)) is not None}
     scene.fact(", ".join(f"{name} {mode:o}" for name, mode in sorted(found.items())))
-    for name in ("run.db", "run.2.db", "run.db.sha256", "another.db", "another.db.status", "another.db.armed"):
+    for name in ("run.db", "run.2.db", "run.db.sha256", "another.db", "another.db.status", "another.db.safe-state"):
         scene.expect(name in found, f"{name} is not there: {sorted(found)}")
     wrong = {name: f"{mode:04o}" for name, mode in found.items() if mode != 0o640}
     scene.expect(not wrong, f"not 0640: {wrong}")

@@ -280,5 +280,5 @@ def interrupt_at_a_blocked_terminal(scene: Scene) -> None:
     time.sleep(1)
     scene.expect(abs(laboratory.chamber.set_point - 60) < 0.01,
                  f"the chamber was left at {laboratory.chamber.set_point:g} °C instead of its set point")
-    scene.expect(not pathlib.Path(f"{run.record}.armed").exists(), "the armed file is still there")
+    scene.expect(not pathlib.Path(f"{run.record}.safe-state").exists(), "the safe-state file is still there")
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())

@@ -10,7 +10,7 @@ def links_beside(one):
     """Nothing is written through a link that somebody put where the program writes."""
     draw, laboratory = one.random, one.laboratory
     names = ["r.db.status", "r.db.sha256", "r.db.status.part", "r.db.sha256.part", "r.db-wal", "r.db-shm",
-             "r.db-journal", "x.csv.part", "m.json.part", "r.db.socket", "r.db.armed", "r.db.made-safe", "r.2.db"]
+             "r.db-journal", "x.csv.part", "m.json.part", "r.db.socket", "r.db.safe-state", "r.db.made-safe", "r.2.db"]
     chosen = [name for name in names if draw.randrange(2)]
     for name in chosen:
         os.symlink("../precious", one.of("out/" + name))
@@ -66,8 +66,8 @@ def file_beside(one):
     draw = one.random
     path = one.copy("unfinished.db", "unfinished.db-wal", "unfinished.db.status")
     status = open(path + ".status", "rb").read()
-    made_safe = (b"gyrotherm-made-safe/1\nat: now\nutc_ns: 1\nbecause: \x1b[2J\xff\nset_point_c: 20\nconfirmed: yes\n"
-                 b"details: \xe2\x80\xae\n")
+    made_safe = (b'schema = "gyrotherm-made-safe/1"\nat = "now"\nutc_ns = 1\nbecause = "\\u001b[2J\xff"\n'
+                 b'set_point_c = 20\nconfirmed = true\ndetails = "\xe2\x80\xae"\n')
     victim, content = draw.choice([(".status", status), (".made-safe", made_safe)])
     content = draw.choice([spoiled(draw, content), content + b"x", content[:draw.randrange(len(content))], made_safe,
                            b"[" * 1_000_000, b"\xff" * 100])

@@ -34,9 +34,9 @@ struct BenchChamber {
   void restart() { set_point_c = 20; }
 };
 
-class BenchSampler final : public Sampler {
+class BenchIo final : public InstrumentIo {
  public:
-  explicit BenchSampler(BenchChamber& chamber) : chamber_(chamber) {}
+  explicit BenchIo(BenchChamber& chamber) : chamber_(chamber) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
     Sample sample;
@@ -89,7 +89,7 @@ class BenchSampler final : public Sampler {
 
 class BenchRig final : public Rig {
  public:
-  explicit BenchRig(RigFile file) : file_(std::move(file)), sampler_(chamber) {}
+  explicit BenchRig(RigFile file) : file_(std::move(file)), io_(chamber) {}
   std::vector<Result<std::string>> ask() override { return {}; }
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance&, const ChamberProgram*) override { return {}; }
@@ -97,12 +97,12 @@ class BenchRig final : public Rig {
     constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {
       chamber.second();
-      sampler_.uut_c += (chamber.air_c - sampler_.uut_c) / kUutLag;
+      io_.uut_c += (chamber.air_c - io_.uut_c) / kUutLag;
       clock_.advance(std::chrono::seconds(1));
     }
   }
   const Clock& clock() const override { return clock_; }
-  BenchSampler& sampler() override { return sampler_; }
+  BenchIo& io() override { return io_; }
   const RigFile& file() const override { return file_; }
   RigFile& file() { return file_; }
   Result<SetPointRange> controller_limits() override { return SetPointRange{}; }
@@ -113,7 +113,7 @@ class BenchRig final : public Rig {
 
  private:
   RigFile file_;
-  BenchSampler sampler_;
+  BenchIo io_;
   VirtualClock clock_;
 };
 
@@ -186,7 +186,7 @@ class Bench {
   [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, experiment_->state()); }
 
   BenchChamber& chamber() { return rig_.chamber; }
-  BenchSampler& instruments() { return rig_.sampler(); }
+  BenchIo& instruments() { return rig_.io(); }
   RunController& run_controller() { return *experiment_; }
   BenchStore& record() { return store_; }
 

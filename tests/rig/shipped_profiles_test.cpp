@@ -1,7 +1,7 @@
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 
-#include "app/one_core.hpp"
+#include "core/process.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm {

@@ -12,8 +12,8 @@
 #include "acquisition/record/store.hpp"
 #include "core/file.hpp"
 #include "rig/rig.hpp"
+#include "sequencer/run/record_start.hpp"
 #include "sequencer/run/run_controller.hpp"
-#include "sequencer/run/run_info.hpp"
 
 namespace gyrotherm {
 

@@ -102,29 +102,29 @@ void expect_complete(const Sample& sample) {
   EXPECT_EQ(sample.gyro.value->interval, 1s);
 }
 
-TEST(Sampler, ReadsEveryInstrumentOnceInline) {
+TEST(InstrumentIo, ReadsEveryInstrumentOnceInline) {
   Bench bench;
   bench.clock.advance(7s);
-  const auto sampler = Sampler::inline_calls(bench.instruments);
-  const Sample sample = sampler->read(7, bench.clock);
+  const auto io = InstrumentIo::inline_calls(bench.instruments);
+  const Sample sample = io->read(7, bench.clock);
   expect_complete(sample);
   EXPECT_EQ(sample.slot, 7);
   EXPECT_EQ(sample.at.since_start, 7s);
   EXPECT_EQ(sample.gyro.at.since_start, 7s);
 }
 
-TEST(Sampler, ReadsEveryInstrumentOnceWithWorkers) {
+TEST(InstrumentIo, ReadsEveryInstrumentOnceWithWorkers) {
   Bench bench;
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 10s});
-  expect_complete(sampler->read(0, bench.clock));
-  EXPECT_EQ(sampler->read(1, bench.clock).chamber.value->air, Celsius{2});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 10s});
+  expect_complete(io->read(0, bench.clock));
+  EXPECT_EQ(io->read(1, bench.clock).chamber.value->air, Celsius{2});
 }
 
-TEST(Sampler, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
+TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
   Bench bench;
   bench.first.gate.close();
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
-  const Sample sample = sampler->read(0, bench.clock);
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const Sample sample = io->read(0, bench.clock);
   for (const std::size_t i : {0, 1, 2}) {
     const Fault& fault = sample.thermometers[i].value.error();
     EXPECT_EQ(fault.kind, FaultKind::timeout);
@@ -135,51 +135,51 @@ TEST(Sampler, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
   bench.first.gate.open();
 }
 
-TEST(Sampler, TellsHowLongACallOfTheChamberHasNotGotOn) {
+TEST(InstrumentIo, TellsHowLongACallOfTheChamberHasNotGotOn) {
   Bench bench;
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
-  EXPECT_EQ(sampler->stuck_for(), Duration{});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  EXPECT_EQ(io->stuck_for(), Duration{});
   bench.chamber.gate.close();
-  static_cast<void>(sampler->read(0, bench.clock));
-  EXPECT_GE(sampler->stuck_for(), 40ms) << "the call that hangs is under way";
+  static_cast<void>(io->read(0, bench.clock));
+  EXPECT_GE(io->stuck_for(), 40ms) << "the call that hangs is under way";
   bench.chamber.gate.open();
-  static_cast<void>(sampler->read(1, bench.clock));
-  EXPECT_LT(sampler->stuck_for(), 40ms);
+  static_cast<void>(io->read(1, bench.clock));
+  EXPECT_LT(io->stuck_for(), 40ms);
 }
 
-TEST(Sampler, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
+TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
   Bench bench;
   LineActivity line;
   bench.instruments.chamber_line = &line;
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   bench.chamber.gate.close();
-  static_cast<void>(sampler->read(0, bench.clock));
-  EXPECT_GE(sampler->stuck_for(), 40ms);
+  static_cast<void>(io->read(0, bench.clock));
+  EXPECT_GE(io->stuck_for(), 40ms);
   line.note();
-  EXPECT_LT(sampler->stuck_for(), 40ms) << "on a line that loses most of what is asked";
+  EXPECT_LT(io->stuck_for(), 40ms) << "on a line that loses most of what is asked";
   bench.chamber.gate.open();
 }
 
-TEST(Sampler, AThermometerThatHangsIsNoReasonToEndTheRun) {
+TEST(InstrumentIo, AThermometerThatHangsIsNoReasonToEndTheRun) {
   Bench bench;
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   bench.first.gate.close();
-  static_cast<void>(sampler->read(0, bench.clock));
-  EXPECT_LT(sampler->stuck_for(), 40ms);
+  static_cast<void>(io->read(0, bench.clock));
+  EXPECT_LT(io->stuck_for(), 40ms);
   bench.first.gate.open();
 }
 
-TEST(Sampler, LateAnswerIsNeverALaterSecondsValue) {
+TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
   Bench bench;
   bench.chamber.gate.close();
   bench.gyro.gate.close();
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 300ms});
-  const Sample missed = sampler->read(0, bench.clock);
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
+  const Sample missed = io->read(0, bench.clock);
   EXPECT_EQ(missed.chamber.value.error().kind, FaultKind::timeout);
   EXPECT_EQ(missed.gyro.value.error().kind, FaultKind::timeout);
   bench.chamber.gate.open();
   bench.gyro.gate.open();
-  const Sample next = sampler->read(1, bench.clock);
+  const Sample next = io->read(1, bench.clock);
   ASSERT_TRUE(next.chamber.value && next.gyro.value);
   EXPECT_EQ(next.chamber.value->air, Celsius{2}) << "1 was the late answer";
   EXPECT_EQ(next.gyro.value->pulses, 2);
@@ -198,71 +198,71 @@ class StandingStill final : public Clock, public Thermometer {
   int stands_still_ms = 0;
 };
 
-TEST(Sampler, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
+TEST(InstrumentIo, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
   Bench bench;
   StandingStill machine;
-  const auto sampler = Sampler::workers({bench.chamber, {{machine, {"A"}}}, bench.gyro});
+  const auto io = InstrumentIo::workers({bench.chamber, {{machine, {"A"}}}, bench.gyro});
   machine.stands_still_ms = 700;
-  EXPECT_EQ(sampler->read(0, machine).thermometers[0].value, Celsius{24});
+  EXPECT_EQ(io->read(0, machine).thermometers[0].value, Celsius{24});
   machine.stands_still_ms = 24'000;
-  const auto late = sampler->read(1, machine).thermometers[0].value;
+  const auto late = io->read(1, machine).thermometers[0].value;
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().kind, FaultKind::timeout);
 }
 
-TEST(Sampler, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
+TEST(InstrumentIo, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
   Bench bench;
   bench.gyro.gate.close();
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 30ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 30ms});
   for (int slot = 0; slot < 4; ++slot)
-    EXPECT_EQ(sampler->read(slot, bench.clock).gyro.value.error().kind, FaultKind::timeout);
+    EXPECT_EQ(io->read(slot, bench.clock).gyro.value.error().kind, FaultKind::timeout);
   EXPECT_EQ(bench.gyro.reads, 0);
   bench.gyro.gate.open();
   bench.gyro.gate.wait_for_arrivals(1);
-  const auto patient = sampler->read(4, bench.clock);
+  const auto patient = io->read(4, bench.clock);
   EXPECT_TRUE(!patient.gyro.value || patient.gyro.value->pulses == 2) << "three withdrawn reads were never made";
 }
 
-TEST(Sampler, CommandReachesTheChamberEitherWay) {
+TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
   Bench bench;
-  const auto inline_sampler = Sampler::inline_calls(bench.instruments);
+  const auto inline_sampler = InstrumentIo::inline_calls(bench.instruments);
   ASSERT_TRUE(inline_sampler->command(Celsius{-40}));
   EXPECT_EQ(bench.chamber.set_point, -40);
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 10s});
-  ASSERT_TRUE(sampler->command(Celsius{70}));
-  EXPECT_EQ(sampler->read(0, bench.clock).chamber.value->set_point, Celsius{70});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 10s});
+  ASSERT_TRUE(io->command(Celsius{70}));
+  EXPECT_EQ(io->read(0, bench.clock).chamber.value->set_point, Celsius{70});
 }
 
-TEST(Sampler, CommandThatCouldNotBeginIsNotSentLater) {
+TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
   Bench bench;
   bench.chamber.gate.close();
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 300ms});
-  EXPECT_FALSE(sampler->read(0, bench.clock).chamber.value);
-  const auto sent = sampler->command(Celsius{70});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
+  EXPECT_FALSE(io->read(0, bench.clock).chamber.value);
+  const auto sent = io->command(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(text(sent.error()), "chamber: set point 70 °C not sent: the chamber was still busy after 300 ms");
   bench.chamber.gate.open();
-  EXPECT_EQ(sampler->read(1, bench.clock).chamber.value->set_point, Celsius{20});
+  EXPECT_EQ(io->read(1, bench.clock).chamber.value->set_point, Celsius{20});
 }
 
-TEST(Sampler, CommandThatWasNotConfirmedIsUnknown) {
+TEST(InstrumentIo, CommandThatWasNotConfirmedIsUnknown) {
   Bench bench;
   bench.chamber.command_gate.close();
-  const auto sampler = Sampler::workers(bench.instruments, {.patience = 50ms});
-  const auto sent = sampler->command(Celsius{70});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto sent = io->command(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().kind, FaultKind::timeout);
   EXPECT_EQ(sent.error().what, "set point 70 °C unknown: not confirmed in 50 ms");
   bench.chamber.command_gate.open();
 }
 
-TEST(Sampler, ACommandWaitsNoLongerThanItsTick) {
+TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
   Bench bench;
   bench.chamber.command_gate.close();
-  const auto sampler = Sampler::workers(bench.instruments);
-  EXPECT_TRUE(sampler->read(0, bench.clock).chamber.value);
+  const auto io = InstrumentIo::workers(bench.instruments);
+  EXPECT_TRUE(io->read(0, bench.clock).chamber.value);
   bench.clock.advance(930ms);  // an instrument was slow
-  EXPECT_EQ(sampler->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  EXPECT_EQ(io->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
   bench.chamber.command_gate.open();
 }
 

@@ -7,7 +7,7 @@
 
 #include "acquisition/record/backlog.hpp"
 #include "core/clock.hpp"
-#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/resume.hpp"
 
 namespace gyrotherm {
 namespace {

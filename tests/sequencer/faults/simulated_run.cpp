@@ -11,8 +11,7 @@
 #include "acquisition/record/manifest.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_parts.hpp"
-#include "sequencer/run/continuation.hpp"
-#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/resume.hpp"
 #include "sequencer/run/set_point_path.hpp"
 
 namespace gyrotherm {

@@ -1,4 +1,4 @@
-/// One run of a profile on the virtual plant while a schedule of mishaps goes on: the real experiment, sampler,
+/// One run of a profile on the virtual plant while a schedule of mishaps goes on: the real experiment, io,
 /// drivers' logic and store, in virtual time, judged every second.
 #pragma once
 

@@ -6,7 +6,7 @@
 
 #include "core/clock.hpp"
 #include "core/file.hpp"
-#include "sequencer/run/run_info.hpp"
+#include "sequencer/run/record_start.hpp"
 
 namespace gyrotherm {
 namespace {

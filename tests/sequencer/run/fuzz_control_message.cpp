@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/text.hpp"
-#include "sequencer/run/control_message.hpp"
+#include "sequencer/run/control_socket.hpp"
 
 namespace {
 

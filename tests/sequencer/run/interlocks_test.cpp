@@ -1,6 +1,12 @@
 #include "sequencer/interlocks/interlocks.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -148,6 +154,28 @@ TEST(Interlocks, TheMostSevereReactionWins) {
   sample.gyro.value = no_reply();
   sample.thermometers[0].value = Celsius{150};
   EXPECT_EQ(after(sample, 10).reaction, Reaction::abort);
+}
+
+/// The row of docs/interlocks.md that begins with the interlock's name; empty if there is none.
+std::string documented(const std::string& page, const Interlock& row) {
+  const auto begin = page.find(fmt::format("\n| `{}`{} | {} |", row.name, row.choosable ? "" : " ×", name(row.usual)));
+  return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
+}
+
+TEST(Interlocks, StandInTheDocumentWithReactionAndLimits) {
+  const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/interlocks.md");
+  ASSERT_TRUE(page) << text(page.error());
+  const auto limits = page->substr(page->find("## `[limits]`"));
+  for (std::size_t i = 0; i < kInterlocks; ++i) {
+    const auto& row = interlock(static_cast<InterlockId>(i));
+    const auto said = documented(*page, row);
+    EXPECT_NE(said, "") << row.name << " has no row, or another reaction";
+    std::istringstream keys{std::string(row.limits)};
+    for (std::string key; keys >> key;) {
+      EXPECT_NE(said.find(fmt::format("`{}`", key)), std::string::npos) << row.name << " does not speak of " << key;
+      EXPECT_NE(limits.find(fmt::format("`{}`", key)), std::string::npos) << key << " has no default";
+    }
+  }
 }
 
 }  // namespace

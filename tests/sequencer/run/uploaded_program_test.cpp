@@ -73,7 +73,7 @@ TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
   // A set point ends the program, as a person at the panel would.
   const auto end_it = [](std::int64_t slot, Rig& rig) {
     if (slot != 400) return;
-    ASSERT_TRUE(rig.sampler().command({0}));
+    ASSERT_TRUE(rig.io().command({0}));
   };
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause, end_it), RunOutcome::made_safe);
   EXPECT_NE(cause.find("the controller has not carried out its program"), std::string::npos) << cause;
@@ -114,9 +114,13 @@ soak_band = 2
 }
 
 TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
-  ProgramWatch watch;
+  ControllerLead lead;
   const auto after = [&](ChamberActivity activity, bool last) {
-    return watch.judge({ChamberState{{20}, {20}, activity}, {}}, last, std::chrono::seconds(59));
+    Sample sample;
+    sample.chamber = {ChamberState{{20}, {20}, activity}, {}};
+    InterlockInputs inputs;
+    lead.inform({.sample = sample, .goal = {20}, .missed = std::chrono::seconds(58), .in_last_segment = last}, inputs);
+    return inputs.program;
   };
   EXPECT_EQ(after(ChamberActivity::program, false), "");
   EXPECT_EQ(after(ChamberActivity::running, false), "");

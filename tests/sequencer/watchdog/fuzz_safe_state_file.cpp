@@ -1,5 +1,7 @@
-/// Any bytes as an armed file or a trace: read, or a fault with its place; what is read is written and read back the
-/// same.
+/// Any bytes as a safe-state file or a trace: read, or a fault with its place; what is read is written and read back
+/// the same.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -46,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else {
     require(safe_state.error().kind == FaultKind::bad_file && safe_state.error().where.starts_with("fuzz:"));
   }
-  const auto trace = parse_made_safe(std::string(kMadeSafeSchema) + "\n" + std::string(bytes), "fuzz");
+  const auto trace = parse_made_safe(fmt::format("schema = \"{}\"\n{}", kMadeSafeSchema, bytes), "fuzz");
   if (trace) require(std::isfinite(trace->set_point.value));
   return 0;
 }

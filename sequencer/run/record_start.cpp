@@ -1,4 +1,4 @@
-#include "sequencer/run/run_info.hpp"
+#include "sequencer/run/record_start.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sequencer/run/resume_rule.hpp"
+#include "sequencer/run/resume.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,18 @@
-/// The resume rule: whether a run that was interrupted may go on by itself, and how (docs/reliability.md). Pure. The
+/// How an interrupted run goes on: the resume rule, which says whether it may by itself, and how (docs/reliability.md),
+/// and where the run stood, out of its record. Pure. The rule's
 /// practice is that of environmental testing (MIL-STD-810, part one, 5.2 and 5.11): an interruption on the mild side
 /// repeats the stabilisation, one that went beyond the test's own extremes is for people to judge.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "acquisition/record/record.hpp"
 #include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "rig/rig.hpp"
+#include "rig/rig_file.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
 
@@ -53,5 +59,22 @@ struct SegmentExtremes {
   Celsius lowest, highest;
 };
 [[nodiscard]] SegmentExtremes extremes_of(const Profile& profile, const ProfileState& state);
+
+struct RunContinuation {
+  RigFile rig;
+  Profile profile;
+  ProfileState state;        ///< of the first second after the gap: the profile's clock stands still in it
+  std::int64_t last_slot{};  ///< that has a sample; −1: none
+  std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
+  InterruptedRun stood;
+  std::string why_stopped;  ///< in words
+  RigStart start{};         ///< what the rig is assembled with
+};
+
+/// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. `run`: the number
+/// that draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
+/// texts cannot be read any more).
+[[nodiscard]] Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
+                                                      std::uint64_t run);
 
 }  // namespace gyrotherm

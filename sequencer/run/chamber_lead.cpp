@@ -1,0 +1,81 @@
+#include "sequencer/run/chamber_lead.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "core/process.hpp"
+#include "drivers/chamber/set_point_tolerance.hpp"
+#include "sequencer/run/resume.hpp"
+#include "sequencer/run/run_state_machine.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
+
+}  // namespace
+
+HostLead::HostLead(const RigFile& rig, Celsius here, Duration at)
+    : limits_(rig.chamber_limits),
+      path_(rig.chamber_limits, set_point_tolerance(rig.chamber_map), rig.chamber_map.limits.every, here, at) {}
+
+void HostLead::begin_away(std::optional<Celsius> air_before) {
+  approaching_ = true;
+  air_before_ = air_before;
+}
+
+void HostLead::inform(const LeadSecond& second, InterlockInputs& inputs) {
+  if (const auto& chamber = second.sample.chamber.value) inputs.sent = path_.expected(chamber->set_point);
+  inputs.set_point_tolerance = path_.tolerance();
+  inputs.refusals = path_.refusals();
+  inputs.refusal = path_.refusal();
+}
+
+InterlockDemand HostLead::weigh(InterlockDemand demand, const LeadSecond& second) {
+  const auto& chamber = second.sample.chamber.value;
+  const auto& before = second.air_before;
+  if (second.missed <= Duration{} || !before || !chamber || demand.reaction >= Reaction::suspend) return demand;
+  if (abs(chamber->air - second.goal) <= abs(*before - second.goal) + kResumeBand) return demand;
+  approaching_ = true;
+  return {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
+                                         chamber->air.value, spoken(second.missed), before->value)};
+}
+
+bool HostLead::is_in_place(const LeadSecond& second) const {
+  if (!path_.is_at(second.goal)) return false;
+  if (!approaching_) return true;
+  const auto& chamber = second.sample.chamber.value;
+  return chamber && gyrotherm::is_in_place(chamber->air, second.goal, air_before_);
+}
+
+void HostLead::arrived() {
+  approaching_ = false;
+  air_before_.reset();
+}
+
+/// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
+std::optional<std::string> HostLead::bring_back(InstrumentIo& io, const LeadSecond& second) {
+  const auto& chamber = *second.sample.chamber.value;
+  approaching_ = true;
+  path_.adopt(chamber.set_point);
+  path_.begin_at(chamber.air);
+  const auto taken = path_.go(io, within(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });
+  return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
+}
+
+std::optional<std::string> HostLead::command(InstrumentIo& io, const LeadSecond& second, RunState state, bool returning,
+                                             const InterlockMemory& memory) {
+  if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
+  if (memory.stands(InterlockId::restarted) || std::exchange(taking_over_, false)) return bring_back(io, second);
+  if (memory.stands(InterlockId::not_taken))
+    return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
+  if (memory.is_seen(InterlockId::foreign_set_point))
+    return std::nullopt;  // at the first poll too: what is not understood is not overwritten
+  if (state != RunState::execute && !returning) return std::nullopt;
+  ensure(may_command(state), "a set point is sent only while the run is carried out");
+  const auto sent = path_.go(io, second.goal, second.at);
+  return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,92 @@
+/// Who leads the chamber along the profile: this program, set point by set point (HostLead), or the chamber's own
+/// controller, which was given the profile as a program (ControllerLead, in uploaded_program.hpp). A run has one from
+/// its start; the run controller calls it once a second, in the thread of the tick.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "acquisition/io/instrument_io.hpp"
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
+#include "sequencer/run/operator_requests.hpp"
+#include "sequencer/run/set_point_path.hpp"
+
+namespace gyrotherm {
+
+/// One second of a run, as its lead sees it.
+struct LeadSecond {
+  const Sample& sample;
+  Celsius goal;                         ///< the profile's set point
+  Duration at{};                        ///< the run's time when this second ends
+  Duration missed{};                    ///< how long there was no tick before it
+  bool in_last_segment{};               ///< the profile's own end may come before the chamber's, or after it
+  std::optional<Celsius> air_before{};  ///< the air as it was last known before this second
+};
+
+class ChamberLead {
+ public:
+  virtual ~ChamberLead() = default;
+
+  /// Whether the chamber goes on along the profile when this program pauses or ends.
+  [[nodiscard]] virtual bool goes_on_by_itself() const = 0;
+  /// Why a command of an operator cannot be carried out under this lead; empty: it can.
+  [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
+
+  /// Fills in what the interlocks compare the chamber with.
+  virtual void inform(const LeadSecond& second, InterlockInputs& inputs) = 0;
+  /// What remains of the interlocks' demand, or what the lead demands besides.
+  [[nodiscard]] virtual InterlockDemand weigh(InterlockDemand demand, const LeadSecond& second) = 0;
+  /// Whether set point and air are where the profile's clock may run.
+  [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
+  /// The profile's clock runs: there is no way back to the profile any more.
+  virtual void arrived() = 0;
+  /// An operator lets the run go on over a set point that is not its own: the chamber is taken over with the next
+  /// command.
+  virtual void take_over() = 0;
+
+  /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
+  /// profile). Returns what the record is to be told of a failure, or nothing.
+  [[nodiscard]] virtual std::optional<std::string> command(InstrumentIo& io, const LeadSecond& second, RunState state,
+                                                           bool returning, const InterlockMemory& memory) = 0;
+  /// How many set points the chamber did not take.
+  [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
+};
+
+/// Sends the set points itself: a path that nothing makes jump, and that waits until the air has followed.
+class HostLead final : public ChamberLead {
+ public:
+  /// `here`: the set point that the chamber has taken at `at`, the time of the run.
+  HostLead(const RigFile& rig, Celsius here, Duration at);
+
+  /// The run begins elsewhere than the profile. The profile's clock stands still until the air has followed, or is
+  /// within kResumeBand of `air_before`, where it was when the run stopped.
+  void begin_away(std::optional<Celsius> air_before);
+
+  [[nodiscard]] bool goes_on_by_itself() const override { return false; }
+  [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
+  void inform(const LeadSecond& second, InterlockInputs& inputs) override;
+  /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends.
+  [[nodiscard]] InterlockDemand weigh(InterlockDemand demand, const LeadSecond& second) override;
+  [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
+  void arrived() override;
+  void take_over() override { taking_over_ = true; }
+  /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
+  [[nodiscard]] std::optional<std::string> command(InstrumentIo& io, const LeadSecond& second, RunState state,
+                                                   bool returning, const InterlockMemory& memory) override;
+  [[nodiscard]] std::int64_t missed_set_points() const override { return path_.missed(); }
+
+ private:
+  [[nodiscard]] std::optional<std::string> bring_back(InstrumentIo& io, const LeadSecond& second);
+
+  ChamberLimits limits_;
+  SetPointPath path_;
+  bool approaching_ = false;           ///< the air has to come back first
+  std::optional<Celsius> air_before_;  ///< where it was when the run stopped
+  bool taking_over_ = false;
+};
+
+}  // namespace gyrotherm

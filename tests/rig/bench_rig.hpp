@@ -12,7 +12,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 #include "rig/rig.hpp"
-#include "sequencer/run/run_controller.hpp"
+#include "tests/support/run_harness.hpp"
 
 namespace gyrotherm {
 
@@ -153,28 +153,12 @@ class Bench {
     auto read = parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments, "p.toml");
     EXPECT_TRUE(read) << text(read.error());
     profile_ = *read;
-    experiment_.emplace(profile_, rig_, store_, begin(profile_), 0);
+    harness_.emplace(profile_, rig_, store_);
   }
 
-  /// Seconds without a tick.
-  void late(int seconds) { rig_.let_pass(seconds), slot_ += seconds; }
-  RunOutcome seconds(int count) {
-    for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
-      rig_.let_pass(1);
-      const auto outcome = experiment_->tick(slot_++);
-      EXPECT_TRUE(outcome);
-      outcome_ = *outcome;
-    }
-    return outcome_;
-  }
-  /// Seconds until the run is in that state; −1: not within `most`.
-  int until(RunState state, int most = 20'000) {
-    for (int i = 0; i <= most; ++i) {
-      if (experiment_->run_state() == state) return i;
-      seconds(1);
-    }
-    return -1;
-  }
+  void late(int seconds) { harness_->without_tick(seconds); }
+  RunOutcome seconds(int count) { return harness_->seconds(count); }
+  int until(RunState state, int most = 20'000) { return harness_->until(state, most); }
   [[nodiscard]] bool told(EventKind kind, const std::string& words) const { return count(kind, words) > 0; }
   [[nodiscard]] int count(EventKind kind, const std::string& words) const {
     int found = 0;
@@ -183,11 +167,11 @@ class Bench {
     return found;
   }
   /// Of the profile, as its clock has it.
-  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, experiment_->state()); }
+  [[nodiscard]] ProfilePosition progress() const { return harness_->progress(); }
 
   BenchChamber& chamber() { return rig_.chamber; }
   BenchIo& instruments() { return rig_.io(); }
-  RunController& run_controller() { return *experiment_; }
+  RunController& run_controller() { return harness_->run_controller(); }
   BenchStore& record() { return store_; }
 
  private:
@@ -203,9 +187,7 @@ class Bench {
   BenchRig rig_;
   Profile profile_;
   BenchStore store_;
-  std::optional<RunController> experiment_;
-  std::int64_t slot_ = 0;
-  RunOutcome outcome_ = RunOutcome::going_on;
+  std::optional<RunHarness> harness_;
 };
 
 }  // namespace gyrotherm

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <memory>
+#include <functional>
 #include <string>
 
 #include "acquisition/record/record.hpp"
@@ -14,6 +14,7 @@
 #include "rig/rig.hpp"
 #include "sequencer/run/record_start.hpp"
 #include "sequencer/run/run_controller.hpp"
+#include "tests/support/run_harness.hpp"
 
 namespace gyrotherm {
 
@@ -45,27 +46,27 @@ class DryRun {
   /// What a record of this profile on this rig knows.
   [[nodiscard]] RunInfo info() const { return run_info("", profile_, file_, seed_, {}); }
 
-  /// Runs until the profile's end, or `seconds`; the outcome of the last tick.
+  /// Runs until the profile's end, or `seconds`; returns the outcome of the last tick.
   RunOutcome run(std::int64_t seconds = 1'000'000) {
-    auto rig = Rig::assemble(file_, {.seed = {.gyro = seed_, .run = 0}, .already = {}, .replay = {}});
+    return run({.gyro = seed_, .run = 0}, nullptr, [&](RunHarness& harness, Rig&) { harness.seconds(seconds); });
+  }
+  /// Runs as `steps` says; a `program` is left to the chamber's controller. A complete run's record is finished.
+  RunOutcome run(LaboratorySeed seed, const ChamberProgram* program,
+                 const std::function<void(RunHarness&, Rig&)>& steps) {
+    auto rig = Rig::assemble(file_, {.seed = seed, .already = {}, .replay = {}});
     EXPECT_TRUE(rig) << text(rig.error());
-    const auto state = begin(profile_);
-    const auto prepared = (*rig)->prepare(command(profile_, state));
+    const auto prepared = (*rig)->prepare(command(profile_, begin(profile_)), program);
     EXPECT_TRUE(prepared) << text(prepared.error());
     auto store = Store::create(path(), info());
     EXPECT_TRUE(store) << text(store.error());
-    RunController run_controller(profile_, **rig, **store, state, 0);
-    Result<RunOutcome> outcome = RunOutcome::going_on;
-    for (std::int64_t slot = 0; slot < seconds && outcome && *outcome == RunOutcome::going_on; ++slot) {
-      (*rig)->let_pass(1);
-      outcome = run_controller.tick(slot);
-    }
-    EXPECT_TRUE(outcome);
+    RunHarness harness(profile_, **rig, **store);
+    if (program) harness.run_controller().leave_to_the_controller();
+    steps(harness, **rig);
     EXPECT_TRUE((*store)->sync());
-    if (*outcome == RunOutcome::complete) {
+    if (harness.outcome() == RunOutcome::complete) {
       EXPECT_TRUE((*store)->finish());
     }
-    return *outcome;
+    return harness.outcome();
   }
 
  private:

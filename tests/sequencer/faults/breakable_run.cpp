@@ -50,8 +50,8 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
   wires_.emplace(*plant_, clock_);
   rig_ = Rig::assemble(file_, *wires_);
   const auto program = setting.by_the_controller ? program_of(profile_) : Result<ChamberProgram>();
-  const auto state = begin(profile_);
-  const auto prepared = rig_->prepare(command(profile_, state), setting.by_the_controller ? &*program : nullptr);
+  const auto prepared =
+      rig_->prepare(command(profile_, begin(profile_)), setting.by_the_controller ? &*program : nullptr);
   EXPECT_TRUE(prepared) << text(prepared.error());
   path_ = kInMemory;
   if (setting.rows_on_disk > 0) {
@@ -61,8 +61,9 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
   store_ = expected(Store::create(
       path_, info_of(profile_, file_),
       {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
-  run_controller_.emplace(profile_, *rig_, *store_, state, 0);
-  if (setting.by_the_controller) run_controller_->leave_to_the_controller();
+  harness_.emplace(profile_, *rig_, *store_);
+  harness_->after_tick = [this] { make_durable(); };
+  if (setting.by_the_controller) harness_->run_controller().leave_to_the_controller();
 }
 
 BreakableRun::~BreakableRun() = default;
@@ -91,33 +92,9 @@ void BreakableRun::make_durable() {
   }
 }
 
-RunOutcome BreakableRun::seconds(int count) {
-  for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
-    rig_->let_pass(1);
-    const auto outcome = run_controller_->tick(slot_++);
-    EXPECT_TRUE(outcome) << text(outcome.error());
-    outcome_ = outcome.value_or(RunOutcome::stopped);
-    make_durable();
-  }
-  return outcome_;
-}
-
-void BreakableRun::sleep(int count) {
-  rig_->let_pass(count);
-  slot_ += count;
-}
-
-int BreakableRun::until(const std::function<bool()>& so, int most) {
-  for (int i = 0; i <= most; ++i) {
-    if (so()) return i;
-    seconds(1);
-  }
-  return -1;
-}
-
 Record BreakableRun::record() {
   if (!disk_) return expected(store_->read_back());
-  run_controller_.reset();
+  harness_.reset();
   store_.reset();
   disk_.reset();
   return expected(read_record(path_));

@@ -10,11 +10,11 @@
 
 #include "acquisition/record/record.hpp"
 #include "rig/rig.hpp"
-#include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/memory_wires.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/support/failing_vfs.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/run_harness.hpp"
 
 namespace gyrotherm {
 
@@ -37,7 +37,7 @@ to = 20
 rate = 4
 )";
 
-/// What a demonstration is given; nothing of it is broken.
+/// What such a run is given; nothing of it is broken.
 struct Setting {
   std::string segments = kSteps;
   std::function<void(RigFile&)> rig = {};  ///< what it has otherwise than profiles/rigs/virtual-reference.toml
@@ -64,27 +64,23 @@ class BreakableRun {
   void make_room_on_disk();
   /// Another program moves its file.
   void take_record_away();
-  [[nodiscard]] RunController& run_controller() { return *run_controller_; }
+  [[nodiscard]] RunController& run_controller() { return harness_->run_controller(); }
   [[nodiscard]] const RigFile& file() const { return file_; }
   void break_plant(const std::function<void(LaboratoryFaults&)>& fault) {
     fault(plant_->faults), plant_->apply_faults();
   }
 
-  /// Seconds, each with a tick, until the run has ended.
-  RunOutcome seconds(int count);
-  /// Seconds without a tick: the machine slept.
-  void sleep(int count);
-  /// Seconds until `so`; −1: not within `most`.
-  int until(const std::function<bool()>& so, int most);
-  int until(RunState state, int most) {
-    return until([&] { return run_controller_->run_state() == state; }, most);
-  }
+  RunOutcome seconds(int count) { return harness_->seconds(count); }
+  /// The machine sleeps for some seconds.
+  void sleep(int count) { harness_->without_tick(count); }
+  int until(const std::function<bool()>& so, int most) { return harness_->until(so, most); }
+  int until(RunState state, int most) { return harness_->until(state, most); }
 
-  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, run_controller_->state()); }
+  [[nodiscard]] ProfilePosition progress() const { return harness_->progress(); }
   /// As the chamber itself has it, whatever anybody reads.
   [[nodiscard]] Celsius chambers_set_point() { return plant_->laboratory().set_point(); }
   /// Alarms that stand now, in words.
-  [[nodiscard]] std::vector<std::string> standing() const { return run_controller_->outlook().faults; }
+  [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().outlook().faults; }
 
   /// Ends the program and reads what the record has.
   [[nodiscard]] Record record();
@@ -104,9 +100,7 @@ class BreakableRun {
   std::optional<MemoryWires> wires_;
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<Store> store_;
-  std::optional<RunController> run_controller_;
-  std::int64_t slot_ = 0;
-  RunOutcome outcome_ = RunOutcome::going_on;
+  std::optional<RunHarness> harness_;
 };
 
 }  // namespace gyrotherm

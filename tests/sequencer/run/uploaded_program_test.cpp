@@ -22,27 +22,13 @@ RegisterMap shipped_map(const std::string& name) {
 RunOutcome upload_and_run(DryRun& dry_run, const std::string& map, std::string& cause,
                           const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
   dry_run.file().chamber_map = shipped_map(map);
-  auto rig = Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
-  EXPECT_TRUE(rig) << text(rig.error());
-  const auto& profile = dry_run.profile();
-  const auto program = program_of(profile);
+  const auto program = program_of(dry_run.profile());
   EXPECT_TRUE(program) << text(program.error());
-  const auto state = begin(profile);
-  const auto prepared = (*rig)->prepare(command(profile, state), &*program);
-  EXPECT_TRUE(prepared) << text(prepared.error());
-  auto store = Store::create(dry_run.path(), dry_run.info());
-  EXPECT_TRUE(store) << text(store.error());
-  RunController run_controller(profile, **rig, **store, state, 0);
-  run_controller.leave_to_the_controller();
-  Result<RunOutcome> outcome = RunOutcome::going_on;
-  for (std::int64_t slot = 0; outcome && *outcome == RunOutcome::going_on; ++slot) {
-    if (before) before(slot, **rig);
-    (*rig)->let_pass(1);
-    outcome = run_controller.tick(slot);
-  }
-  EXPECT_TRUE((*store)->sync());
-  cause = run_controller.end_cause();
-  return *outcome;
+  return dry_run.run({}, &*program, [&](RunHarness& harness, Rig& rig) {
+    if (before) harness.before_second = [&](std::int64_t slot) { before(slot, rig); };
+    harness.seconds(1'000'000);
+    cause = harness.run_controller().end_cause();
+  });
 }
 
 class EachController : public testing::TestWithParam<const char*> {};

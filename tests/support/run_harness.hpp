@@ -1,0 +1,68 @@
+/// A run of a profile, a second at a time in virtual time: what all tests of whole runs have in common. Its back ends
+/// are a rig (on the bench, on a plant in memory, or virtual behind its sockets) and a store.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "acquisition/record/store.hpp"
+#include "rig/rig.hpp"
+#include "sequencer/run/run_controller.hpp"
+
+namespace gyrotherm {
+
+class RunHarness {
+ public:
+  /// All of them outlive it; the rig has been prepared.
+  RunHarness(const Profile& profile, Rig& rig, Store& store)
+      : profile_(profile), rig_(rig), run_controller_(profile, rig, store, begin(profile), 0) {}
+
+  [[nodiscard]] RunController& run_controller() { return run_controller_; }
+  [[nodiscard]] const RunController& run_controller() const { return run_controller_; }
+  [[nodiscard]] RunOutcome outcome() const { return outcome_; }
+  [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, run_controller_.state()); }
+
+  std::function<void(std::int64_t slot)> before_second = {};  ///< is called before the time of a slot passes
+  std::function<void()> after_tick = {};
+
+  /// Lets seconds pass, each with a tick, until the run has ended; returns the outcome of the last tick.
+  RunOutcome seconds(std::int64_t count) {
+    for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
+      if (before_second) before_second(slot_);
+      rig_.let_pass(1);
+      const auto outcome = run_controller_.tick(slot_++);
+      EXPECT_TRUE(outcome) << (outcome ? "" : text(outcome.error()));
+      outcome_ = outcome.value_or(RunOutcome::stopped);
+      if (after_tick) after_tick();
+    }
+    return outcome_;
+  }
+  /// Lets seconds pass without a tick: the program was late, or the machine slept.
+  void without_tick(std::int64_t count) {
+    rig_.let_pass(count);
+    slot_ += count;
+  }
+  /// Returns how many seconds passed until `so`; −1: not within `most`.
+  int until(const std::function<bool()>& so, int most) {
+    for (int i = 0; i <= most; ++i) {
+      if (so()) return i;
+      seconds(1);
+    }
+    return -1;
+  }
+  int until(RunState state, int most) {
+    return until([&] { return run_controller_.run_state() == state; }, most);
+  }
+
+ private:
+  const Profile& profile_;
+  Rig& rig_;
+  RunController run_controller_;
+  std::int64_t slot_ = 0;
+  RunOutcome outcome_ = RunOutcome::going_on;
+};
+
+}  // namespace gyrotherm

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -10,6 +11,10 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#ifdef NDEBUG
+#error "Assertions stay on in every build: see CMAKE_CXX_FLAGS_* in CMakeLists.txt."
+#endif
 
 namespace {
 
@@ -219,6 +224,28 @@ TEST(House, BannedWordsAreNotUsed) {
       }
 }
 
+/// CMake's own flags of every build type but Debug bring NDEBUG: a type that a preset uses has flags of ours.
+TEST(House, EachPresetCompilesWithAssertions) {
+  const auto whole = [](const fs::path& path) {
+    std::string text;
+    for (const auto& line : lines_of(path)) text += line + "\n";
+    return text;
+  };
+  const auto presets = whole(kRoot / "CMakePresets.json");
+  const auto lists = whole(kRoot / "CMakeLists.txt");
+  EXPECT_EQ(presets.find("NDEBUG"), std::string::npos);
+  EXPECT_EQ(lists.find("NDEBUG"), std::string::npos);
+  const std::regex type(R"re("CMAKE_BUILD_TYPE": "([^"]+)")re");
+  std::size_t types = 0;
+  for (std::sregex_iterator at(presets.begin(), presets.end(), type), end; at != end; ++at, ++types) {
+    std::string name = (*at)[1];
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
+    EXPECT_NE(lists.find("set(CMAKE_CXX_FLAGS_" + name + " \""), std::string::npos) << (*at)[1];
+  }
+  EXPECT_GT(types, 0u);
+}
+
 /// The documents name scripts as commands.
 TEST(House, ScriptsCanBeRun) {
   for (const std::string folder : {"bench", "debian", "profiles", "tests"}) {
@@ -226,9 +253,8 @@ TEST(House, ScriptsCanBeRun) {
       if (!entry.is_regular_file()) continue;
       std::string first;
       std::getline(std::ifstream(entry.path()), first);
-      if (first.starts_with("#!"))
-        EXPECT_NE(entry.status().permissions() & fs::perms::owner_exec, fs::perms::none)
-            << entry.path() << ": chmod +x";
+      if (!first.starts_with("#!")) continue;
+      EXPECT_NE(entry.status().permissions() & fs::perms::owner_exec, fs::perms::none) << entry.path() << ": chmod +x";
     }
   }
 }

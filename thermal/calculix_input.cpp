@@ -95,15 +95,15 @@ void put_class(Writer& writer, const GyroModel& model, const GyroMesh& mesh, std
 
 /// Watts per m³ of each class that is part of a source.
 void put_sources(Writer& writer, const GyroModel& model, const GyroMesh& mesh) {
-  constexpr std::array<GyroPart, kThermalInputs - 1> kHeated{GyroPart::gain_left, GyroPart::gain_right,
-                                                             GyroPart::preamplifier, GyroPart::ballast_left,
-                                                             GyroPart::ballast_right};
+  constexpr std::array<GyroPart, kThermalInputs - 1> kSourceParts{GyroPart::gain_left, GyroPart::gain_right,
+                                                                  GyroPart::preamplifier, GyroPart::ballast_left,
+                                                                  GyroPart::ballast_right};
   writer.put("*DFLUX\n");
   for (std::size_t c = 1; c < mesh.classes.size(); ++c) {
     double density_w_per_m3 = 0;
-    for (std::size_t s = 0; s < kHeated.size(); ++s)
-      if (const double share = share_of(mesh.classes[c], kHeated[s]); share > 0)
-        density_w_per_m3 += model.powers_w[s] * share / volume_of(mesh, kHeated[s]);
+    for (std::size_t s = 0; s < kSourceParts.size(); ++s)
+      if (const double share = share_of(mesh.classes[c], kSourceParts[s]); share > 0)
+        density_w_per_m3 += model.powers_w[s] * share / volume_of(mesh, kSourceParts[s]);
     if (density_w_per_m3 > 0) writer.put("C{},BF,{:.15g}\n", c, density_w_per_m3);
   }
 }

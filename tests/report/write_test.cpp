@@ -28,10 +28,10 @@ class WriteReport : public testing::Test {
 };
 
 TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
-  const std::string json = report_json(SyntheticExperiment().input());
-  const auto written = write_report(json, folder_.string());
+  const std::string report = report_json(SyntheticExperiment().input());
+  const auto written = write_report(report, folder_.string());
   ASSERT_TRUE(written.has_value()) << text(written.error());
-  EXPECT_EQ(read("report.json"), json);
+  EXPECT_EQ(read("report.json"), report);
   EXPECT_TRUE(read("report.html").starts_with("<!DOCTYPE html>"));
   EXPECT_TRUE(read("figures/figure-8.svg").starts_with("<svg "));
   for (const auto& entry : fs::recursive_directory_iterator(folder_))

@@ -25,11 +25,11 @@ struct Program {
   double at_c = 20;
   std::vector<double> set_points_c;
 
-  void ramp(double target_c, int seconds) {
-    for (int i = 0; i < seconds; ++i) set_points_c.push_back(at_c + (target_c - at_c) * i / seconds);
+  void ramp(double target_c, int duration_s) {
+    for (int i = 0; i < duration_s; ++i) set_points_c.push_back(at_c + (target_c - at_c) * i / duration_s);
     at_c = target_c;
   }
-  void hold(int seconds) { set_points_c.insert(set_points_c.end(), static_cast<std::size_t>(seconds), at_c); }
+  void hold(int duration_s) { set_points_c.insert(set_points_c.end(), static_cast<std::size_t>(duration_s), at_c); }
 };
 
 struct Leg {

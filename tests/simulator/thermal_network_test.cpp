@@ -48,11 +48,11 @@ TEST(ThermalNetwork, StaysAtRest) {
 }
 
 TEST(ThermalNetwork, HasTheReferencesTimeConstants) {
-  Eigen::VectorXd minutes = -reference().rates.eigenvalues().real().cwiseInverse() / 60;
-  std::sort(minutes.begin(), minutes.end(), std::greater<>());
+  Eigen::VectorXd constants_min = -reference().rates.eigenvalues().real().cwiseInverse() / 60;
+  std::sort(constants_min.begin(), constants_min.end(), std::greater<>());
   const std::vector<double> expected{45.84, 19.04, 18.29, 16.64, 12.09, 11.30, 9.23, 6.95, 6.71, 5.59, 1.99};
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    EXPECT_NEAR(minutes[static_cast<Eigen::Index>(i)], expected[i], kSecondDecimal) << i;
+    EXPECT_NEAR(constants_min[static_cast<Eigen::Index>(i)], expected[i], kSecondDecimal) << i;
   }
 }
 

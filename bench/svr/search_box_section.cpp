@@ -4,10 +4,10 @@
 #include <random>
 
 #include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/stopwatch.hpp"
 #include "bench/svr/trace.hpp"
 
 namespace gyrotherm {

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/stopwatch.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
 #include "bench/svr/own_solver.hpp"
 #include "bench/svr/replay.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/stopwatch.hpp"
 #include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {

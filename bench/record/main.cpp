@@ -1,0 +1,128 @@
+/// gyrotherm-record-bench FOLDER: what the record of the whole qualification costs, beside SQLite alone with the same
+/// rows. SQLite alone writes in one transaction; ours also chains every row, and checks what it reads.
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/store.hpp"
+#include "bench/figure.hpp"
+#include "bench/stopwatch.hpp"
+
+namespace gyrotherm {
+namespace {
+
+constexpr std::int64_t kSlots = 221'600;  ///< of the qualification, s
+
+/// The first error of SQLite ends the program: without the peer there is nothing to compare.
+void expect(bool done, sqlite3* database) {
+  if (done) return;
+  fmt::print(stderr, "SQLite alone: {}\n", sqlite3_errmsg(database));
+  std::exit(1);
+}
+
+using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
+using Query = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
+
+Database open_alone(const std::string& path) {
+  sqlite3* opened = nullptr;
+  const bool done = sqlite3_open(path.c_str(), &opened) == SQLITE_OK;
+  expect(done, opened);
+  return {opened, &sqlite3_close};
+}
+
+Query prepare(const Database& database, const std::string& words) {
+  sqlite3_stmt* prepared = nullptr;
+  expect(sqlite3_prepare_v2(database.get(), words.c_str(), -1, &prepared, nullptr) == SQLITE_OK, database.get());
+  return {prepared, &sqlite3_finalize};
+}
+
+void execute(const Database& database, const std::string& words) {
+  expect(sqlite3_exec(database.get(), words.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, database.get());
+}
+
+/// Processor seconds to take every value of every row.
+double read_alone(const Database& database) {
+  const auto rows = prepare(database, "SELECT * FROM sample");
+  const double began_s = thread_seconds();
+  while (sqlite3_step(rows.get()) == SQLITE_ROW)
+    for (int column = 0; column < sqlite3_column_count(rows.get()); ++column)
+      static_cast<void>(sqlite3_column_value(rows.get(), column));
+  return thread_seconds() - began_s;
+}
+
+/// Processor seconds to read every row and write it again, one insertion each, in one transaction.
+double copy_alone(const Database& database, const std::string& into) {
+  execute(database, fmt::format("ATTACH '{}' AS peer; PRAGMA peer.journal_mode = WAL; "
+                                "CREATE TABLE peer.sample AS SELECT * FROM main.sample WHERE 0; BEGIN",
+                                into));
+  const auto rows = prepare(database, "SELECT * FROM main.sample");
+  std::string places = "?";
+  for (int column = 1; column < sqlite3_column_count(rows.get()); ++column) places += ", ?";
+  const auto insertion = prepare(database, fmt::format("INSERT INTO peer.sample VALUES ({})", places));
+  const double began_s = thread_seconds();
+  while (sqlite3_step(rows.get()) == SQLITE_ROW) {
+    for (int column = 0; column < sqlite3_column_count(rows.get()); ++column)
+      sqlite3_bind_value(insertion.get(), column + 1, sqlite3_column_value(rows.get(), column));
+    expect(sqlite3_step(insertion.get()) == SQLITE_DONE, database.get());
+    sqlite3_reset(insertion.get());
+  }
+  execute(database, "COMMIT");
+  return thread_seconds() - began_s;
+}
+
+int run(const std::filesystem::path& folder) {
+  const auto path = (folder / "run.db").string();
+  std::filesystem::remove(path);
+  RunInfo info;
+  info.id = std::string(32, '0');
+  info.program_version = "bench";
+  info.started_utc = kVirtualEpoch;
+  info.gyro = {GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}};
+  for (int i = 0; i < 9; ++i) info.thermometers.push_back({fmt::format("T{}", i), "", {}});
+  auto store = Store::create(path, info);
+  if (!store) return fmt::print(stderr, "{}\n", text(store.error())), 1;
+  Sample sample;
+  const Instant at{{}, kVirtualEpoch};
+  sample.at = at;
+  sample.chamber = {ChamberState{Celsius{20}, Celsius{21}}, at};
+  sample.thermometers.resize(9, {Celsius{20.123456}, at});
+  sample.gyro = {PulseCount{-1000, std::chrono::nanoseconds(1'000'000'001)}, at};
+  const double began_s = thread_seconds();
+  for (sample.slot = 0; sample.slot < kSlots; ++sample.slot)
+    if (const auto appended = (*store)->append(sample, {}); !appended)
+      return fmt::print(stderr, "{}\n", text(appended.error())), 1;
+  const double appended_s = thread_seconds() - began_s;
+  if (const auto finished = (*store)->finish(); !finished) return fmt::print(stderr, "{}\n", text(finished.error())), 1;
+  store->reset();
+
+  const double reading_s = thread_seconds();
+  const auto record = read_record(path);
+  const double read_s = thread_seconds() - reading_s;
+  const bool whole = record && record->slot.size() == static_cast<std::size_t>(kSlots);
+
+  const auto peer = (folder / "peer.db").string();
+  std::filesystem::remove(peer);
+  const auto database = open_alone(path);
+  const double alone_read_s = read_alone(database);
+  const double alone_write_s = copy_alone(database, peer) - alone_read_s;
+  print_figure("append, µs a row", appended_s * 1e6 / kSlots, at_most(5), whole);
+  print_figure("read, s", read_s, at_most(1), whole);
+  print_figure("append, over SQLite alone", appended_s / alone_write_s, at_most(4), whole);
+  print_figure("read, over SQLite alone", read_s / alone_read_s, at_most(4), whole);
+  return 0;
+}
+
+}  // namespace
+}  // namespace gyrotherm
+
+int main(int argc, char** argv) {
+  if (argc == 2) return gyrotherm::run(argv[1]);
+  std::fputs("usage: gyrotherm-record-bench FOLDER\n", stderr);
+  return 2;
+}

@@ -28,7 +28,7 @@ std::string time_left(double fraction, steady_clock::duration spent) {
   return ", " + spoken(from_seconds(seconds)) + " left";
 }
 
-/// Of the terminal behind stderr.
+/// Asks the terminal behind stderr.
 std::size_t columns() {
   constexpr std::size_t kUsual = 80;
   winsize size{};

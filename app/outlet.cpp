@@ -45,7 +45,7 @@ struct Outlet::SharedState {
   explicit SharedState(int to) : descriptor(to) {}
 
   const int descriptor;
-  std::mutex mutex;  ///< of everything below
+  std::mutex mutex;  ///< guards everything below
   std::condition_variable work, progress;
   std::deque<std::string> lines;
   std::size_t waiting{};                            ///< bytes in `lines`

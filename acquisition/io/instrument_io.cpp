@@ -174,7 +174,7 @@ class WorkerIo final : public InstrumentIo {
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
   std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
-  /// Of a machine that stood still an answer may be there when it goes on, and be of a later second: that is none.
+  /// After a machine stood still an answer may be there that belongs to a later second: it counts as none.
   template <class T>
   Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const;
   /// The fault that it was not.

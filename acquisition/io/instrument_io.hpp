@@ -57,7 +57,8 @@ class InstrumentIo {
   /// is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had not
   /// begun by then is not sent later, of one that had the set point is unknown.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
-  /// The same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot wait.
+  /// Does the same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot
+  /// wait.
   [[nodiscard]] virtual Result<void> insist(Celsius target) = 0;
   /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;

@@ -32,7 +32,7 @@ std::string thermal_model(const RigFile& rig) {
   return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
 }
 
-/// Of the day on which the rig would run.
+/// Judges for the day on which the rig would run.
 std::vector<std::string> overdue(const RigFile& rig) {
   return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }

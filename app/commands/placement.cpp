@@ -63,7 +63,7 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
   return confirmed;
 }
 
-/// Of the whole set, and of each step of the elimination.
+/// Tells the figures of the whole set, and of each step of the elimination.
 Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options, const Records& records,
                                            const Records& unseen, const Placement& placement) {
   std::vector<Confirmed> all;

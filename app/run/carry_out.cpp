@@ -65,8 +65,8 @@ Duration time_since_last(const Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
-/// Of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe, but where a program
-/// had died and left it so.
+/// Tells what becomes of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe,
+/// but where a program had died and left it so.
 tl::unexpected<Fault> not_begun(ChamberOwnership& ownership, const Rig& rig, Fault why) {
   if (rig.is_as_found() && ownership.took_over())
     why.what += "; the chamber is as it was when its program had died, and is made safe";

@@ -20,7 +20,7 @@ class BiasMeter {
   explicit BiasMeter(const GyroInfo& gyro) : gyro_(gyro) {}
   void see(const Reading<PulseCount>& reading);
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
-  /// Of the seconds among the last 100 that had a reading; nothing if there is none.
+  /// Takes the seconds among the last 100 that had a reading; nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const;
 
  private:

@@ -148,7 +148,7 @@ class RealTime {
     return outcome;
   }
 
-  /// As the rig file says: who closes a terminal may mean no more than that.
+  /// Does as the rig file says: who closes a terminal may mean no more than that.
   void hang_up() {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();

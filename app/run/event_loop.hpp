@@ -21,7 +21,7 @@ struct UnderWay {
   Rig& rig;
   Store& store;
   ChamberOwnership& ownership;
-  const std::string& path;  ///< of the record
+  const std::string& path;  ///< where the record is
 };
 
 /// Ticks as fast as the machine allows; syncs at least once a second of wall time. Fails with interrupted or storage.
@@ -31,7 +31,7 @@ struct UnderWay {
 /// drift. At the end of each the watcher hears that this program lives.
 [[nodiscard]] Result<RunOutcome> drive_real(const UnderWay& run);
 
-/// Of a run that ends early: waits a few seconds until all of it is on the disk, and says so if it is not.
+/// Ends a run early: waits a few seconds until all of it is on the disk, and says so if it is not.
 void await_disk(const UnderWay& run);
 
 }  // namespace gyrotherm

@@ -45,12 +45,12 @@ struct InterlockMemory {
   /// What is remembered of one interlock.
   struct Watch {
     Duration standing{};                  ///< how long its cause is there
-    int samples{};                        ///< … in how many samples
+    int samples{};                        ///< in how many samples it was there
     Duration unseen{};                    ///< since what shows it was last read
     Duration gone{};                      ///< how long it is not there, or not seen to be
     bool raised{};                        ///< its alarm
     Reaction reaction{};                  ///< what it asked for when it was last seen
-    std::optional<std::size_t> column{};  ///< of the thermometer that showed it
+    std::optional<std::size_t> column{};  ///< which thermometer showed it
     std::string text{};                   ///< as last seen
   };
   std::array<Watch, kInterlocks> watches{};

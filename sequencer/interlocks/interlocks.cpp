@@ -90,7 +90,7 @@ Found air_rate(const CheckInputs& in) {
   return found(fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
 }
 
-/// Of several thermometers the last one is told, here and below.
+/// Where several thermometers show it, here and below, the last one is told.
 Found thermometer_rate(const CheckInputs& in) {
   Found last;
   for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)

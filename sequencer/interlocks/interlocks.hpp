@@ -23,7 +23,7 @@ struct InterlockInputs {
   bool led_by_controller{};          ///< set points are the controller's own
   Duration missed{};                 ///< time without ticks just before this one
   Duration longest_missed = std::chrono::seconds(120);
-  Duration backlog{};  ///< of the record
+  Duration backlog{};  ///< how far the record is behind
   bool rows_dropped{};
   std::string storage_trouble{};  ///< why the disk takes no rows
   std::string record_damage{};    ///< what another program did to the record's files
@@ -34,7 +34,7 @@ struct InterlockInputs {
 struct CheckResult {
   std::string text;
   bool grave = false;                      ///< ends the run whatever the policy is
-  std::optional<std::size_t> column = {};  ///< of the thermometer that shows it
+  std::optional<std::size_t> column = {};  ///< which thermometer shows it
 };
 
 struct CheckInputs;

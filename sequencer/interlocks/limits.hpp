@@ -65,22 +65,22 @@ struct ThermometerLimits {
 
 /// What the interlocks compare a sample with: [limits] and [policy] of the rig file.
 struct InterlockLimits {
-  Celsius air_lowest{-60};  ///< of the chamber's own sensor
+  Celsius air_lowest{-60};  ///< for the chamber's own sensor
   Celsius air_highest{100};
-  Celsius thermometers_lowest{-60};  ///< of each thermometer on the unit under test
+  Celsius thermometers_lowest{-60};  ///< for each thermometer on the unit under test
   Celsius thermometers_highest{100};
-  std::vector<ThermometerLimits> thermometers;  ///< of each one, where the file has limits of its own; else empty
+  std::vector<ThermometerLimits> thermometers;  ///< one per channel, or none where the file gives none of its own
   std::vector<std::string> channels;            ///< the thermometers' names, for messages; may be empty
   int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
 
   CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
   CelsiusPerMinute thermometers_fastest{15};
-  Kelvins disagreement{60};                   ///< of a thermometer and the median of all
-  Kelvins chamber_disagreement{10};           ///< of the chamber's sensor and the median of the thermometers in the
-                                              ///< air; without these, of the sensor and itself before it jumped
+  Kelvins disagreement{60};          ///< between a thermometer and the median of all
+  Kelvins chamber_disagreement{10};  ///< between the chamber's sensor and the median of the thermometers in the
+                                     ///< air; without these, of the sensor and itself before it jumped
   std::vector<std::size_t> air_thermometers;  ///< columns of those that hang in the air
 
-  Duration suspend_after = std::chrono::seconds(5);  ///< of silence
+  Duration suspend_after = std::chrono::seconds(5);  ///< a silence that suspends
   Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
@@ -91,7 +91,7 @@ struct InterlockLimits {
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
 
-  Duration backlog = std::chrono::seconds(60);      ///< of the record, before it is an alarm
+  Duration backlog = std::chrono::seconds(60);      ///< how far the record may be behind before it is an alarm
   Duration clear_after = std::chrono::seconds(10);  ///< an alarm is over when its cause has been gone for so long
   Policy policy = usual_policy();
 };
@@ -105,8 +105,8 @@ enum class OnHangup { go_on, safe };
 /// How long the states of a run may last, and how an operator's stop leaves the chamber: [limits] and [safe].
 struct RunLimits {
   Duration longest_suspended = std::chrono::hours(2);  ///< then the run is aborted
-  Duration longest_held = std::chrono::hours(12);      ///< likewise
-  Duration longest_return = std::chrono::hours(4);     ///< likewise
+  Duration longest_held = std::chrono::hours(12);      ///< then the run aborts
+  Duration longest_return = std::chrono::hours(4);     ///< then the run aborts
   Duration resume_delay = std::chrono::seconds(10);    ///< how long a cause is gone before the run goes on
   OnStop on_stop = OnStop::safe;
   OnHangup on_hangup = OnHangup::go_on;

@@ -27,7 +27,7 @@ struct Segment {
   Kelvins soak_band{};              ///< |sensor − set point| that counts as soaked
   std::string soak_sensor = "air";  ///< the chamber's air, or a thermometer's channel
   Duration soak_dwell{};            ///< how long the sensor must be inside the band before the soak counts
-  CelsiusPerMinute soak_slope{};    ///< … and move no faster than this over a minute; 0: however fast
+  CelsiusPerMinute soak_slope{};    ///< the fastest that the sensor may move over a minute then; 0: however fast
   Duration
       soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
   Duration deadline{};  ///< longest time the segment may take, waiting included

@@ -52,7 +52,7 @@ WrittenRange<T> range_of(const TomlTable& table, std::string_view key, const std
   return {values[0], values[1]};
 }
 
-/// Longer than zero; rounded up to whole seconds.
+/// Reads a time longer than zero; it is rounded up to whole seconds.
 Duration read_time(const TomlTable& table, std::string_view key) {
   if (!table.has(key)) return table.duration(key);  // notes that it is missing
   const auto time = table.duration(key, kSecond);
@@ -64,7 +64,7 @@ std::optional<Duration> read_time_if_any(const TomlTable& table, std::string_vie
   return table.has(key) ? std::optional(read_time(table, key)) : std::nullopt;
 }
 
-/// From absolute zero to 1000 °C.
+/// Reads a temperature from absolute zero to 1000 °C.
 Celsius read_temperature(const TomlTable& table, std::string_view key) {
   const auto t = table.celsius(key);
   check(table, key, t);
@@ -75,7 +75,7 @@ std::optional<Celsius> read_temperature_if_any(const TomlTable& table, std::stri
   return table.has(key) ? std::optional(read_temperature(table, key)) : std::nullopt;
 }
 
-/// More than 0, at most 1000 °C/min.
+/// Reads a rate above 0, of at most 1000 °C/min.
 std::optional<CelsiusPerMinute> read_rate_if_any(const TomlTable& table, std::string_view key) {
   if (!table.has(key)) return std::nullopt;
   const auto rate = table.rate(key, kFastest);
@@ -89,14 +89,14 @@ std::vector<CelsiusPerMinute> read_rates(const TomlTable& table, std::string_vie
   return rates;
 }
 
-/// More than 0 K.
+/// Reads an amount above 0 K.
 Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback) {
   const auto band = table.kelvins(key, fallback);
   if (band <= Kelvins{0}) table.mistake(key, fmt::format("\"{}\" is {:g} K, expected more than 0 K", key, band.value));
   return band;
 }
 
-/// Two rates or times, the first not above the second.
+/// Reads two rates or times, the first not above the second.
 WrittenRange<CelsiusPerMinute> read_rate_range(const TomlTable& table, std::string_view key) {
   return range_of(table, key, table.rates(key), {kFastest, kFastest});
 }
@@ -106,7 +106,7 @@ WrittenRange<Duration> read_time_range(const TomlTable& table, std::string_view 
   return {whole_seconds(range.low), whole_seconds(range.high)};
 }
 
-/// Rows of two temperatures, the first not above the second; at least one row.
+/// Reads rows of two temperatures, the first not above the second; there is at least one row.
 std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& table, std::string_view key) {
   std::vector<WrittenRange<Celsius>> ranges;
   for (const auto& row : table.number_rows(key)) {

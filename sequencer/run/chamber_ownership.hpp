@@ -34,7 +34,7 @@ class ChamberOwnership {
   void release();
 
  private:
-  std::optional<SafeState> safe_state_;  ///< of a real rig
+  std::optional<SafeState> safe_state_;  ///< real rigs have one
   std::optional<ChamberLock> lock_;
   std::unique_ptr<WatchdogClient> watchdog_;
 };

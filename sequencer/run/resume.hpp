@@ -23,7 +23,7 @@ inline constexpr Kelvins kResumeBand{2};
 
 /// How a run stood when its ticks ended.
 struct InterruptedRun {
-  Celsius lowest, highest;     ///< of the set points of its segment
+  Celsius lowest, highest;     ///< the extremes of its segment's set points
   std::optional<Celsius> air;  ///< last known; nothing: never seen
   Duration down{};             ///< since its last second
   bool aborted{};              ///< an interlock had ended it
@@ -63,7 +63,7 @@ struct SegmentExtremes {
 struct RunContinuation {
   RigFile rig;
   Profile profile;
-  ProfileState state;        ///< of the first second after the gap: the profile's clock stands still in it
+  ProfileState state;        ///< in the first second after the gap; the profile's clock stands still in the gap
   std::int64_t last_slot{};  ///< that has a sample; −1: none
   std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
   InterruptedRun stood;

@@ -220,7 +220,7 @@ void RunController::step_machine(const Sample& sample, const InterlockDemand& de
   if (run_state() == RunState::execute) lead_->arrived();
 }
 
-/// Of the sensor that the present segment soaks on.
+/// Takes the sensor that the present segment soaks on.
 Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
   Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};

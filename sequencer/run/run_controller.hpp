@@ -72,7 +72,7 @@ class RunController {
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const ProfileState& state() const { return state_; }
-  /// Of the last tick; an empty one before the first.
+  /// Returns the last tick's sample; an empty one before the first tick.
   [[nodiscard]] const Sample& last() const { return last_; }
   /// What the last tick put into the record, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
@@ -110,11 +110,11 @@ class RunController {
   std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
   int last_segment_ = -1;
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
-  std::vector<std::string> alarms_;  ///< of the chamber, last seen
-  std::vector<Event> events_;        ///< of the tick under way
-  std::vector<Event> last_events_;   ///< of the last tick
+  std::vector<std::string> alarms_;  ///< the chamber's own, as last seen
+  std::vector<Event> events_;        ///< what the tick under way will put into the record
+  std::vector<Event> last_events_;   ///< what the last tick put into it
   std::string guard_trouble_;
-  Sample last_;  ///< of the last tick
+  Sample last_;
 };
 
 }  // namespace gyrotherm

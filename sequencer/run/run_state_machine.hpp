@@ -61,7 +61,7 @@ using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborti
 /// What a second brought.
 struct RunInputs {
   Duration elapsed{};
-  InterlockDemand demand;                  ///< of the interlocks
+  InterlockDemand demand;                  ///< what the interlocks demand
   std::optional<OperatorRequest> request;  ///< the one that is carried out
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent

@@ -9,7 +9,7 @@
 namespace gyrotherm {
 namespace {
 
-/// Longer than a status may be old, and than the controller's clock may be ahead.
+/// This is longer than a status may be old, and than the controller's clock may be ahead.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
 
 /// A program that is held at the panel does not get on; of one that cannot be seen nothing is known.

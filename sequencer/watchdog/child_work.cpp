@@ -35,7 +35,7 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
-/// Nothing of the parent's: its standard input is the line to the program that it watches.
+/// Leaves nothing of the parent's open: its standard input is the line to the program that it watches.
 void leave_parents_input() {
   const Descriptor nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   if (nothing.is_open()) ::dup2(nothing.number(), STDIN_FILENO);

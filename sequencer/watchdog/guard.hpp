@@ -19,7 +19,7 @@ inline constexpr char kGoodBye = 'q';    ///< ended in order; nothing is to be d
 
 /// What the guard sends.
 inline constexpr char kWatching = 'w';  ///< it has understood the safe-state file's text, and listens from now on
-inline constexpr char kHeard = 'h';     ///< … something: no silence begins before this
+inline constexpr char kHeard = 'h';     ///< it has heard something: no silence begins before this
 
 /// The bytes that give a guard the text of a safe-state file.
 [[nodiscard]] std::string safe_state_message(std::string_view safe_state_text);

@@ -31,7 +31,7 @@ struct MadeSafe {
 
 /// Replaces the trace of that record. Fails with storage.
 [[nodiscard]] Result<void> leave_trace(const std::string& record, const MadeSafe& trace);
-/// Nothing if gyrotherm-make-safe has left none. Fails with bad_file.
+/// Returns nothing if gyrotherm-make-safe has left none. Fails with bad_file.
 [[nodiscard]] Result<std::optional<MadeSafe>> read_trace(const std::string& record);
 
 /// "made safe by the guard at 2026-01-01T00:00:00Z (…): the chamber was sent to 23 °C; …"

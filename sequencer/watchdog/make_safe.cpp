@@ -35,7 +35,7 @@ constexpr auto kOrdersWithin = seconds(10);
 constexpr auto kProgramsEndWithin = seconds(2);
 constexpr auto kFilesWithin = seconds(5);       ///< beside the record, where somebody waits for them
 constexpr auto kUntilTheSetPoint = seconds(1);  ///< between two attempts, before the chamber has taken it
-constexpr auto kUntilTheRest = seconds(10);     ///< … and afterwards
+constexpr auto kUntilTheRest = seconds(10);     ///< how often it tries afterwards
 constexpr int kGivesUpTo = 60;                  ///< s for which another program has driven the chamber
 constexpr int kWaitsFor = 15;                   ///< s, likewise, where somebody waits: it may be the guard, at work
 

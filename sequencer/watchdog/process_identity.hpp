@@ -18,7 +18,7 @@ struct ProcessIdentity {
   bool operator==(const ProcessIdentity&) const = default;
 };
 
-/// Nothing if there is no such process, or it has ended and only waits to be reaped.
+/// Returns nothing if there is no such process, or it has ended and only waits to be reaped.
 [[nodiscard]] std::optional<ProcessIdentity> identity_of(std::int64_t pid);
 [[nodiscard]] ProcessIdentity own_identity();
 [[nodiscard]] bool lives(const ProcessIdentity& process);

@@ -19,12 +19,12 @@ namespace gyrotherm {
 enum class SafeStage {
   nothing,
   set_point,  ///< the chamber has shown the safe set point: what matters most
-  all,        ///< … and that it is left as the rig wants it
+  all,        ///< the chamber is also left as the rig wants it
 };
 
 struct SafeAttempt {
   SafeStage reached{};
-  int tries{};          ///< of the set point
+  int tries{};          ///< how often the set point was sent
   std::string details;  ///< what the chamber says now, or the last fault
 };
 
@@ -32,7 +32,7 @@ struct SafeAttempt {
 struct AttemptMeans {
   std::function<std::unique_ptr<Chamber>()> connect;  ///< a new connection: no rest, no stale reply
   std::function<void(Duration)> wait;
-  std::function<void(const SafeAttempt&)> told;  ///< of each stage that is reached, and of each fault
+  std::function<void(const SafeAttempt&)> told;  ///< is told each stage that is reached, and each fault
   const Clock& clock;
 };
 
@@ -41,7 +41,7 @@ inline constexpr Duration kSafeWithin = std::chrono::seconds(10);  ///< the set 
 /// How the chamber is to be left.
 struct SafeGoal {
   Celsius set_point;
-  Kelvins tolerance;  ///< of the set point that it shows then (drivers/chamber/set_point_tolerance.hpp)
+  Kelvins tolerance;  ///< how often the set point was sent that it shows then (drivers/chamber/set_point_tolerance.hpp)
   bool switch_off{};
   bool by_program{};  ///< the controller may carry a program out, which would overrule a set point
 };
@@ -51,7 +51,7 @@ struct SafeGoal {
 [[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means);
 
 struct SafeStateChamber {
-  std::string place;  ///< of its lock (drivers/chamber/chamber_lock.hpp)
+  std::string place;  ///< names its lock (drivers/chamber/chamber_lock.hpp)
   SafeGoal goal;
   std::function<std::unique_ptr<Chamber>()> connect;
 };
@@ -62,7 +62,7 @@ struct Rescued {
   SafeStage reached{};
   std::string details;
   bool in_use{};     ///< another program has the chamber by now: nothing was tried
-  bool is_driven{};  ///< … and drives it, and does not make it safe
+  bool is_driven{};  ///< that program drives it, and does not make it safe
 };
 
 /// Holds the chamber's lock meanwhile. Without it, it acts all the same, unless a program of this user or of root that

@@ -18,7 +18,7 @@ inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/1";
 struct SafeState {
   std::string record;                   ///< its path, absolute
   std::string line;                     ///< the chamber's, as rig files say it
-  LinkKind link{};                      ///< of the map, in use on that line
+  LinkKind link{};                      ///< which of the map's links is in use on that line
   std::optional<WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
   Celsius safe_set_point;
   bool switch_off{};           ///< then conditioning is ended too

@@ -44,7 +44,7 @@ class Trail {
   std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, to_disarm_ = false;
   std::unique_ptr<ChildWork> writing_;  ///< one at a time, so that the newest trace is the last
-  std::unique_ptr<ChildWork> looking_;  ///< likewise, and while the disk hangs none is added
+  std::unique_ptr<ChildWork> looking_;  ///< one at a time: while the disk hangs none is added
 };
 
 }  // namespace gyrotherm

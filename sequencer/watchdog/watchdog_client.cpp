@@ -56,7 +56,7 @@ int spawn(const std::string& program, const std::string& record, int input, pid_
   return failed;
 }
 
-/// Nothing if systemd does not watch this very program.
+/// Returns nothing if systemd does not watch this very program.
 std::optional<std::string> watchdog_limit() {
   const char* limit = std::getenv("WATCHDOG_USEC");
   const char* whose = std::getenv("WATCHDOG_PID");
@@ -130,7 +130,7 @@ struct WatchdogClient::Ties {
   explicit Ties(SafeState what) : safe_state(std::move(what)) {}
 
   const SafeState safe_state;
-  std::mutex mutex;  ///< of everything below
+  std::mutex mutex;  ///< guards everything below
   std::condition_variable change;
   Descriptor line;                                     ///< to the guard; closed: there is none
   pid_t guard = -1;                                    ///< its process

@@ -16,7 +16,7 @@ namespace gyrotherm {
 
 class NotifySocket {
  public:
-  /// Of the environment (NOTIFY_SOCKET); nothing where systemd did not start this program.
+  /// Opens the socket that the environment names (NOTIFY_SOCKET); nothing where systemd did not start this program.
   [[nodiscard]] static std::optional<NotifySocket> from_environment();
   /// At `address`: a path, or "@NAME" for an abstract one. Nothing if it is too long.
   [[nodiscard]] static std::optional<NotifySocket> at(std::string address);

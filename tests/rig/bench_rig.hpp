@@ -1,5 +1,5 @@
 /// A rig on the bench: one chamber with a little air, nine thermometers, a gyro, and a record in memory; each breaks on
-/// command. Real classes behind the same doors, so that the experiment is the one that drives real rigs.
+/// command. Real classes behind the same doors, so that the run is the one that drives real rigs.
 #pragma once
 
 #include <gtest/gtest.h>

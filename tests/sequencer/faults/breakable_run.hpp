@@ -1,4 +1,4 @@
-/// The real experiment on the virtual plant, its record kept by the real store: for breaking one thing and looking at
+/// The real run on the virtual plant, its record kept by the real store: for breaking one thing and looking at
 /// what follows, a second at a time.
 #pragma once
 

@@ -1,6 +1,6 @@
-/// The disk of a trial, and the record on it. Where the schedule has mishaps of the disk, the record is a file on one
-/// that breaks on command, and the real store's work for it is done second by second; else it is the store that writes
-/// inside its calls.
+/// The disk of a simulated run, and the record on it. Where the schedule has injected faults of the disk, the record is
+/// a file on one that breaks on command, and the real store's work for it is done second by second; else it is the
+/// store that writes inside its calls.
 #pragma once
 
 #include <functional>
@@ -29,7 +29,7 @@ class Disk {
 
   [[nodiscard]] Result<std::unique_ptr<Store>> create(const RunInfo& info);
   [[nodiscard]] Result<std::unique_ptr<Store>> reopen();
-  /// As the mishaps that stand now say.
+  /// As the injected faults that stand now say.
   void inject(const std::vector<InjectedFault>& standing);
   void fail_once(std::int64_t operation);
   void heal();

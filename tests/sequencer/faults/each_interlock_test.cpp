@@ -1,5 +1,5 @@
 /// docs/interlocks.md, shown: of each cause one thing is broken in the virtual instruments, on a line, on the disk or
-/// in the clock, while the real experiment runs; that cause acts and no other, and what the table promises follows.
+/// in the clock, while the real run runs; that cause acts and no other, and what the table promises follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -14,7 +14,7 @@ class FaultInjector {
   FaultInjector(Schedule schedule, Plant& plant, SimulatedClock& clock)
       : schedule_(std::move(schedule)), plant_(plant), clock_(clock) {}
 
-  /// What begins and ends with this second. Returns those mishaps that have begun and are the program's and the
+  /// What begins and ends with this second. Returns those injected faults that have begun and are the program's and the
   /// operator's, not the plant's.
   [[nodiscard]] std::vector<InjectedFault> pass(std::int64_t second);
 
@@ -37,7 +37,7 @@ class FaultInjector {
   SimulatedClock& clock_;
   std::size_t next_ = 0;
   std::vector<InjectedFault> standing_;
-  std::vector<double> frozen_;  ///< what stuck instruments show, by mishap
+  std::vector<double> frozen_;  ///< what stuck instruments show, by injected fault
   std::int64_t last_change_ = -1;
 };
 

@@ -23,7 +23,7 @@ const SimulatedSetup& ground_of(const std::string& profile) {
   return found != grounds.end() ? found->second : grounds.emplace(profile, simulated_setup(profile)).first->second;
 }
 
-/// Files in memory, where there are any: a trial syncs thousands of times.
+/// Files in memory, where there are any: a simulated run syncs thousands of times.
 std::string folder() { return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : ::testing::TempDir(); }
 
 SimulatedRunSetting setting_of(std::uint64_t seed, Schedule schedule) {
@@ -81,7 +81,7 @@ TEST(FaultSchedules, ThatFailedOnceDoNotFailAgain) {
   carry_out_what_was_read();
 }
 
-TEST(FaultSchedules, WithoutMishapsEverySecondExecutesAndNothingIsAlarmed) {
+TEST(FaultSchedules, WithoutFaultsEverySecondExecutesAndNothingIsAlarmed) {
   for (const std::uint64_t seed : {0U, 1U}) {
     const auto report = carry_out(ground_of(kHour), setting_of(seed, {}));
     EXPECT_TRUE(report.violations.empty()) << report.violations.front();

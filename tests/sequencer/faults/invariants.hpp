@@ -1,5 +1,5 @@
-/// What each second of a trial must obey, whatever goes wrong: judged from outside, by what the chamber was really sent
-/// and what the record was really given.
+/// What each second of a simulated run must obey, whatever goes wrong: judged from outside, by what the chamber was
+/// really sent and what the record was really given.
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ class Invariants {
   void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
-  /// Whether a mishap of the kinds from `first` to `last` stands now.
+  /// Whether a injected fault of the kinds from `first` to `last` stands now.
   [[nodiscard]] bool stands(InjectedFaultKind first, InjectedFaultKind last) const;
   void broken(const char* invariant, std::int64_t second, const std::string& what);
 

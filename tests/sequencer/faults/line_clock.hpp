@@ -7,7 +7,7 @@
 
 namespace gyrotherm {
 
-/// The rig's clock, moved by whoever runs the trial; its UTC can be put forward and back.
+/// The rig's clock, moved by whoever runs the run; its UTC can be put forward and back.
 class SimulatedClock final : public Clock {
  public:
   [[nodiscard]] Instant now() const override { return {elapsed_, kVirtualEpoch + elapsed_ + step_}; }

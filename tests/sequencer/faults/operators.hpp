@@ -1,4 +1,4 @@
-/// The operators of a trial: what they ask of the run, and what they were promised.
+/// The operators of a simulated run: what they ask of the run, and what they were promised.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ inline constexpr std::int64_t kOperatorComesAfter = 60;  ///< seconds, to a run 
 
 class Operators {
  public:
-  /// What a mishap has them ask in this second, one after the other.
+  /// What a injected fault has them ask in this second, one after the other.
   void ask(const InjectedFault& fault, RunController& run_controller, std::int64_t second);
   /// One who finds the run held looks at it for a while, and lets it go on.
   void attend(RunController& run_controller, std::int64_t second);

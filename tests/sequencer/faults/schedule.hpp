@@ -1,5 +1,5 @@
-/// What goes wrong in a trial, and when: a list that a seed draws, that can be written down and read back, and cut
-/// short.
+/// What goes wrong in a simulated run, and when: a list that a seed draws, that can be written down and read back, and
+/// cut short.
 #pragma once
 
 #include <array>
@@ -92,7 +92,7 @@ enum class InjectedFaultKind {
 inline constexpr auto kInjectedFaultKinds = static_cast<std::size_t>(InjectedFaultKind::count);
 
 struct InjectedFault {
-  std::int64_t at{};  ///< second of the trial at which it begins
+  std::int64_t at{};  ///< second of the run at which it begins
   InjectedFaultKind kind{};
   int target{};
   std::int64_t lasts{};  ///< seconds; 0: it is no more than an instant
@@ -103,9 +103,9 @@ struct InjectedFault {
 using Schedule = std::vector<InjectedFault>;
 
 struct ScheduleOptions {
-  std::int64_t seconds = 3600;  ///< of the trial, in which mishaps begin
-  std::int64_t longest = 1200;  ///< of one mishap
-  int most = 8;                 ///< mishaps
+  std::int64_t seconds = 3600;  ///< of the run, in which injected faults begin
+  std::int64_t longest = 1200;  ///< of one injected fault
+  int most = 8;                 ///< injected faults
 };
 
 /// In order of time. The seed enables some of the kinds, and draws from those alone.

@@ -10,8 +10,8 @@ namespace gyrotherm {
 /// Every second, every few, or in batches: as the seed says.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 
-/// The schedule of `setting`, which breaks a law, without the mishaps that the same law does not need to be broken, and
-/// with the others as short as may be.
+/// The schedule of `setting`, which breaks a law, without the injected faults that the same law does not need to be
+/// broken, and with the others as short as may be.
 [[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
 }  // namespace gyrotherm

@@ -96,7 +96,7 @@ SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetti
       sync_every_(has_faults_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
                                                        : setting.sync_every),
       in_memory_(!survives_its_program(setting.schedule)),
-      path_(in_memory_ ? kInMemory : fmt::format("{}/trial-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
+      path_(in_memory_ ? kInMemory : fmt::format("{}/run-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
       disk_(has_faults_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
       plant_(file_, ground.laboratory, clock_, setting.seed),
       injector_(setting.schedule, plant_, clock_),
@@ -370,7 +370,7 @@ const char* name(Ending ending) {
   return "?";
 }
 
-/// I19: what a trial opens it closes.
+/// I19: what a simulated run opens it closes.
 SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting) {
   const auto open_files = [] {
     const std::filesystem::directory_iterator files("/proc/self/fd");

@@ -1,4 +1,4 @@
-/// One run of a profile on the virtual plant while a schedule of mishaps goes on: the real experiment, io,
+/// One run of a profile on the virtual plant while a schedule of injected faults goes on: the real run, io,
 /// drivers' logic and store, in virtual time, judged every second.
 #pragma once
 
@@ -43,7 +43,7 @@ enum class Ending {
 struct SimulatedRunReport {
   Violations violations;
   Ending ending = Ending::never_began;
-  std::int64_t seconds = 0;  ///< of the trial
+  std::int64_t seconds = 0;  ///< of the run
   std::int64_t lives = 0;    ///< of the program
   std::uint64_t log_hash = 0;
   std::int64_t longest_backlog = 0;  ///< seconds that waited for the disk

@@ -1,4 +1,4 @@
-/// What trials share: a profile, a rig, and what its world is made of.
+/// What simulated runs share: a profile, a rig, and what its world is made of.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-/// The experiment on a rig in which one thing breaks: what it commands, when it waits, and how it ends.
+/// A run on a rig in which one thing breaks: what it commands, when it waits, and how it ends.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -10,7 +10,8 @@
 namespace gyrotherm {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
 using std::chrono::steady_clock;
 
 /// Its exit code, or −signal; fails if it does not end in time.

@@ -13,7 +13,7 @@
 namespace gyrotherm {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""s;
 using std::chrono::steady_clock;
 
 /// A pipe that somebody has filled and nobody reads, until what is in it is asked for.

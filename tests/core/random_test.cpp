@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

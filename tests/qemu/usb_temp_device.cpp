@@ -15,7 +15,7 @@
 #include <string>
 
 #include "drivers/line/descriptor.hpp"
-#include "tests/drivers/thermometer/fake_usb_temp.hpp"
+#include "tests/support/fake_usb_temp.hpp"
 
 namespace gyrotherm {
 namespace {

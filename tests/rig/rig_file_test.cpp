@@ -110,7 +110,9 @@ Result<RigFile> with_limits(const std::string& lines) {
 }
 
 TEST(RigFile, EachLimitIsTheOneThatTheFileSays) {
-  using namespace std::chrono_literals;
+  using std::chrono_literals::operator""s;
+  using std::chrono_literals::operator""min;
+  using std::chrono_literals::operator""h;
   const auto rig = with_limits(R"(air_lowest = -51
 air_highest = 91
 thermometers_lowest = -52
@@ -166,7 +168,9 @@ longest_return = "5 h"
 
 /// docs/interlocks.md has the table.
 TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
-  using namespace std::chrono_literals;
+  using std::chrono_literals::operator""s;
+  using std::chrono_literals::operator""min;
+  using std::chrono_literals::operator""h;
   const auto rig = with_limits("");
   ASSERT_TRUE(rig) << text(rig.error());
   const auto& limits = rig->limits;

@@ -13,9 +13,9 @@
 #include "drivers/line/modbus_rtu.hpp"
 #include "drivers/line/modbus_tcp.hpp"
 #include "simulator/servers/modbus_server.hpp"
-#include "tests/drivers/hex_bytes.hpp"
-#include "tests/drivers/line/simulated_line.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
+#include "tests/support/hex_bytes.hpp"
+#include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm {
 

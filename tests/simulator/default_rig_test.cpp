@@ -7,7 +7,7 @@
 #include "simulator/gyro_readout.hpp"
 #include "simulator/reduced_gyro.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

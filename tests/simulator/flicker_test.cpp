@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

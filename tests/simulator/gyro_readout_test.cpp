@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "tests/simulator/shipped_rigs.hpp"
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

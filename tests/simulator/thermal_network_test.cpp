@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "tests/simulator/shipped_rigs.hpp"
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

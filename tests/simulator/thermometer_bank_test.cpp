@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/simulator/statistics.hpp"
+#include "tests/support/statistics.hpp"
 
 namespace gyrotherm {
 namespace {

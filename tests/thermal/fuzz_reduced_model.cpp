@@ -10,6 +10,8 @@
 
 #include "thermal/reduced/reduced_transient.hpp"
 
+namespace gyrotherm {
+
 namespace {
 
 void require(bool law) {
@@ -17,7 +19,6 @@ void require(bool law) {
 }
 
 void run(std::string_view text) {
-  using namespace gyrotherm;
   const auto model = parse_reduced_model(text, "fuzz.toml");
   if (!model) return require(!model.error().what.empty() && model.error().where.starts_with("fuzz.toml:"));
   const auto again = parse_reduced_model(reduced_model_text(*model), "again.toml");
@@ -86,3 +87,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   run(spelled(data, size));
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -9,7 +9,8 @@
 namespace gyrotherm {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
 
 /// A line that can be held up: calls wait at it while it is closed.
 class Gate {

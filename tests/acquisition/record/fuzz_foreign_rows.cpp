@@ -8,9 +8,9 @@
 
 #include "acquisition/record/foreign_rows.hpp"
 
-namespace {
+namespace gyrotherm {
 
-using namespace gyrotherm;
+namespace {
 
 /// The first byte chooses the map, so that every separator and both kinds of time are reached.
 ImportMap chosen_map(std::uint8_t choice) {
@@ -59,3 +59,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (data[0] % 8 == 0) run(map, drawn_out(bytes));
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -8,9 +8,9 @@
 
 #include "acquisition/record/live_rows.hpp"
 
-namespace {
+namespace gyrotherm {
 
-using namespace gyrotherm;
+namespace {
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -44,3 +44,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const double number : whole.numbers()) require(!std::isinf(number));
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "drivers/chamber/modbus_chamber.hpp"
-#include "tests/drivers/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -10,7 +10,7 @@
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 namespace {
 
@@ -82,3 +82,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto edited = parse_register_map(edited_map(data, size), "fuzz")) use(*edited, data, size);
   return 0;
 }
+
+}  // namespace gyrotherm

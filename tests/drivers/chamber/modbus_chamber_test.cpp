@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "tests/drivers/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

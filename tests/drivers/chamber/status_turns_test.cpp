@@ -6,7 +6,7 @@
 namespace gyrotherm {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""ms;
 
 std::vector<ReadSpan> pieces(int count) {
   std::vector<ReadSpan> all;

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "drivers/gyro/frame_check.hpp"
-#include "tests/drivers/fakes.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,8 +6,8 @@
 #include <random>
 #include <string>
 
-#include "tests/drivers/fakes.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

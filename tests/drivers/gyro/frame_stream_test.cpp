@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/drivers/fakes.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -7,9 +7,9 @@
 #include <random>
 
 #include "drivers/gyro/framed_gyro.hpp"
-#include "tests/drivers/fakes.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {
 namespace {

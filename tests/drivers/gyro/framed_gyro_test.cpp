@@ -4,8 +4,8 @@
 
 #include <chrono>
 
-#include "tests/drivers/fakes.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

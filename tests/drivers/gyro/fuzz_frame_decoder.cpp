@@ -4,9 +4,9 @@
 
 #include "drivers/gyro/frame_stream.hpp"
 #include "drivers/gyro/frame_sum.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
+#include "tests/support/frame_streams.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 namespace {
 
@@ -76,3 +76,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   decode_all(all[data[0] % all.size()], std::as_bytes(std::span(data, size)).subspan(1), data[0] >= 0xF0);
   return 0;
 }
+
+}  // namespace gyrotherm

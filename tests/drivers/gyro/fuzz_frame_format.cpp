@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "drivers/gyro/frame_stream.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
+#include "tests/support/frame_streams.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 namespace {
 
@@ -52,3 +52,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto stream = parse_gyro_stream(falsified(bytes.data(), bytes.size()), "fuzz")) use(*stream);
   return 0;
 }
+
+}  // namespace gyrotherm

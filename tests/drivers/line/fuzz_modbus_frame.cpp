@@ -4,7 +4,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
@@ -23,3 +23,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (decoded && !std::ranges::equal(encode_request(*decoded), frame)) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -6,7 +6,7 @@
 
 #include "drivers/line/modbus_rtu_frame.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 namespace {
 
@@ -41,3 +41,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -16,7 +16,7 @@
 #include "drivers/line/modbus_rtu.hpp"
 #include "drivers/line/modbus_rtu_frame.hpp"
 #include "tests/drivers/line/faults.hpp"
-#include "tests/drivers/line/simulated_line.hpp"
+#include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "tests/drivers/hex_bytes.hpp"
+#include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm {
 namespace {

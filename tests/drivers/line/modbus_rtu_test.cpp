@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "drivers/line/modbus_rtu_frame.hpp"
-#include "tests/drivers/hex_bytes.hpp"
-#include "tests/drivers/line/simulated_line.hpp"
+#include "tests/support/hex_bytes.hpp"
+#include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -10,7 +10,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_tcp.hpp"
 #include "tests/drivers/line/faults.hpp"
-#include "tests/drivers/line/simulated_line.hpp"
+#include "tests/support/simulated_line.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -12,8 +12,8 @@
 #include <filesystem>
 
 #include "drivers/line/serial_port.hpp"
-#include "tests/drivers/fakes.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

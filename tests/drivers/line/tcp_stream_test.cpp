@@ -6,8 +6,8 @@
 #include <csignal>
 #include <string>
 
-#include "tests/drivers/fakes.hpp"
 #include "tests/drivers/line/loopback_server.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

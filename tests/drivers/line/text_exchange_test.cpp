@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-#include "tests/drivers/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

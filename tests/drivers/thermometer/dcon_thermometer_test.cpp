@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/drivers/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/dcon_codec.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::vector<TemperatureRange> ranges(kDconInputs, TemperatureRange{{-100}, {400}});
@@ -33,3 +33,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (encode_dcon_configuration(*configuration) != line) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

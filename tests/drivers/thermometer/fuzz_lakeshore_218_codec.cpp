@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto readings = decode_crdg({reinterpret_cast<const char*>(data), size});
@@ -13,3 +13,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (reading && !(reading->value >= -273.15 && reading->value <= 1000)) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

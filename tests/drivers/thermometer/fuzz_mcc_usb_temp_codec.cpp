@@ -4,7 +4,7 @@
 
 #include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 namespace {
 
@@ -42,3 +42,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/pt12_codec.hpp"
 
-using namespace gyrotherm;
+namespace gyrotherm {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view line(reinterpret_cast<const char*>(data), size);
@@ -25,3 +25,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   decode_all(numbers);
   return 0;
 }
+
+}  // namespace gyrotherm

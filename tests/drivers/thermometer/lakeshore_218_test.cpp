@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
-#include "tests/drivers/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "drivers/thermometer/mcc_usb_temp_setup.hpp"
-#include "tests/drivers/hex_bytes.hpp"
+#include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm {
 namespace {

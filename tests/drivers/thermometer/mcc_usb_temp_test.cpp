@@ -5,8 +5,8 @@
 
 #include <fstream>
 
-#include "tests/drivers/hex_bytes.hpp"
-#include "tests/drivers/thermometer/fake_usb_temp.hpp"
+#include "tests/support/fake_usb_temp.hpp"
+#include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm {
 namespace {

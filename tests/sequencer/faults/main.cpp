@@ -13,9 +13,9 @@
 #include "tests/sequencer/faults/shrinking.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 
-namespace {
+namespace gyrotherm {
 
-using namespace gyrotherm;
+namespace {
 
 struct Wanted {
   std::string profile = "tests/sequencer/faults/hour.toml";
@@ -49,9 +49,7 @@ Schedule read_schedule(const std::string& path) {
   return schedule;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int carry_out_schedules(int argc, char** argv) {
   const auto wanted = wanted_by(argc, argv);
   const auto ground = simulated_setup(wanted.profile);
   const auto options = options_for(ground.profile);
@@ -89,3 +87,8 @@ int main(int argc, char** argv) {
   for (const auto& [invariant, count] : invariants) fmt::print("  law {} broken {} times\n", invariant, count);
   return failed == 0 ? 0 : 1;
 }
+
+}  // namespace
+}  // namespace gyrotherm
+
+int main(int argc, char** argv) { return gyrotherm::carry_out_schedules(argc, argv); }

@@ -10,6 +10,8 @@
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/timeline.hpp"
 
+namespace gyrotherm {
+
 namespace {
 
 constexpr std::string_view kHead =
@@ -20,7 +22,6 @@ void require(bool invariant) {
 }
 
 void run(std::string_view text) {
-  using namespace gyrotherm;
   const auto profile = parse_profile(text, "fuzz.toml");
   if (!profile) return require(!profile.error().what.empty() && profile.error().where.starts_with("fuzz.toml:"));
   require(!profile->segments.empty() && profile->segments.size() <= 20'000);
@@ -65,3 +66,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size > 0) run(spelled(data, std::min<std::size_t>(size, 1 + data[0] % 5)));
   return 0;
 }
+
+}  // namespace gyrotherm

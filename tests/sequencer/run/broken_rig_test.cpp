@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tests/rig/bench_rig.hpp"
+#include "tests/support/bench_rig.hpp"
 
 namespace gyrotherm {
 namespace {

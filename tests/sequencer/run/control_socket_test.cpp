@@ -16,7 +16,8 @@
 namespace gyrotherm {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
 
 /// Listens in a thread of its own until it goes, and keeps what it heard.
 class Listening {

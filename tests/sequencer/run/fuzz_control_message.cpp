@@ -8,9 +8,9 @@
 #include "core/text.hpp"
 #include "sequencer/run/control_socket.hpp"
 
-namespace {
+namespace gyrotherm {
 
-using namespace gyrotherm;
+namespace {
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -39,3 +39,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     take(std::string(kControlSchema) + beginning + bytes);
   return 0;
 }
+
+}  // namespace gyrotherm

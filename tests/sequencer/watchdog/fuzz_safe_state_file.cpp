@@ -11,9 +11,9 @@
 #include "sequencer/watchdog/made_safe_file.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace {
+namespace gyrotherm {
 
-using namespace gyrotherm;
+namespace {
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -52,3 +52,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (trace) require(std::isfinite(trace->set_point.value));
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -4,8 +4,9 @@
 #include "simulator/servers/dcon_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
+namespace gyrotherm {
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gyrotherm;
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   DconSession session(laboratory, {{.inputs = {0, 1}}, {.address = 2, .checksum = DconChecksum::on, .inputs = {}}});
   std::vector<std::byte> reply;
@@ -17,3 +18,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!reply.empty() && reply.back() != std::byte{'\r'}) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -4,8 +4,9 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
+namespace gyrotherm {
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gyrotherm;
   static VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   static ChamberRegisters registers(chamber_map("virtual"), laboratory);
   ModbusSession session(registers);
@@ -26,3 +27,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!laboratory.accepts(laboratory.set_point())) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -4,8 +4,9 @@
 #include "simulator/servers/pt12_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
+namespace gyrotherm {
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gyrotherm;
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   Pt12Session session(laboratory, {0, 1, 2, 3});
   std::vector<std::byte> reply;
@@ -17,3 +18,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!reply.empty() && reply.back() != std::byte{'\n'}) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -4,8 +4,9 @@
 #include "simulator/servers/virtual_usb_temp.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
+namespace gyrotherm {
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace gyrotherm;
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   static std::mutex guard;
   static VirtualUsbTemp device(laboratory, guard, {0, 1, 2, 3});
@@ -17,3 +18,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (device.read(report, {})) std::abort();
   return 0;
 }
+
+}  // namespace gyrotherm

@@ -6,7 +6,7 @@
 
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -8,8 +8,8 @@
 #include "core/random.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
-#include "tests/drivers/fakes.hpp"
-#include "tests/drivers/gyro/frame_streams.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -26,7 +26,7 @@ struct ImportMap {
   std::string name;
   std::string text;  ///< the map itself, kept with the record
 
-  char separator = ',';  ///< ',' ';' '\t' or ' ' (any run of blanks)
+  char separator = ',';  ///< comma, semicolon, tab or blank (any run of them)
   std::string comment;   ///< lines that begin with it do not count; empty: there are none
   bool header = true;
   std::size_t skip{};  ///< lines after the header (or from the start) that are no rows

@@ -11,8 +11,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
-#include "bench/figure.hpp"
-#include "bench/stopwatch.hpp"
+#include "bench/measurement.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <limits>
 
-#include "bench/stopwatch.hpp"
-#include "bench/svr/sample_set.hpp"
+#include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
+#include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {
 namespace {

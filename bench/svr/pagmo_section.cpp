@@ -1,17 +1,72 @@
+/// The tuning job as the peer runs it: pagmo's particle swarm over the same box, 20 particles and 30 generations.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
+#include <pagmo/algorithm.hpp>
+#include <pagmo/algorithms/pso.hpp>
+#include <pagmo/population.hpp>
+#include <pagmo/problem.hpp>
 #include <tuple>
+#include <utility>
+#include <vector>
 
-#include "bench/figure.hpp"
-#include "bench/stopwatch.hpp"
-#include "bench/svr/own_solver.hpp"
-#include "bench/svr/pagmo_job.hpp"
+#include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
+#include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {
+
+/// Evaluates one position.
+using PositionFitness = std::function<Evaluated(const PeerParameters&)>;
+/// Hears of each evaluation as soon as it is done.
+using EvaluationSink = std::function<void(const TracePosition&)>;
+
+/// pagmo::pso with ω = 0.7298, η₁ = η₂ = 2.05, velocity limit 0.5, variant 5, four neighbours, seed 42; box log2 C ∈
+/// [−2, 12], log2 γ ∈ [−8, 3], log2 ε ∈ [−8, −1]. Returns the 620 positions in order.
+[[nodiscard]] std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink = {});
+
+namespace {
+
+constexpr unsigned kParticles = 20;
+constexpr unsigned kGenerations = 30;
+constexpr unsigned kSwarmSeed = 42;
+
+// pagmo copies problems: what the copies share stays outside.
+struct SharedJob {
+  const PositionFitness* fitness{};
+  const EvaluationSink* sink{};
+  std::vector<TracePosition> positions;
+};
+
+struct TuningProblem {
+  SharedJob* job{};
+
+  [[nodiscard]] pagmo::vector_double fitness(const pagmo::vector_double& at) const {
+    TracePosition position{.log2_c = at[0], .log2_gamma = at[1], .log2_epsilon = at[2]};
+    const Evaluated evaluated = (*job->fitness)(position.parameters());
+    position.error = evaluated.error;
+    position.seconds = evaluated.seconds;
+    job->positions.push_back(position);
+    if (*job->sink) (*job->sink)(position);
+    return {evaluated.error};
+  }
+  [[nodiscard]] std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
+    return {{-2, -8, -8}, {12, 3, -1}};
+  }
+};
+
+}  // namespace
+
+std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink) {
+  SharedJob job{.fitness = &fitness, .sink = &sink, .positions = {}};
+  pagmo::population swarm{pagmo::problem{TuningProblem{&job}}, kParticles, kSwarmSeed};
+  pagmo::algorithm{pagmo::pso(kGenerations, 0.7298, 2.05, 2.05, 0.5, 5u, 2u, 4u, false, kSwarmSeed)}.evolve(swarm);
+  return std::move(job.positions);
+}
+
 namespace {
 
 // pagmo wants a number of every position; one that misses its certificate must never be a best one.

@@ -4,11 +4,10 @@
 #include <random>
 
 #include "analysis/methods/function.hpp"
-#include "bench/figure.hpp"
-#include "bench/stopwatch.hpp"
+#include "bench/measurement.hpp"
 #include "bench/svr/judge.hpp"
-#include "bench/svr/sample_set.hpp"
 #include "bench/svr/sections.hpp"
+#include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {
 namespace {

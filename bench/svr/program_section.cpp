@@ -11,8 +11,7 @@
 #include <regex>
 
 #include "analysis/model/training.hpp"
-#include "bench/figure.hpp"
-#include "bench/stopwatch.hpp"
+#include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
 #include "core/file.hpp"
 

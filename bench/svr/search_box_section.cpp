@@ -3,12 +3,10 @@
 #include <cmath>
 #include <random>
 
-#include "bench/figure.hpp"
-#include "bench/stopwatch.hpp"
-#include "bench/svr/own_solver.hpp"
-#include "bench/svr/sample_set.hpp"
+#include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
-#include "bench/svr/trace.hpp"
+#include "bench/svr/solvers.hpp"
+#include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/svr/libsvm_peer.hpp"
+#include "bench/svr/solvers.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {

@@ -1,14 +1,276 @@
-/// gyrotherm-thermal-bench: one section of the benchmark per call. bench/thermal/compare calls them all.
+/// gyrotherm-thermal-bench: one section of the benchmark per call. bench/thermal/compare calls them all. CalculiX, the
+/// peer, is its program on the identical mesh, as a child of this one.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
+#include <string>
 
-#include "bench/thermal/sections.hpp"
+#include "bench/measurement.hpp"
+#include "core/file.hpp"
+#include "core/result.hpp"
+#include "thermal/calculix_input.hpp"
+#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
+#include "thermal/mesh.hpp"
+#include "thermal/reduced/reduced_model.hpp"
+#include "thermal/reduced/reduced_transient.hpp"
+#include "thermal/reduced/thermal_system.hpp"
+#include "thermal/steady_state.hpp"
 
 namespace gyrotherm {
+
+struct ThermalBench {
+  std::string gyro;     ///< the gyro file
+  std::string reduced;  ///< its reduced model
+  std::string scratch = ".";
+  MeshSize mesh = MeshSize::medium;
+};
+
+/// One linear steady state: time, memory, energy balance, gain–non-gain difference. A process of its own, for its
+/// memory.
+Result<void> measure_steady(const ThermalBench& bench);
+/// The same beside CalculiX's iterative solver; with `direct`, its direct one too.
+Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct);
+/// What a finer mesh changes: from medium to fine, or to medium from coarse where `bench.mesh` is coarse.
+Result<void> measure_mesh_step(const ThermalBench& bench);
+/// The reduced twin over the whole programme of 61.56 h.
+Result<void> measure_reduced(const ThermalBench& bench);
+
+[[nodiscard]] Result<GyroModel> read_gyro(const ThermalBench& bench);
+
+struct CalculixRun {
+  Eigen::VectorXd field_c;  ///< by node of the mesh
+  double user_s{};          ///< processor time of the child, one thread
+  double peak_bytes{};
+};
+
+/// Runs `ccx` with one thread in `scratch`, which gets large files. Fails with numeric if it is not there, fails, or
+/// leaves nodes out.
+[[nodiscard]] Result<CalculixRun> run_calculix(const GyroModel& model, const GyroMesh& mesh,
+                                               const ThermalCoefficients& coefficients, const std::string& solver,
+                                               const std::string& scratch);
+
+namespace {
+
+constexpr const char* kWhere = "ccx";
+
+/// Becomes `ccx bench`, its words into a file.
+[[noreturn]] void become_calculix(const std::string& scratch) {
+  const int log = open((scratch + "/bench.log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (log >= 0 && dup2(log, 1) >= 0 && dup2(log, 2) >= 0 && chdir(scratch.c_str()) == 0) {
+    setenv("OMP_NUM_THREADS", "1", 1);
+    setenv("CCX_NPROC_EQUATION_SOLVER", "1", 1);
+    execlp("ccx", "ccx", "bench", nullptr);
+  }
+  _exit(127);
+}
+
+Result<rusage> run_child(const std::string& scratch) {
+  const pid_t child = fork();
+  if (child < 0) return failure(FaultKind::numeric, kWhere, "could not be started");
+  if (child == 0) become_calculix(scratch);
+  int status = 0;
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return usage;
+  return failure(FaultKind::numeric, kWhere, "is not installed, or failed: see " + scratch + "/bench.log");
+}
+
+Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) {
+  Eigen::VectorXd field = Eigen::VectorXd::Constant(nodes, std::numeric_limits<double>::quiet_NaN());
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    long node = 0;
+    double celsius = 0;
+    if (std::sscanf(line.c_str(), "%ld %lf", &node, &celsius) == 2 && node >= 1 && node <= nodes)
+      field[node - 1] = celsius;
+  }
+  if (field.allFinite()) return field;
+  return failure(FaultKind::numeric, path, "does not hold every node");
+}
+
+}  // namespace
+
+Result<CalculixRun> run_calculix(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
+                                 const std::string& solver, const std::string& scratch) {
+  std::filesystem::create_directories(scratch);
+  {
+    std::ofstream input(scratch + "/bench.inp");
+    write_calculix_input(input, model, mesh, {.ambient_c = 20, .coefficients = coefficients, .solver = solver});
+    if (!input.flush()) return failure(FaultKind::storage, scratch + "/bench.inp", "could not be written");
+  }
+  const auto usage = run_child(scratch);
+  if (!usage) return failure(usage.error());
+  auto field = read_field(scratch + "/bench.dat", static_cast<Eigen::Index>(mesh.node_count));
+  if (!field) return failure(field.error());
+  const double user_s =
+      static_cast<double>(usage->ru_utime.tv_sec) + 1e-6 * static_cast<double>(usage->ru_utime.tv_usec);
+  return CalculixRun{std::move(*field), user_s, 1024.0 * static_cast<double>(usage->ru_maxrss)};
+}
+
+namespace {
+
+/// A mesh and its linear steady state, the air as at 25 °C.
+struct Timed {
+  GyroMesh mesh;
+  SteadyState state;
+  ThermalCoefficients coefficients{};
+  double seconds{};
+};
+
+Result<Timed> solve(const GyroModel& model, MeshSize size) {
+  const auto coefficients = coefficients_at(model.air, 25, model.still_film_w_per_m2_k);
+  const double start = thread_seconds();
+  Timed timed{make_mesh(model, size), {}, coefficients, 0};
+  auto state = steady_state(model, timed.mesh, {.coefficients = coefficients});
+  if (!state) return failure(state.error());
+  timed.state = std::move(*state);
+  timed.seconds = thread_seconds() - start;
+  return timed;
+}
+
+std::string nodes(const Timed& timed) { return fmt::format("{} nodes", timed.state.unknowns); }
+
+}  // namespace
+
+Result<GyroModel> read_gyro(const ThermalBench& bench) {
+  const auto words = read_text_file(bench.gyro);
+  if (!words) return failure(words.error());
+  return parse_gyro(*words, bench.gyro);
+}
+
+Result<void> measure_steady(const ThermalBench& bench) {
+  const auto model = read_gyro(bench);
+  if (!model) return failure(model.error());
+  const auto timed = solve(*model, bench.mesh);
+  if (!timed) return failure(timed.error());
+  const bool fine = bench.mesh == MeshSize::fine;
+  const double imbalance_w = std::abs(timed->state.power_in_w - timed->state.power_out_w);
+  print_figure(nodes(*timed) + ": steady state, mesh included, s", timed->seconds, at_most(fine ? 12 : 5));
+  print_figure(nodes(*timed) + ": steady state, most memory, GB", peak_memory() / 1e9, at_most(fine ? 2 : 0.8));
+  print_figure(nodes(*timed) + ": energy balance, W", imbalance_w, at_most(1e-6));
+  auto whole = steady_state(*model, timed->mesh);
+  if (!whole) return failure(whole.error());
+  const double difference_k = gain_difference_k(whole->outputs_c);
+  say_progress(fmt::format("{}: gain less non-gain areas {:.4f} K", nodes(*timed), difference_k));
+  print_figure(nodes(*timed) + ": gain less non-gain areas, from 3.5 K", std::abs(difference_k - 3.5),
+               at_most(bench.mesh == MeshSize::coarse ? 0.1 : 0.02));
+  return {};
+}
+
+Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
+  const auto model = read_gyro(bench);
+  if (!model) return failure(model.error());
+  const auto ours = solve(*model, bench.mesh);
+  if (!ours) return failure(ours.error());
+  struct Peer {
+    const char* name;
+    const char* solver;
+    double goal;
+  };
+  for (const Peer& peer : {Peer{"iterative", "ITERATIVE CHOLESKY", 5}, Peer{"direct", "", 50}}) {
+    if (peer.solver[0] == '\0' && !direct) continue;
+    const auto name = fmt::format("{}: gain over CalculiX's {} solver", nodes(*ours), peer.name);
+    const auto theirs = run_calculix(*model, ours->mesh, ours->coefficients, peer.solver, bench.scratch);
+    if (!theirs) {
+      say_progress(name + ": " + text(theirs.error()));
+      print_figure(name, {}, at_least(peer.goal));
+      continue;
+    }
+    const double apart_k = (theirs->field_c - ours->state.field_c).cwiseAbs().maxCoeff();
+    say_progress(fmt::format("{}: ours {:.2f} s, CalculiX {} {:.2f} s, {:.2f} GB", nodes(*ours), ours->seconds,
+                             peer.name, theirs->user_s, theirs->peak_bytes / 1e9));
+    print_figure(fmt::format("{}: most apart from CalculiX ({}), K", nodes(*ours), peer.name), apart_k, at_most(1e-4));
+    print_figure(name, theirs->user_s / ours->seconds, at_least(peer.goal), apart_k <= 1e-4);
+  }
+  return {};
+}
+
+Result<void> measure_mesh_step(const ThermalBench& bench) {
+  const auto model = read_gyro(bench);
+  if (!model) return failure(model.error());
+  const bool coarse = bench.mesh == MeshSize::coarse;
+  const auto one = steady_state(*model, make_mesh(*model, coarse ? MeshSize::coarse : MeshSize::medium));
+  if (!one) return failure(one.error());
+  const auto finer = steady_state(*model, make_mesh(*model, coarse ? MeshSize::medium : MeshSize::fine));
+  if (!finer) return failure(finer.error());
+  double most_k = 0;
+  for (std::size_t k = 0; k < 8; ++k) most_k = std::max(most_k, std::abs(one->outputs_c[k] - finer->outputs_c[k]));
+  const double from_k = gain_difference_k(one->outputs_c), to_k = gain_difference_k(finer->outputs_c);
+  const auto step = fmt::format("from {} to {} nodes", one->unknowns, finer->unknowns);
+  print_figure(step + ": change of gain less non-gain areas, %", 100 * std::abs(from_k - to_k) / to_k, at_most(0.3));
+  print_figure(step + ": most that one of A to H moves, K", most_k, at_most(0.05));
+  return {};
+}
+
+namespace {
+
+constexpr int kProgrammeSeconds = 221'600;  // four cycles at 1, 2, 3 and 5 °C/min
+
+/// The paper's programme: 20 °C, then −40, 60, −40, 60 and 20 °C, two hours each, at each rate in turn.
+std::vector<double> programme_c() {
+  std::vector<double> air_c;
+  double now_c = 20;
+  for (const double rate_per_min : {1.0, 2.0, 3.0, 5.0}) {
+    for (const double target_c : {20.0, -40.0, 60.0, -40.0, 60.0, 20.0}) {
+      while (now_c != target_c) {
+        const double step = rate_per_min / 60;
+        now_c = now_c < target_c ? std::min(target_c, now_c + step) : std::max(target_c, now_c - step);
+        air_c.push_back(now_c);
+      }
+      air_c.insert(air_c.end(), 7200, target_c);
+    }
+  }
+  return air_c;
+}
+
+double seconds_of(const ReducedModel& model, const std::vector<double>& air_c, bool linear, double& coldest_c) {
+  const double start = thread_seconds();
+  ReducedTransient reduced(model, {.start = {20}, .linear = linear});
+  coldest_c = 1e9;
+  for (const double air : air_c) {
+    reduced.step({air});
+    coldest_c = std::min(coldest_c, reduced.outputs_c()[0]);
+  }
+  return thread_seconds() - start;
+}
+
+}  // namespace
+
+Result<void> measure_reduced(const ThermalBench& bench) {
+  const auto words = read_text_file(bench.reduced);
+  if (!words) return failure(words.error());
+  const auto model = parse_reduced_model(*words, bench.reduced);
+  if (!model) return failure(model.error());
+  const auto air_c = programme_c();
+  say_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
+  double coldest_c = 0;
+  const auto states = fmt::format("twin of {} states", model->conduction.rows());
+  print_figure(states + ": whole programme, linear, s", seconds_of(*model, air_c, true, coldest_c), at_most(0.1));
+  print_figure(states + ": whole programme, air following its temperature, s",
+               seconds_of(*model, air_c, false, coldest_c), at_most(5));
+  say_progress(fmt::format("thermometer A comes down to {:.2f} °C", coldest_c));
+  print_figure(states + ": most apart from the full model on ramps, K", model->error.ramp_k, at_most(1e-3));
+  print_figure(states + ": most apart from the full model when switched on, K", model->error.switch_on_k,
+               at_most(1e-2));
+  return {};
+}
+
 namespace {
 
 int run(int argc, char** argv) {
@@ -43,6 +305,7 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
 }  // namespace gyrotherm
 
 int main(int argc, char** argv) { return gyrotherm::run(argc, argv); }

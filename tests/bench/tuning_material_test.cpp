@@ -1,12 +1,10 @@
-#include "bench/svr/trace.hpp"
+#include "bench/svr/tuning_material.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
-
-#include "bench/svr/sample_set.hpp"
 
 namespace gyrotherm {
 namespace {

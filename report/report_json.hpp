@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
-#include "analysis/data/correlation.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"

@@ -2,7 +2,6 @@
 #include <utility>
 #include <variant>
 
-#include "analysis/methods/function.hpp"
 #include "analysis/methods/method.hpp"
 #include "report/json_pieces.hpp"
 #include "report/report_json_parts.hpp"

@@ -35,15 +35,6 @@ std::vector<Span> cut(const Dataset& dataset, double length_s) {
   return spans;
 }
 
-/// Between neighbouring samples: 1 s, or the median step of a foreign record.
-double sample_interval_s(const Dataset& dataset) {
-  if (!dataset.imported || dataset.time_s.size() < 2) return 1;
-  const Eigen::Index steps = dataset.time_s.size() - 1;
-  Eigen::VectorXd step = dataset.time_s.tail(steps) - dataset.time_s.head(steps);
-  std::nth_element(step.begin(), step.begin() + steps / 2, step.end());
-  return step(steps / 2);
-}
-
 bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
   if (!dataset.imported && span.count != std::llround(length_s)) return false;
   return dataset.temperature_c.middleRows(span.first, span.count).allFinite() &&

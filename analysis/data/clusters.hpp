@@ -10,15 +10,15 @@
 
 namespace gyrotherm {
 
-/// One row per cluster. Cluster k holds the samples with 100k ≤ t − t_0 < 100(k + 1) s.
+/// The clusters of a record, a row each. Cluster k holds the samples with 100k ≤ t − t_0 < 100(k + 1) s.
 struct Clusters {
   double length_s = 100;
   std::vector<std::string> thermometers;
   Eigen::VectorXd start_s;        ///< of each cluster, since the run started
   Eigen::MatrixXd temperature_c;  ///< clusters × thermometers
-  Eigen::MatrixXd
-      rate_c_per_min;  ///< causal: (mean of this cluster − mean of the one before)/length; lag: one half cluster.
-                       ///< NaN in the first cluster of a run and in the first after a gap: there is none
+  /// Causal: (mean of this cluster − mean of the one before)/length, which lags by half a cluster; NaN in the first
+  /// cluster of a run and in the first after a gap, where there is none.
+  Eigen::MatrixXd rate_c_per_min;
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd set_point_c;
   Eigen::VectorXi segment;       ///< of the cluster's first sample
@@ -29,15 +29,16 @@ struct Clusters {
   int dropped_gaps{};       ///< clusters with a missing reading or across a gap
 };
 
-/// Our own records: a cluster is whole if each of its seconds has every temperature and the bias; one missing reading
-/// drops it. Imported records: rows count by their own time, however many there are; a missing reading or no row at all
-/// drops the cluster. Fails with usage if no whole cluster remains.
+/// Cuts a record into clusters. In our own records a cluster is whole if each of its seconds has every temperature and
+/// the bias; one missing reading drops it. In imported records rows count by their own time, however many there are; a
+/// missing reading or no row at all drops the cluster. Fails with usage if no whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
-/// Rows chosen, in order.
+/// The clusters at these rows, in order.
 [[nodiscard]] Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
 
-/// One after the other. Fails with usage if thermometers or lengths differ, or there is none.
+/// The clusters of all parts, one part after the other. Fails with usage if thermometers or lengths differ, or there is
+/// none.
 [[nodiscard]] Result<Clusters> concatenate(const std::vector<Clusters>& parts);
 
 }  // namespace gyrotherm

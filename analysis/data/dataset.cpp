@@ -136,4 +136,12 @@ Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& opti
   return make_dataset(*record, path);
 }
 
+double sample_interval_s(const Dataset& dataset) {
+  if (!dataset.imported || dataset.time_s.size() < 2) return 1;
+  const Eigen::Index steps = dataset.time_s.size() - 1;
+  Eigen::VectorXd step = dataset.time_s.tail(steps) - dataset.time_s.head(steps);
+  std::nth_element(step.begin(), step.begin() + steps / 2, step.end());
+  return step(steps / 2);
+}
+
 }  // namespace gyrotherm

@@ -14,7 +14,7 @@ namespace gyrotherm {
 
 struct Record;
 
-/// One row per sample; NaN where a reading was missing.
+/// A record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
   std::string run_id;
   std::string path;
@@ -42,14 +42,17 @@ struct DatasetOptions {
   bool unfinished = false;  ///< also take a run that has not ended
 };
 
-/// Bias: pulse_count: arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly); rate: scale × number; less
-/// the Earth rate. Where that is not known, the mean of the first hold is removed from our own records and nothing from
-/// imported ones. Temperatures are the readings plus their channel's offset. Without a list of gradient thermometers,
-/// all are taken.
+/// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where
+/// pulses were counted, scale × number where a rate was read, less the Earth rate. Where that is not known, the mean of
+/// the first hold is removed from our own records and nothing from imported ones. Temperatures are the readings plus
+/// their channel's offset. Without a list of gradient thermometers, all are taken.
 [[nodiscard]] Dataset make_dataset(const Record& record, const std::string& path);
 
-/// Fails like read_record, and with usage if the run has not finished (an unfinished run is never mistaken for a
-/// finished one).
+/// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
+/// unfinished run is never mistaken for a finished one).
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options = {});
+
+/// The time between neighbouring samples: 1 s, or the median step of an imported record.
+[[nodiscard]] double sample_interval_s(const Dataset& dataset);
 
 }  // namespace gyrotherm

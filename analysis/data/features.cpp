@@ -9,8 +9,99 @@
 #include <map>
 #include <utility>
 
+#include "core/text.hpp"
+
 namespace gyrotherm {
 namespace {
+
+constexpr std::string_view kRatePrefix = "rate:";
+
+bool contains(const std::vector<std::string>& names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+std::string place(std::string_view term) { return fmt::format("input \"{}\"", term); }
+
+/// Reads one term; every mistake is said of the whole text.
+class TermReader {
+ public:
+  TermReader(std::string_view whole, const std::vector<std::string>& thermometers)
+      : whole_(whole), thermometers_(thermometers) {}
+
+  /// Splits at each '*' in turn, since a name may hold one; what is wrong is said of the first split.
+  [[nodiscard]] Result<Term> product(std::string_view text) const {
+    auto best = power(text);
+    for (auto star = text.find('*'); star != text.npos && !best; star = text.find('*', star + 1)) {
+      const auto first = power(text.substr(0, star));
+      const auto rest = first ? product(text.substr(star + 1)) : first;
+      if (!first || !rest) {
+        if (star == text.find('*')) best = failure(rest.error());
+        continue;
+      }
+      if (first->factors.size() + rest->factors.size() > kMostFactors) return too_many();
+      return *first * *rest;
+    }
+    return best;
+  }
+
+ private:
+  [[nodiscard]] tl::unexpected<Fault> too_many() const {
+    return failure(FaultKind::usage, place(whole_), fmt::format("has more than {} factors", kMostFactors));
+  }
+
+  [[nodiscard]] tl::unexpected<Fault> unknown(std::string_view name) const {
+    const std::string meant = nearest(name, thermometers_);
+    return failure(FaultKind::usage, place(whole_),
+                   fmt::format("no thermometer \"{}\"{}; there are {}", name,
+                               meant.empty() ? "" : fmt::format(", did you mean \"{}\"?", meant),
+                               thermometers_.empty() ? "none" : fmt::format("{}", fmt::join(thermometers_, ", "))));
+  }
+
+  [[nodiscard]] Result<Term> power(std::string_view text) const {
+    auto single = factor(text);
+    if (single || text.size() < 2 || text[text.size() - 2] != '^') return single;
+    single = factor(text.substr(0, text.size() - 2));
+    if (!single) return single;
+    const char times = text.back();
+    if (times == '2') return *single * *single;
+    if (times == '3') return *single * *single * *single;
+    return failure(FaultKind::usage, place(whole_), fmt::format("a power is ^2 or ^3, not ^{}", times));
+  }
+
+  [[nodiscard]] Result<Term> factor(std::string_view text) const {
+    if (contains(thermometers_, text)) return temperature_term(std::string(text));
+    if (!text.starts_with(kRatePrefix)) return gradient(text);
+    const std::string_view name = text.substr(kRatePrefix.size());
+    if (!contains(thermometers_, name)) return unknown(name);
+    return rate_term(std::string(name));
+  }
+
+  /// Splits at each '-' in turn, since a name may hold one; what is unknown is said of the first split.
+  [[nodiscard]] Result<Term> gradient(std::string_view text) const {
+    for (auto dash = text.find('-'); dash != text.npos; dash = text.find('-', dash + 1)) {
+      const auto first = text.substr(0, dash), second = text.substr(dash + 1);
+      if (!contains(thermometers_, first) || !contains(thermometers_, second)) continue;
+      if (first != second) return gradient_term(std::string(first), std::string(second));
+      return failure(FaultKind::usage, place(whole_), "a thermometer differs from itself by nothing");
+    }
+    const auto dash = text.find('-');
+    if (dash == text.npos) return unknown(text);
+    const auto first = text.substr(0, dash), second = text.substr(dash + 1);
+    return unknown(contains(thermometers_, first) ? second : first);
+  }
+
+  std::string_view whole_;
+  const std::vector<std::string>& thermometers_;
+};
+
+std::string text(const Factor& factor) {
+  switch (factor.kind) {
+    case FactorKind::temperature: return factor.first;
+    case FactorKind::gradient: return factor.first + "-" + factor.second;
+    case FactorKind::rate: return std::string(kRatePrefix) + factor.first;
+  }
+  return {};
+}
 
 Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name, const Term& term) {
   const auto at = std::ranges::find(clusters.thermometers, name);
@@ -60,6 +151,49 @@ Polynomial polynomial_of(const Term& term) {
 }
 
 }  // namespace
+
+const char* name(FactorKind kind) {
+  switch (kind) {
+    case FactorKind::temperature: return "temperature";
+    case FactorKind::gradient: return "gradient";
+    case FactorKind::rate: return "rate";
+  }
+  return "unknown";
+}
+
+Term temperature_term(std::string thermometer) { return {{{FactorKind::temperature, std::move(thermometer), {}}}}; }
+
+Term gradient_term(std::string first, std::string second) {
+  return {{{FactorKind::gradient, std::move(first), std::move(second)}}};
+}
+
+Term rate_term(std::string thermometer) { return {{{FactorKind::rate, std::move(thermometer), {}}}}; }
+
+Term operator*(const Term& a, const Term& b) {
+  Term product = a;
+  product.factors.insert(product.factors.end(), b.factors.begin(), b.factors.end());
+  assert(product.factors.size() <= kMostFactors);
+  std::ranges::sort(product.factors);
+  return product;
+}
+
+bool has_rate(const Term& term) { return std::ranges::count(term.factors, FactorKind::rate, &Factor::kind) > 0; }
+
+Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers) {
+  return TermReader(text, thermometers).product(text);
+}
+
+std::string text(const Term& term) {
+  std::string words;
+  for (auto factor = term.factors.begin(); factor != term.factors.end();) {
+    const auto next = std::find_if(factor, term.factors.end(), [&](const Factor& other) { return other != *factor; });
+    if (!words.empty()) words += '*';
+    words += text(*factor);
+    if (next - factor > 1) words += fmt::format("^{}", next - factor);
+    factor = next;
+  }
+  return words;
+}
 
 std::vector<Term> all_gradients(const std::vector<std::string>& names) {
   std::vector<Term> terms;

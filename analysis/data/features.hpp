@@ -1,15 +1,53 @@
-/// The inputs of a model as numbers: terms evaluated over clusters, and their scaling.
+/// The inputs of a model: terms as a user writes them, their values over clusters, and their scaling.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
-#include "analysis/data/term.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
+
+enum class FactorKind { temperature, gradient, rate };
+/// The word for the kind: "temperature", "gradient", "rate".
+[[nodiscard]] const char* name(FactorKind kind);
+
+/// One quantity of the thermometers: T_first (°C), T_first − T_second (°C), or the causal dT_first/dt (°C/min).
+struct Factor {
+  FactorKind kind{};
+  std::string first;
+  std::string second;  ///< gradient only
+  auto operator<=>(const Factor&) const = default;
+};
+
+inline constexpr std::size_t kMostFactors = 3;
+
+/// One input of a model: a temperature, a gradient (the difference of two thermometers) or a temperature rate, or the
+/// product of up to kMostFactors of these. Factors are kept in order: A·B and B·A are the same term.
+struct Term {
+  std::vector<Factor> factors;
+  auto operator<=>(const Term&) const = default;
+};
+
+[[nodiscard]] Term temperature_term(std::string thermometer);
+[[nodiscard]] Term gradient_term(std::string first, std::string second);
+[[nodiscard]] Term rate_term(std::string thermometer);
+/// The product of two terms, which have kMostFactors factors at most together.
+[[nodiscard]] Term operator*(const Term& a, const Term& b);
+
+/// True if the term needs the rate of a thermometer.
+[[nodiscard]] bool has_rate(const Term& term);
+
+/// Reads "A", "A-B", "rate:A", a power of one like "A^2" ("A-B^2" is the square of the difference), or a product like
+/// "A*rate:A" and "A*A-B". A thermometer's name may hold '-', '*' and '^': what can be read as a whole name is. Fails
+/// with usage, naming the nearest thermometer.
+[[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
+/// The text that parse_term reads as the same term, unless another thermometer bears that very name.
+[[nodiscard]] std::string text(const Term& term);
 
 /// Rows are samples, row-major so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -17,19 +55,19 @@ using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen
 /// All pairs i before j of the named thermometers: 28 for A…H.
 [[nodiscard]] std::vector<Term> all_gradients(const std::vector<std::string>& names);
 
-/// Clusters × terms, unscaled. Fails with usage if a thermometer is not in the clusters.
+/// The values of the terms, clusters × terms, unscaled. Fails with usage if a thermometer is not in the clusters.
 [[nodiscard]] Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& clusters);
 
-/// Rank of the terms as polynomials of the temperatures and their rates (13 gradients that contain all of A have rank
-/// 7).
+/// The rank of the terms as polynomials of the temperatures and their rates (13 gradients that contain all of A have
+/// rank 7).
 [[nodiscard]] int rank_of(const std::vector<Term>& terms);
 
-/// Zero mean and unit STD on the data it was fitted to.
+/// What makes the inputs that it was fitted to have zero mean and unit STD.
 struct Scaling {
   Eigen::RowVectorXd mean;
   Eigen::RowVectorXd std;
 };
-/// Fails with usage, naming the term, if a column does not vary.
+/// Learns the scaling of `values`, a column per term. Fails with usage, naming the term, if a column does not vary.
 [[nodiscard]] Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>& terms);
 [[nodiscard]] SampleMatrix apply(const Scaling& scaling, const SampleMatrix& values);
 

@@ -66,6 +66,11 @@ Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) 
   return cut;
 }
 
+/// A record that is held out whole.
+Cut hold_out_whole(const Clusters& record) {
+  return {.fold = std::vector<int>(static_cast<std::size_t>(record.cycle.size()), 0), .folds = 1, .guard_s = 0};
+}
+
 /// Seconds between each cluster and the nearest one of the fold, edge to edge.
 std::vector<double> distance_to_fold(const Clusters& record, const Cut& cut, int fold) {
   std::vector<double> distance(cut.fold.size(), kNever);
@@ -109,6 +114,14 @@ std::string guard_words(const std::vector<double>& guards_s) {
   return fmt::format(" with a guard of {} min", span);
 }
 
+/// What holds out where the user leaves it to the records.
+FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& options) {
+  if (options.kind != FoldKind::automatic) return options.kind;
+  const bool without_cycles =
+      std::ranges::all_of(records, [](const Clusters& record) { return cycles_of(record).empty(); });
+  return records.size() >= kFewestForRecords && without_cycles ? FoldKind::records : FoldKind::cycles;
+}
+
 /// How many folds are of a kind, and the guards around them.
 struct Tally {
   int folds{};
@@ -119,7 +132,8 @@ struct Tally {
   }
 };
 
-std::string statement_of(const Tally& cycles, const Tally& blocks) {
+std::string statement_of(const Tally& cycles, const Tally& records, const Tally& blocks) {
+  if (records.folds > 0) return fmt::format("leave one record out ({})", records.folds);
   std::string words;
   if (cycles.folds > 0) words = fmt::format("leave one cycle out ({}){}", cycles.folds, guard_words(cycles.guards_s));
   if (blocks.folds == 0) return words;
@@ -149,7 +163,11 @@ std::vector<Eigen::Index> renumbered(const std::vector<Eigen::Index>& rows, cons
 
 Result<FoldOptions> parse_folds(std::string_view text) {
   FoldOptions options;
+  if (text == "auto") return options;
+  options.kind = FoldKind::cycles;
   if (text == "cycles") return options;
+  options.kind = FoldKind::records;
+  if (text == "records") return options;
   options.kind = FoldKind::blocks;
   if (text == "blocks") return options;
   constexpr std::string_view kNumbered = "blocks:";
@@ -159,7 +177,7 @@ Result<FoldOptions> parse_folds(std::string_view text) {
     if (read.ec == std::errc{} && read.ptr == end && options.blocks >= 2) return options;
   }
   return failure(FaultKind::usage, "--folds",
-                 fmt::format("\"{}\" is none of cycles, blocks, blocks:N with N at least 2", text));
+                 fmt::format("\"{}\" is none of auto, cycles, records, blocks, blocks:N with N at least 2", text));
 }
 
 Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options) {
@@ -170,19 +188,28 @@ Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOpti
     cycles_in_all += cycles_of(record).size();
     all += record.cycle.size();
   }
+  const FoldKind kind = kind_for(records, options);
+  if (kind == FoldKind::records && records.size() < 2) {
+    return failure(FaultKind::usage, "folds",
+                   "by records: a single record cannot be held out and learnt from as well; give more records, or hold "
+                   "out its cycles or blocks");
+  }
   const bool alone = records.size() == 1 && cycles_in_all == 1;
   FoldPlan plan;
-  Tally cycles, blocks;
+  Tally cycles, whole, blocks;
   Eigen::Index first = 0;
   for (const Clusters& record : records) {
-    const bool by_cycle = options.kind == FoldKind::cycles && !cycles_of(record).empty() && !alone;
-    const auto cut = by_cycle ? cut_at_cycles(record, options) : cut_into_blocks(record, options);
+    const bool by_cycle = kind == FoldKind::cycles && !cycles_of(record).empty() && !alone;
+    const bool by_record = kind == FoldKind::records;
+    const Result<Cut> cut = by_record  ? hold_out_whole(record)
+                            : by_cycle ? cut_at_cycles(record, options)
+                                       : cut_into_blocks(record, options);
     if (!cut) return failure(cut.error());
-    (by_cycle ? cycles : blocks).add(*cut);
+    (by_record ? whole : by_cycle ? cycles : blocks).add(*cut);
     append(plan, record, *cut, first, all);
     first += record.cycle.size();
   }
-  plan.statement = statement_of(cycles, blocks);
+  plan.statement = statement_of(cycles, whole, blocks);
   if (const auto sound = check(plan); !sound) return failure(sound.error());
   return plan;
 }

@@ -1,14 +1,42 @@
-/// The noise of a gyro from its own record: Allan deviation over the last hour of each hold.
+/// The noise of a gyro from the holds of its own record: the floor that no compensation can honestly go below, and the
+/// Allan deviation over the last hour of each hold.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "analysis/data/allan_fit.hpp"
+#include "analysis/data/allan.hpp"
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
+#include "analysis/data/statistics.hpp"
 
 namespace gyrotherm {
 
+/// The last hour of each hold tells of the gyro's own noise: what the temperature still does is slow by then.
+inline constexpr double kQuietSeconds = 3600;
+
+/// The noise floor σ of cluster means: σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of
+/// each hold; NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end
+/// of the last one. A record without segments is one hold. It does not see bias instability slower than some minutes.
+struct NoiseFloor {
+  double deg_per_h{};
+  int differences{};
+  double error_deg_per_h{};  ///< standard error for white noise, whose neighbouring differences are correlated by −½
+};
+[[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments);
+
+/// What a fit of `effective_parameters` p to n independent clusters leaves of noise alone: floor·√(1 − p/n). NaN where
+/// p is not known (0 or NaN) or not below n.
+[[nodiscard]] double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters);
+
+/// Warns if the residual's STD is below the floor by more than the error bar of their difference, two standard
+/// errors. `effective_parameters` of a residual that is in-sample, else 0: the warning then also says what they
+/// explain.
+[[nodiscard]] std::optional<std::string> over_fit_warning(const Figures& residual, const NoiseFloor& floor,
+                                                          double effective_parameters);
+
+/// The Allan deviation of a record's holds, and what it was made of.
 struct HoldNoise {
   AllanCurve curve;       ///< empty if no hold has a stretch long enough for two independent differences
   AllanFit fit;           ///< of that curve; nothing seen if it is empty
@@ -19,19 +47,19 @@ struct HoldNoise {
   std::string statement;  ///< what was used, in words
 };
 
-/// Of the raw bias, sample by sample, in the last hour of each hold; a record without segments is one hold. A missing
-/// sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in a hold is
-/// seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.
+/// The noise of the raw bias, sample by sample, in the last hour of each hold; a record without segments is one hold. A
+/// missing sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in a
+/// hold is seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.
 [[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset);
 
-/// The same of the compensated bias. `residual_deg_per_h` is what a model leaves of each cluster's mean; what it takes
-/// away is drawn as straight lines from the middle of a cluster to that of the next. Samples beyond the middles of
-/// neighbouring clusters, or beside one whose residual is not finite, are missing.
+/// The noise of the compensated bias in the same stretches. `residual_deg_per_h` is what a model leaves of each
+/// cluster's mean; what it takes away is drawn as straight lines from the middle of a cluster to that of the next.
+/// Samples beyond the middles of neighbouring clusters, or beside one whose residual is not finite, are missing.
 [[nodiscard]] HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clusters,
                                                    const Eigen::VectorXd& residual_deg_per_h);
 
-/// Allan deviation of cluster means over a whole record, ramps and all, broken where a cluster is missing or a value is
-/// not finite: raw or compensated bias as a user averages it.
+/// The Allan deviation of cluster means over a whole record, ramps and all, broken where a cluster is missing or a
+/// value is not finite: raw or compensated bias as a user averages it.
 [[nodiscard]] AllanCurve allan_curve_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
 }  // namespace gyrotherm

@@ -1,7 +1,10 @@
-/// The figures by which a residual is judged: eq. 11, what it hides, and how well it is known.
+/// The figures by which a residual is judged: eq. 11, what it hides, and how well it is known; and how bias and
+/// temperatures correlate.
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
+#include <vector>
 
 #include "analysis/data/clusters.hpp"
 
@@ -13,13 +16,13 @@ struct EffectiveNumber {
   double of_mean{};  ///< n²/(n + 2 Σ n_k ρ_k), at most n: for the mean
 };
 
-/// Of values that stand at whole `places`, rising: n_k pairs lie k places apart, and their autocorrelation is ρ_k
-/// (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k, chance to 95 %. Both
-/// are n where fewer than four values are given or they do not vary.
+/// The effective number of values that stand at whole `places`, rising: n_k pairs lie k places apart, and their
+/// autocorrelation is ρ_k (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k,
+/// chance to 95 %. Both are n where fewer than four values are given or they do not vary.
 [[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                const Eigen::Ref<const Eigen::VectorXi>& places);
 
-/// Of cluster means, °/h. `std` is eq. 11 (N − 1), 0 of a single value; all are 0 of none.
+/// The figures of cluster means, °/h. `std` is eq. 11 (N − 1), 0 of a single value; all are 0 of none.
 struct Figures {
   double std{}, mean{}, rmse{}, max_abs{};
   int count{};
@@ -27,14 +30,15 @@ struct Figures {
 };
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// The same of values at these clusters of a record, one each, with their effective number. Nothing is correlated
+/// The figures of values at these clusters of a record, one each, with their effective number. Nothing is correlated
 /// across two records.
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
                                  const std::vector<Eigen::Index>& rows);
-/// Of all clusters.
+/// The figures of values at all clusters of a record.
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
-/// Standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff; NaN if the effective number is not known.
+/// The standard error of the STD, std/√(2 n_eff), and that of the mean, std/√n_eff; NaN if the effective number is not
+/// known.
 [[nodiscard]] double std_error(const Figures& figures);
 [[nodiscard]] double mean_error(const Figures& figures);
 
@@ -46,5 +50,19 @@ struct Improvement {
   double residual_reduction{};  ///< 1 − s_multi/s_three
 };
 [[nodiscard]] Improvement improvement(double std_raw, double std_three_point, double std_multi_point);
+
+/// Pearson's correlation of bias with every gradient (Table 3), temperature and temperature rate.
+struct Correlation {
+  std::vector<std::string> names;  ///< thermometers, rows and columns of `gradient`
+  Eigen::MatrixXd gradient;        ///< signed r of T_i − T_j with bias for i before j; antisymmetric, zero diagonal
+  Eigen::VectorXd temperature;     ///< signed r of each T_i
+  Eigen::VectorXd rate;            ///< signed r of each causal dT_i/dt
+};
+
+/// Pearson's r of two rows of numbers of one length; 0 if one of them does not vary.
+[[nodiscard]] double pearson(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b);
+
+/// Correlates the named thermometers on these clusters alone; rates on the clusters that have one.
+[[nodiscard]] Correlation correlate(const Clusters& clusters, const std::vector<std::string>& names);
 
 }  // namespace gyrotherm

@@ -2,15 +2,36 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
-#include "analysis/methods/centres.hpp"
 #include "analysis/methods/held_out.hpp"
-#include "analysis/methods/orthogonal_least_squares.hpp"
+#include "analysis/methods/radial_basis.hpp"
 
 namespace gyrotherm {
 namespace {
+
+/// 0 … count − 1 in an order drawn at random.
+std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generator) {
+  std::vector<Eigen::Index> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  for (Eigen::Index i = count - 1; i > 0; --i) std::swap(order[i], order[index_below(i + 1, generator)]);
+  return order;
+}
+
+/// One sample is shown to the map.
+void show(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side, SampleMatrix& nodes) {
+  Eigen::Index winner = 0;
+  (nodes.rowwise() - sample).rowwise().squaredNorm().minCoeff(&winner);
+  const Eigen::Index row = winner / side, column = winner % side;
+  for (Eigen::Index j = 0; j < nodes.rows(); ++j) {
+    const auto down = static_cast<double>(j / side - row), across = static_cast<double>(j % side - column);
+    const double pull = rate * std::exp(-(down * down + across * across) / (2 * radius * radius));
+    nodes.row(j) += pull * (sample - nodes.row(j));
+  }
+}
 
 constexpr std::array kWidthFactors = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr int kToleranceSteps = 12;  // quarter decades from 10⁻¹ to 10⁻⁴
@@ -49,6 +70,86 @@ OrthogonalPath path_of(const Map& map, double factor, const SampleMatrix& x, con
 }
 
 }  // namespace
+
+SampleMatrix self_organising_map(const SampleMatrix& samples, std::uint64_t seed, const MapOptions& options) {
+  assert(samples.rows() > 0 && options.side > 0 && options.rounds > 0);
+  std::mt19937_64 generator(seed);
+  SampleMatrix nodes(options.side * options.side, samples.cols());
+  for (Eigen::Index j = 0; j < nodes.rows(); ++j) nodes.row(j) = samples.row(index_below(samples.rows(), generator));
+  const double last = std::max(1.0, static_cast<double>(options.rounds) * static_cast<double>(samples.rows()) - 1);
+  double shown = 0;
+  for (int round = 0; round < options.rounds; ++round) {
+    for (const Eigen::Index i : shuffled(samples.rows(), generator)) {
+      const double way = shown++ / last;
+      show(samples.row(i), std::lerp(options.first_rate, options.last_rate, way),
+           std::lerp(options.first_radius, options.last_radius, way), options.side, nodes);
+    }
+  }
+  return nodes;
+}
+
+OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& candidates,
+                                        const Eigen::Ref<const Eigen::VectorXd>& y, double tolerance,
+                                        Eigen::Index most) {
+  assert(candidates.rows() == y.size() && candidates.cols() > 0);
+  constexpr double kOwn = 1e-12;  // of a candidate's squared norm; what is left below is rounding
+  OrthogonalPath path;
+  path.means = candidates.colwise().mean();
+  path.target_mean = y.mean();
+  Eigen::MatrixXd left = candidates.rowwise() - path.means;  // orthogonal to all that were taken
+  const Eigen::VectorXd target = y.array() - path.target_mean;
+  const Eigen::ArrayXd whole = left.colwise().squaredNorm().transpose();
+  const double spread = target.squaredNorm();
+  most = std::min({most, candidates.cols(), candidates.rows() - 1});
+  path.triangle = Eigen::MatrixXd::Identity(most, most);
+  path.orthogonal.setZero(most);
+  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(most, candidates.cols());  // of each taken direction in each candidate
+  Eigen::ArrayXd open = Eigen::ArrayXd::Ones(candidates.cols());
+  double unexplained = 1;
+  while (static_cast<Eigen::Index>(path.order.size()) < most && spread > 0 && unexplained >= tolerance) {
+    const Eigen::ArrayXd squares = left.colwise().squaredNorm().transpose();
+    open = (squares > kOwn * whole).select(open, 0.0);
+    const Eigen::ArrayXd products = left.transpose() * target;
+    const Eigen::ArrayXd ratios = (open > 0).select(products.square() / (squares * spread), 0.0);
+    Eigen::Index best = 0;
+    if (!(ratios.maxCoeff(&best) > 0)) break;
+    const auto k = static_cast<Eigen::Index>(path.order.size());
+    const Eigen::VectorXd direction = left.col(best);
+    path.triangle.col(k).head(k) = shares.col(best).head(k);
+    path.orthogonal(k) = products(best) / squares(best);
+    path.order.push_back(best);
+    path.ratios.push_back(ratios(best));
+    unexplained -= ratios(best);
+    shares.row(k) = (direction.transpose() * left) / squares(best);
+    left -= direction * shares.row(k);
+    open(best) = 0;
+  }
+  return path;
+}
+
+Eigen::Index taken_at(const OrthogonalPath& path, double tolerance) {
+  double unexplained = 1;
+  Eigen::Index count = 0;
+  for (const double ratio : path.ratios) {
+    if (unexplained < tolerance) break;
+    unexplained -= ratio;
+    ++count;
+  }
+  return count;
+}
+
+Eigen::VectorXd weights_of(const OrthogonalPath& path, Eigen::Index count) {
+  assert(count <= static_cast<Eigen::Index>(path.order.size()));
+  return path.triangle.topLeftCorner(count, count)
+      .triangularView<Eigen::UnitUpper>()
+      .solve(path.orthogonal.head(count));
+}
+
+double offset_of(const OrthogonalPath& path, const Eigen::VectorXd& weights) {
+  double offset = path.target_mean;
+  for (Eigen::Index k = 0; k < weights.size(); ++k) offset -= path.means(path.order[k]) * weights(k);
+  return offset;
+}
 
 Result<Choice> choose_kohonen(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
   constexpr Eigen::Index kSteps = kToleranceSteps + 1;

@@ -8,8 +8,6 @@
 
 namespace gyrotherm {
 
-Result<Choice> choose_nothing(std::span<const Fold>, const MethodOptions&, const ProgressSink&) { return Choice{}; }
-
 Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   Eigen::MatrixXd design(set.x.rows(), set.x.cols() + 1);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <cassert>
 #include <cmath>
 
@@ -73,16 +72,6 @@ Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel, cons
   machine.b = both.col(1).sum() / machine.eta.sum();
   machine.alpha = both.col(1) - machine.b * machine.eta;
   return machine;
-}
-
-Eigen::VectorXd leave_block_out_residuals(const LsSvm& machine, const std::vector<Eigen::Index>& block) {
-  const auto size = static_cast<Eigen::Index>(block.size());
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(machine.alpha.size(), size);
-  for (Eigen::Index j = 0; j < size; ++j) columns(block[j], j) = 1;
-  solve_cholesky(machine.factor, columns);
-  const Eigen::VectorXd eta = machine.eta(block);
-  const Eigen::MatrixXd inverse = columns(block, Eigen::all) - eta * eta.transpose() / machine.eta.sum();
-  return inverse.partialPivLu().solve(machine.alpha(block));
 }
 
 Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine) {

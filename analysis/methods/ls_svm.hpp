@@ -11,6 +11,7 @@
 
 namespace gyrotherm {
 
+/// A machine, and what its solution leaves for other questions.
 struct LsSvm {
   Eigen::MatrixXd factor;  ///< L of H = LLᵀ, lower triangle
   Eigen::VectorXd eta;     ///< H⁻¹1
@@ -18,25 +19,23 @@ struct LsSvm {
   double b{};
 };
 
-/// For a kernel matrix (symmetric, finite) and γ > 0. Fails with numeric if H is not positive definite in double.
+/// Solves for a kernel matrix (symmetric, finite) and γ > 0. Fails with numeric if H is not positive definite in
+/// double.
 [[nodiscard]] Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                          const Eigen::Ref<const Eigen::VectorXd>& y, double gamma);
 
-/// Residuals y − ŷ of a block of samples by the machine trained without it (same kernel and γ), from the one
-/// factorisation: e_B = [(M⁻¹)_BB]⁻¹ α_B (Cawley 2006; An, Liu and Venkatesh 2007).
-[[nodiscard]] Eigen::VectorXd leave_block_out_residuals(const LsSvm& machine, const std::vector<Eigen::Index>& block);
-
-/// The diagonal of (M⁻¹) over the samples: e_i = α_i/d_i is the leave-one-out residual, and n − Σd_i/γ the trace of the
-/// matrix from y to fitted values.
+/// The diagonal d of M⁻¹ over the samples: e_i = α_i/d_i is the residual of a sample by the machine trained without it
+/// (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007), and n − Σd_i/γ the trace of the matrix from y to
+/// fitted values.
 [[nodiscard]] Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine);
 
-/// "gamma" and "sigma" by held-out error: a grid over log2 γ = 2 … 18 and log2 σ = −½ … 5½ in steps of 4 and 1½, then
-/// around the best with half and with a quarter of these steps (quick: the grid alone). Folds are scaled each by
-/// itself, so each is solved anew. Warns of a choice at the edge of the grid.
+/// Chooses "gamma" and "sigma" by held-out error: from a grid over log2 γ = 2 … 18 and log2 σ = −½ … 5½ in steps of 4
+/// and 1½, then around the best with half and with a quarter of these steps (quick: the grid alone). Folds are scaled
+/// each by itself, so each is solved anew. Warns of a choice at the edge of the grid.
 [[nodiscard]] Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options,
                                            const ProgressSink& progress);
 
-/// Effective parameters: the trace. particulars: the closed-form leave-one-out error.
+/// The effective parameters are the trace; the particulars name the closed-form leave-one-out error.
 [[nodiscard]] Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters,
                                      const MethodOptions& options);
 

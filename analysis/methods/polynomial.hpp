@@ -7,7 +7,7 @@
 
 namespace gyrotherm {
 
-/// "order": m, 1 … 3, and "rate terms": 0 or 1, as far as the inputs offer them; by held-out error.
+/// Chooses "order", m of 1 … 3, and "rate terms", 0 or 1, as far as the inputs offer them, by held-out error.
 [[nodiscard]] Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOptions& options,
                                                const ProgressSink& progress);
 

@@ -7,15 +7,38 @@
 /// extrapolate by standing still, and need a thousand times the numbers in a navigation computer.
 #pragma once
 
+#include <Eigen/Core>
+
 #include "analysis/methods/method.hpp"
 
 namespace gyrotherm {
 
-/// "lambda": 10⁻⁸ … 10² in decades, by held-out error.
+/// Ridge regression for any penalty from one decomposition: it minimises ‖y − Zw − b‖² + λn‖w‖², b free.
+class RidgePath {
+ public:
+  /// Rows of z are samples; there is at least one of them and one column.
+  RidgePath(const Eigen::Ref<const Eigen::MatrixXd>& z, const Eigen::Ref<const Eigen::VectorXd>& y);
+  /// The weights w for a penalty λ > 0.
+  [[nodiscard]] Eigen::VectorXd weights(double lambda) const;
+  /// The constant b that belongs to these weights.
+  [[nodiscard]] double offset(const Eigen::VectorXd& weights) const;
+  /// The trace of the matrix from y to fitted values, the constant's 1 included.
+  [[nodiscard]] double effective_parameters(double lambda) const;
+
+ private:
+  Eigen::RowVectorXd z_mean_;
+  double y_mean_{};
+  double samples_{};
+  Eigen::VectorXd singular_;  ///< values of the centred Z
+  Eigen::MatrixXd right_;     ///< its right singular vectors
+  Eigen::VectorXd target_;    ///< y in its left singular vectors
+};
+
+/// Chooses "lambda" among 10⁻⁸ … 10² in decades, by held-out error.
 [[nodiscard]] Result<Choice> choose_ridge(std::span<const Fold> folds, const MethodOptions& options,
                                           const ProgressSink& progress);
 
-/// Minimises ‖y − Zw − b‖² + λn‖w‖². Effective parameters: the trace.
+/// Fits by minimising ‖y − Zw − b‖² + λn‖w‖². The effective parameters are the trace.
 [[nodiscard]] Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters,
                                     const MethodOptions& options);
 

@@ -14,10 +14,10 @@ namespace gyrotherm {
 inline constexpr double kFToEnter = 3.84;
 inline constexpr double kFToRemove = 2.71;
 
-/// Choose with choose_nothing: the F tests choose. An input of which less than 10⁻⁹ of its spread is its own, given
-/// those already taken, is not asked. Inputs not taken keep the weight 0; particulars names those taken. Effective
-/// parameters: those taken and the constant; that they were picked is not counted. Fails with usage if there are not
-/// three samples more than inputs that enter.
+/// Nothing is chosen on held-out folds: the F tests choose. An input of which less than 10⁻⁹ of its spread is its own,
+/// given those already taken, is not asked. Inputs not taken keep the weight 0; the particulars name those taken. The
+/// effective parameters are those taken and the constant; that they were picked is not counted. Fails with usage if
+/// there are not three samples more than inputs that enter.
 [[nodiscard]] Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters& parameters,
                                        const MethodOptions& options);
 

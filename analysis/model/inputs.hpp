@@ -20,7 +20,7 @@ struct InputPlan {
   SelectionRule rule;            ///< of the candidates
 };
 
-/// Words and terms, joined by commas or '+'. A word stands for several terms:
+/// Reads what the user asks for: words and terms, joined by commas or '+'. A word stands for several terms:
 ///   gradients      every difference of two gradient thermometers (28 of eight)
 ///   temperatures   the gradient thermometers themselves
 ///   rates          their causal rates
@@ -37,16 +37,17 @@ struct InputPlan {
 [[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
                                             const std::optional<SelectionRule>& rule = {});
 
-/// The clusters that have a value of every term that may be taken: not the first of a run where rates are. In order.
-/// Fails with usage if a thermometer is lacking.
+/// The numbers of the clusters that have a value of every term that may be taken, rising; where rates may be, the first
+/// cluster of a run has none. Fails with usage if a thermometer is lacking.
 [[nodiscard]] Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const Clusters& clusters);
 
+/// What choose_inputs took.
 struct ChosenInputs {
   std::vector<Term> terms;
   Selection selection;  ///< empty if nothing was selected
 };
 
-/// The terms for one training set. Fails with usage if none is left or as select_inputs does.
+/// Chooses the terms for one training set. Fails with usage if none is left or as select_inputs does.
 [[nodiscard]] Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& training_set);
 
 }  // namespace gyrotherm

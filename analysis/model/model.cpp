@@ -1,9 +1,27 @@
 #include "analysis/model/model.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <limits>
+#include <utility>
 
 namespace gyrotherm {
+namespace {
+
+constexpr std::array kPolicies = {Outside::clamp, Outside::refuse, Outside::extrapolate};
+
+/// How far a value lies outside, as a part of the range; 0 inside, and for what the rounding of a mean may amount to.
+double excess(double value, double low, double high) {
+  constexpr double kRounding = 1e-9;
+  const double beyond = std::max(low - value, value - high);
+  return beyond > kRounding * (high - low) ? beyond / std::max(high - low, std::numeric_limits<double>::min()) : 0;
+}
+
+}  // namespace
+
 Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
@@ -18,6 +36,46 @@ Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs) {
     if (!inputs.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
   }
   return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
+}
+
+const char* name(Outside outside) {
+  switch (outside) {
+    case Outside::clamp: return "clamp";
+    case Outside::refuse: return "refuse";
+    case Outside::extrapolate: return "extrapolate";
+  }
+  return "";
+}
+
+Result<Outside> parse_outside(std::string_view text) {
+  const auto* found = std::ranges::find_if(kPolicies, [&](Outside policy) { return text == name(policy); });
+  if (found != kPolicies.end()) return *found;
+  return failure(FaultKind::usage, "--outside",
+                 fmt::format("\"{}\" is no policy, expected clamp, refuse or extrapolate", text));
+}
+
+RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outside) {
+  assert(inputs.cols() == model.input_min.size() && inputs.cols() == model.input_max.size());
+  RangedInputs ranged;
+  for (Eigen::Index row = 0; row < inputs.rows(); ++row) {
+    if (!inputs.row(row).allFinite()) continue;
+    bool is_outside = false;
+    for (Eigen::Index term = 0; term < inputs.cols(); ++term) {
+      const double by = excess(inputs(row, term), model.input_min(term), model.input_max(term));
+      is_outside = is_outside || by > 0;
+      if (by <= ranged.worst_excess) continue;
+      ranged.worst_excess = by;
+      ranged.worst_term = term;
+    }
+    if (!is_outside) continue;
+    ranged.rows.push_back(row);
+    if (outside == Outside::refuse) inputs.row(row).setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (outside == Outside::clamp) {
+      inputs.row(row) = inputs.row(row).cwiseMax(model.input_min).cwiseMin(model.input_max).eval();
+    }
+  }
+  ranged.inputs = std::move(inputs);
+  return ranged;
 }
 
 }  // namespace gyrotherm

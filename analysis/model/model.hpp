@@ -1,4 +1,5 @@
-/// A trained compensation model: what it takes in, how it computes, and what is known of it. One JSON file.
+/// A trained compensation model: what it takes in, how it computes, what is known of it, and what it predicts inside
+/// and outside the range in which it was trained. It is kept in one JSON file.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,9 +11,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/features.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/methods/function.hpp"
 #include "analysis/methods/method.hpp"
-#include "analysis/model/reduced_set_summary.hpp"
 #include "analysis/model/selection.hpp"
 #include "analysis/svm/tuning.hpp"
 #include "core/result.hpp"
@@ -21,6 +20,7 @@ namespace gyrotherm {
 
 inline constexpr const char* kModelSchema = "gyrotherm-model/2";
 
+/// A record that a model was trained on, and which part of it.
 struct TrainingRecord {
   std::string run_id;
   std::string path;
@@ -28,6 +28,15 @@ struct TrainingRecord {
   bool simulated{};
   int clusters{};
   double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
+};
+
+/// What it cost to make a model smaller (reduced_set.hpp).
+struct ReducedSetSummary {
+  int vectors_before{}, vectors{};
+  double bound_deg_per_h{};       ///< no prediction, for any input, has changed by more
+  double max_change_deg_per_h{};  ///< of the predictions on the training clusters
+  double rms_change_deg_per_h{};
+  int clusters{};  ///< how many those were
 };
 
 struct Model {
@@ -59,21 +68,38 @@ struct Model {
   std::vector<std::string> warnings;
 };
 
-/// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer the model needs.
+/// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters);
-/// The same from unscaled inputs, rows × terms; NaN where an input is not finite.
+/// Predicted bias of each row of unscaled inputs (rows × terms), °/h; NaN where an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs);
 
-[[nodiscard]] std::string to_json(const Model& model);
-/// Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not fit; the place is
-/// file:line:column for syntax and the JSON path for content.
-[[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
+/// What is done with inputs beyond the range in which a model was trained.
+///
+/// clamp, the default: an input beyond the range of its term is moved to the nearer end, so that the compensation goes
+/// on from its last trained value, bounded and without a step. refuse: nothing is predicted. extrapolate: the function
+/// is used as it is; Gaussians then die away towards the training mean within a few widths, straight lines run on.
+enum class Outside { clamp, refuse, extrapolate };
 
-/// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean.
-/// Fails with usage for a model that is not an SVR.
-[[nodiscard]] Result<std::string> to_libsvm(const Model& model);
-/// The data file of svm-predict: one row "target index:value …" per cluster that has every input, inputs and target
-/// scaled as the model scales them. Fails like predict.
-[[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters);
+[[nodiscard]] const char* name(Outside outside);
+/// Reads the name of a policy. Fails with usage, naming the three.
+[[nodiscard]] Result<Outside> parse_outside(std::string_view text);
+
+/// Inputs of a model after the policy.
+struct RangedInputs {
+  SampleMatrix inputs;             ///< unscaled; with refuse, NaN in every row that is outside
+  std::vector<Eigen::Index> rows;  ///< those with an input outside, in order
+  Eigen::Index worst_term = -1;    ///< the term that is farthest outside, as a part of its own range; −1: none is
+  double worst_excess{};           ///< how far: 0.1 is a tenth of the term's trained range
+};
+
+/// Applies the policy to `inputs`, rows × terms of the model, unscaled. A row that holds a NaN is not outside and stays
+/// NaN.
+[[nodiscard]] RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outside);
+
+/// The model file.
+[[nodiscard]] std::string to_json(const Model& model);
+/// Reads a model file. Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not fit; the
+/// place is file:line:column for syntax and the JSON path for content.
+[[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
 
 }  // namespace gyrotherm

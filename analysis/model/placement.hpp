@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
+#include "analysis/data/features.hpp"
 #include "analysis/data/folds.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/data/term.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
 
-/// What remains without some thermometers.
+/// What a learner does without some of the thermometers.
 struct LeftOut {
   std::vector<std::string> left_out;  ///< in the order of the record, or of the elimination
   std::vector<std::string> kept;      ///< in the order of the record
@@ -23,6 +23,7 @@ struct LeftOut {
   std::optional<Figures> unseen;      ///< of the unseen records
 };
 
+/// The price of each thermometer, alone and together with others.
 struct Placement {
   LeftOut all;                        ///< nothing left out
   std::vector<LeftOut> alone;         ///< each thermometer left out alone, cheapest first
@@ -33,16 +34,16 @@ struct Placement {
   std::string folds;                  ///< as FoldPlan states them
 };
 
-/// Backward elimination over the thermometers of the records. The learner is a response surface of second order
-/// (response_surface.hpp) in the temperature of the first thermometer kept and its differences with the others, so that
-/// absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out clusters
-/// decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two thermometers, records
-/// that differ in them, no record, or as plan_folds does; with interrupted.
+/// Eliminates the thermometers of the records backward, the cheapest first. The learner is a response surface of second
+/// order (response_surface.hpp) in the temperature of the first thermometer kept and its differences with the others,
+/// so that absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out
+/// clusters decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two
+/// thermometers, records that differ in them, no record, or as plan_folds does; with interrupted.
 [[nodiscard]] Result<Placement> study_placement(const std::vector<Clusters>& records,
                                                 const std::vector<Clusters>& unseen, const FoldOptions& folds = {},
                                                 const ProgressSink& progress = {});
 
-/// The inputs of such a learner: the first thermometer, and its differences with the others.
+/// The inputs of the learner that judges these thermometers: the first one, and its differences with the others.
 [[nodiscard]] std::vector<Term> placement_terms(const std::vector<std::string>& thermometers);
 
 }  // namespace gyrotherm

@@ -15,13 +15,13 @@
 
 namespace gyrotherm {
 
-/// One of the two.
+/// How far a model is to be reduced; exactly one of the two is given.
 struct ReducedSetGoal {
   std::optional<int> vectors = {};                  ///< at most so many, at least 1
   std::optional<double> max_change_deg_per_h = {};  ///< as few as keep every training cluster within this, above 0
 };
 
-/// The model with fewer vectors, its `reduction` set and all else as it was: its figures are those of the full
+/// Returns the model with fewer vectors, its `reduction` set and all else as it was: its figures are those of the full
 /// function. Where all vectors are needed it keeps them as they are, at no loss. Fails with usage: a goal that is none,
 /// a function that is no sum of Gaussians of one width, a model that has been reduced before, clusters without its
 /// thermometers or without a value.

@@ -1,14 +1,19 @@
 #include "analysis/model/selection.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
-#include "analysis/data/correlation.hpp"
 #include "analysis/data/features.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/response_surface.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -47,6 +52,97 @@ template <class Number>
 bool read_number(std::string_view text, Number& number) {
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
   return read.ec == std::errc{} && read.ptr == text.data() + text.size();
+}
+
+/// Centred, each column of length 1; one that does not vary is 0.
+Eigen::MatrixXd unit_columns(const SampleMatrix& values) {
+  constexpr double kRounding = 1e-12;
+  Eigen::MatrixXd unit = values.rowwise() - values.colwise().mean();
+  for (Eigen::Index j = 0; j < unit.cols(); ++j) {
+    const double length = unit.col(j).norm();
+    if (length > kRounding * values.col(j).norm())
+      unit.col(j) /= length;
+    else
+      unit.col(j).setZero();
+  }
+  return unit;
+}
+
+/// Less what the columns of `fixed` say of them. Twice, so that what is left is orthogonal to rounding.
+void project_out(const Eigen::MatrixXd& fixed, Eigen::MatrixXd& columns) {
+  if (fixed.cols() == 0) return;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fixed);
+  const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(fixed.rows(), qr.rank());
+  for (int pass = 0; pass < 2; ++pass) columns -= basis * (basis.transpose() * columns);
+}
+
+using Columns = std::vector<Eigen::Index>;
+
+/// One input more, and how the surface of all so far does.
+struct Step {
+  Eigen::Index column{};
+  SurfaceTrial trial;
+};
+
+/// Fixed inputs first, then the candidates.
+struct Field {
+  SampleMatrix x;
+  const TrainingSet& training_set;
+  std::size_t fixed;
+
+  [[nodiscard]] SurfaceTrial trial_of(const Columns& columns) const {
+    return try_surface(x(Eigen::all, columns), training_set.clusters.bias_deg_per_h, training_set.folds);
+  }
+};
+
+/// Of the candidates not yet taken; the first of equals.
+Step best_next(const Field& field, const Columns& taken) {
+  std::vector<Step> steps;
+  for (Eigen::Index column = static_cast<Eigen::Index>(field.fixed); column < field.x.cols(); ++column) {
+    if (std::ranges::count(taken, column) == 0) steps.push_back({column, {}});
+  }
+  tbb::parallel_for(std::size_t{0}, steps.size(), [&](std::size_t i) {
+    Columns columns = taken;
+    columns.push_back(steps[i].column);
+    steps[i].trial = field.trial_of(columns);
+  });
+  return *std::ranges::min_element(steps, {}, [](const Step& step) { return step.trial.mean_square; });
+}
+
+/// Grows while the held-out error falls. Without fixed inputs the first one is taken whatever it gains.
+std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_t most) {
+  Columns taken(field.fixed);
+  std::iota(taken.begin(), taken.end(), Eigen::Index{0});
+  std::vector<Step> path;
+  double error = start.mean_square;
+  while (path.size() < most && taken.size() < static_cast<std::size_t>(field.x.cols())) {
+    Step step = best_next(field, taken);
+    if (!(step.trial.mean_square < error) && !taken.empty()) break;
+    error = step.trial.mean_square;
+    taken.push_back(step.column);
+    path.push_back(std::move(step));
+  }
+  return path;
+}
+
+/// Standard error of the mean squared error, with the effective number of the squared residuals.
+double error_of_mean_square(const SurfaceTrial& trial, const Clusters& clusters) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < trial.residual.size(); ++k) {
+    if (std::isfinite(trial.residual(k))) rows.push_back(k);
+  }
+  return mean_error(figures_of(trial.residual(rows).array().square().matrix(), clusters, rows));
+}
+
+/// How many steps of the path to keep. The last has the least error.
+std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
+  if (path.empty()) return 0;
+  const SurfaceTrial& best = path.back().trial;
+  const double enough = best.mean_square + error_of_mean_square(best, field.training_set.clusters);
+  if (field.fixed > 0 && start.mean_square <= enough) return 0;
+  std::size_t kept = 1;
+  while (path[kept - 1].trial.mean_square > enough) ++kept;
+  return kept;
 }
 
 }  // namespace
@@ -107,6 +203,69 @@ Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Ter
     r.push_back(pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
   constexpr int kLeastRank = 2;  // one gradient is no choice
   return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, rank_of(candidates)));
+}
+
+Result<Selection> select_independent(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
+                                     const Clusters& training, double tolerance) {
+  const auto taken = evaluate(fixed, training);
+  if (!taken) return failure(taken.error());
+  const auto offered = evaluate(candidates, training);
+  if (!offered) return failure(offered.error());
+  Eigen::MatrixXd columns = unit_columns(*offered);
+  project_out(unit_columns(*taken), columns);
+
+  // Pivoting takes the column with the most left of its own each time; the diagonal of R is how much that was.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  const Eigen::Index most = std::min(columns.rows(), columns.cols());
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index k = 0; k < most && std::abs(qr.matrixR()(k, k)) > tolerance; ++k)
+    kept.push_back(qr.colsPermutation().indices()(k));
+  std::ranges::sort(kept);
+
+  Selection selection;
+  selection.threshold = 0;
+  std::vector<std::string> names;
+  for (const Eigen::Index column : kept) {
+    selection.terms.push_back(candidates[column]);
+    names.push_back(text(candidates[column]));
+  }
+  selection.rank = rank_of(selection.terms);
+  selection.statement = fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})",
+                                    kept.size(), candidates.size(), tolerance,
+                                    kept.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")), selection.rank);
+  return selection;
+}
+
+Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
+                                 const TrainingSet& training_set, int most) {
+  const auto divided = with_two_folds(training_set);
+  if (!divided) return failure(divided.error());
+  std::vector<Term> terms = fixed;
+  terms.insert(terms.end(), candidates.begin(), candidates.end());
+  auto x = evaluate(terms, training_set.clusters);
+  if (!x) return failure(x.error());
+  const Field field{.x = std::move(*x), .training_set = *divided, .fixed = fixed.size()};
+  Columns at_first(fixed.size());
+  std::iota(at_first.begin(), at_first.end(), Eigen::Index{0});
+  const SurfaceTrial start = field.trial_of(at_first);
+  const std::vector<Step> path = grow(field, start, static_cast<std::size_t>(most));
+  const std::size_t kept = one_standard_error(path, start, field);
+
+  Selection selection;
+  selection.threshold = 0;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < kept; ++k) {
+    selection.terms.push_back(terms[path[k].column]);
+    names.push_back(text(terms[path[k].column]));
+  }
+  selection.rank = rank_of(selection.terms);
+  const double error = std::sqrt(kept > 0 ? path[kept - 1].trial.mean_square : start.mean_square);
+  selection.statement = fmt::format(
+      "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has RMSE {:.4g} "
+      "°/h held out",
+      kept, candidates.size(), kept > 0 ? fmt::format("{}", fmt::join(names, ", ")) : "none", selection.rank,
+      fixed.empty() ? "them" : "them and the inputs always taken", error);
+  return selection;
 }
 
 }  // namespace gyrotherm

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "analysis/model/model.hpp"
-#include "analysis/model/trained_range.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -42,7 +41,7 @@ class CompensationStream {
   [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
-  /// Rows so far with an input outside the trained range.
+  /// How many rows so far had an input outside the trained range.
   [[nodiscard]] long long outside() const { return outside_; }
 
  private:

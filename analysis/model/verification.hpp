@@ -7,10 +7,9 @@
 
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
-#include "analysis/data/noise_floor.hpp"
+#include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/model.hpp"
-#include "analysis/model/trained_range.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -38,6 +37,7 @@ struct VerifyOptions {
   Outside outside = Outside::clamp;
 };
 
+/// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
   bool simulated{};

@@ -12,10 +12,10 @@ namespace gyrotherm {
 /// Solves LLᵀx = b for each column of `b`, in place.
 void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<Eigen::MatrixXd> b);
 
-/// c ← c − a aᵀ, of which only the lower triangle is kept.
+/// Sets c ← c − a aᵀ, of which only the lower triangle is kept.
 void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eigen::MatrixXd> c);
 
-/// The diagonal of (LLᵀ)⁻¹, at the price of one more factorisation.
+/// The diagonal of (LLᵀ)⁻¹; it comes at the price of one more factorisation.
 [[nodiscard]] Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor);
 
 /// (LLᵀ)⁻¹, of which only the lower triangle is set.

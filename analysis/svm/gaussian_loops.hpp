@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace gyrotherm {
@@ -14,26 +15,203 @@ inline constexpr std::ptrdiff_t kGaussianTile = 6;
 /// Sums are kept in lanes, a few parts each: their parts add up to them.
 inline constexpr std::ptrdiff_t kGaussianLanes = 8;
 
-/// Each adds to the lanes sums[i · kGaussianLanes …] the terms of `count` blocks at point i of a tile, whose coordinate
-/// k is points[k · stride + i]; those of a `negative` block are subtracted. A power is right to 1e-15 of itself. No
-/// exponent is above 1000.
+/// The two loops of one instruction set. Each adds to the lanes sums[i · kGaussianLanes …] the terms of `count` blocks
+/// at point i of a tile, whose coordinate k is points[k · stride + i]; those of a `negative` block are subtracted. A
+/// power is right to 1e-15 of itself. No exponent is above 1000.
 struct GaussianLoops {
   using Loop = void(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,
                     const double* points, std::ptrdiff_t stride, double* sums);
-  /// 2^(o_j + Σ_k s_jk u_k), no exponent below −1000. Rows of a block: o, then s of each dimension.
+  /// Its terms are 2^(o_j + Σ_k s_jk u_k), no exponent below −1000. Rows of a block: o, then s of each dimension.
   Loop* by_products;
-  /// 2^(o_j + a_j Σ_k (u_k − c_jk)²), where that is below 2^−1000 perhaps 2^−1000. Rows of a block: o, a, then c of
-  /// each dimension.
+  /// Its terms are 2^(o_j + a_j Σ_k (u_k − c_jk)²), where that is below 2^−1000 perhaps 2^−1000. Rows of a block: o, a,
+  /// then c of each dimension.
   Loop* by_differences;
 };
 
-/// The fastest that this processor has.
+/// The fastest loops that this processor has.
 [[nodiscard]] const GaussianLoops& gaussian_loops();
-/// All that this processor has, the fastest first; the last is for any.
+/// All loops that this processor has, the fastest first; the last are for any processor.
 [[nodiscard]] std::vector<const GaussianLoops*> all_gaussian_loops();
 
-/// Those for one instruction set, whether or not this processor has it; null where they have not been built.
+/// The loops for one instruction set, whether or not this processor has it; null where they have not been built.
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx512();
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx2();
+
+// What follows makes the loops, written over the lanes of an instruction set. `Lanes` has
+//   Line, a vector of kWidth doubles, and UnalignedLine, the same read from any address;
+//   add_powers<low>(x, sums): sums[i] += 2^x[i] for a tile of lines; unless `low`, no x is below −1000.
+// Everything is inlined into its caller, so that it is compiled for the caller's instruction set.
+
+#define GYROTHERM_INLINE __attribute__((always_inline)) inline
+/// Before a loop over a tile or over lanes: its lines stay in registers only if it is unrolled early.
+#define GYROTHERM_UNROLL _Pragma("GCC unroll 16")
+
+template <class Lanes>
+GYROTHERM_INLINE void read(const double* from, typename Lanes::Line& line) {
+  line = *reinterpret_cast<const typename Lanes::UnalignedLine*>(from);
+}
+
+/// Exponents of two lines of centres at once: with one, fetching the points would take longer than the arithmetic.
+template <class Lanes>
+struct ByProducts {
+  using Line = typename Lanes::Line;
+  static constexpr std::ptrdiff_t kRowsBefore = 1;
+  static constexpr bool kLow = false;
+
+  static GYROTHERM_INLINE void exponents(const double* block, std::ptrdiff_t dimensions, const double* points,
+                                         std::ptrdiff_t stride, Line (&x)[kGaussianTile], Line (&y)[kGaussianTile]) {
+    Line first, second;
+    read<Lanes>(block, first);
+    read<Lanes>(block + Lanes::kWidth, second);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) x[i] = first, y[i] = second;
+    for (std::ptrdiff_t k = 0; k < dimensions; ++k, points += stride) {
+      block += kGaussianBlock;
+      read<Lanes>(block, first);
+      read<Lanes>(block + Lanes::kWidth, second);
+      GYROTHERM_UNROLL
+      for (int i = 0; i < kGaussianTile; ++i) {
+        x[i] += first * points[i];
+        y[i] += second * points[i];
+      }
+    }
+  }
+};
+
+template <class Lanes>
+struct ByDifferences {
+  using Line = typename Lanes::Line;
+  static constexpr std::ptrdiff_t kRowsBefore = 2;
+  static constexpr bool kLow = true;
+
+  static GYROTHERM_INLINE void exponents(const double* block, std::ptrdiff_t dimensions, const double* points,
+                                         std::ptrdiff_t stride, Line (&x)[kGaussianTile], Line (&y)[kGaussianTile]) {
+    Line offset, offset2, scale, scale2, first, second;
+    read<Lanes>(block, offset);
+    read<Lanes>(block + Lanes::kWidth, offset2);
+    block += kGaussianBlock;
+    read<Lanes>(block, scale);
+    read<Lanes>(block + Lanes::kWidth, scale2);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) x[i] = y[i] = Line{};
+    for (std::ptrdiff_t k = 0; k < dimensions; ++k, points += stride) {
+      block += kGaussianBlock;
+      read<Lanes>(block, first);
+      read<Lanes>(block + Lanes::kWidth, second);
+      GYROTHERM_UNROLL
+      for (int i = 0; i < kGaussianTile; ++i) {
+        const Line apart = first - points[i], apart2 = second - points[i];
+        x[i] += apart * apart;
+        y[i] += apart2 * apart2;
+      }
+    }
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) {
+      x[i] = x[i] * scale + offset;
+      y[i] = y[i] * scale2 + offset2;
+    }
+  }
+};
+
+/// Lanes in the compiler's own terms, `kBytes` to a line.
+template <int kBytes>
+struct PlainLanes {
+  typedef double Line __attribute__((vector_size(kBytes)));
+  typedef double UnalignedLine __attribute__((vector_size(kBytes), aligned(8), may_alias));
+  typedef std::int64_t Bits __attribute__((vector_size(kBytes)));
+  static constexpr std::ptrdiff_t kWidth = kBytes / 8;
+
+  // Minimax polynomial of 2^r, |r| ≤ 1/2: relative error 2e-16 before rounding. Highest power first.
+  static constexpr int kPowers = 11;
+  static constexpr double kPower[kPowers] = {7.037241035574904e-09,
+                                             1.0208535284530156e-07,
+                                             1.3215663053575365e-06,
+                                             1.5252658130958496e-05,
+                                             0.00015403529960711067,
+                                             0.00133335582285357,
+                                             0.009618129108034891,
+                                             0.055504108664459,
+                                             0.24022650695908768,
+                                             0.6931471805599497,
+                                             1.0};
+  // Added to a number below 2^51, leaves it rounded to an integer in the low bits of the sum.
+  static constexpr double kRounder = 6755399441055744.0;
+  static constexpr double kSmallestExponent = -1000;
+  static constexpr int kMantissaBits = 52;
+  static constexpr int kTogether = 3;  ///< chains of arithmetic side by side, of the 16 registers there may be
+  static_assert(kGaussianTile % kTogether == 0);
+
+  // 2^x = 2^k · 2^r, k the integer nearest to x.
+  template <bool kLow>
+  static GYROTHERM_INLINE void add_powers(const Line (&x)[kGaussianTile], Line (&sums)[kGaussianTile]) {
+    GYROTHERM_UNROLL
+    for (int first = 0; first < kGaussianTile; first += kTogether) {
+      Line rounded[kTogether], rest[kTogether], power[kTogether];
+      GYROTHERM_UNROLL
+      for (int i = 0; i < kTogether; ++i) {
+        const Line smallest = Line{} + kSmallestExponent;
+        Line held = x[first + i];
+        if constexpr (kLow) held = held > smallest ? held : smallest;
+        rounded[i] = held + kRounder;
+        rest[i] = held - (rounded[i] - kRounder);
+        power[i] = Line{} + kPower[0];
+      }
+      GYROTHERM_UNROLL
+      for (int k = 1; k < kPowers; ++k) {
+        GYROTHERM_UNROLL
+        for (int i = 0; i < kTogether; ++i) power[i] = power[i] * rest[i] + kPower[k];
+      }
+      GYROTHERM_UNROLL
+      for (int i = 0; i < kTogether; ++i) {
+        sums[first + i] += reinterpret_cast<Line>(reinterpret_cast<Bits>(power[i]) +
+                                                  (reinterpret_cast<Bits>(rounded[i]) << kMantissaBits));
+      }
+    }
+  }
+};
+
+template <class Line>
+GYROTHERM_INLINE void negate(Line (&lines)[kGaussianTile]) {
+  GYROTHERM_UNROLL
+  for (Line& line : lines) line = -line;
+}
+
+template <class Lanes, class Exponents>
+GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, std::ptrdiff_t count,
+                                    std::ptrdiff_t dimensions, const double* points, std::ptrdiff_t stride,
+                                    double* sums) {
+  using Line = typename Lanes::Line;
+  Line sum[kGaussianTile];
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) read<Lanes>(sums + i * kGaussianLanes, sum[i]);
+  for (std::ptrdiff_t b = 0; b < count; ++b) {
+    if (negative[b]) negate(sum);
+    GYROTHERM_UNROLL
+    for (std::ptrdiff_t part = 0; part < kGaussianBlock; part += 2 * Lanes::kWidth) {
+      Line x[kGaussianTile], y[kGaussianTile];
+      Exponents::exponents(blocks + part, dimensions, points, stride, x, y);
+      Lanes::template add_powers<Exponents::kLow>(x, sum);
+      Lanes::template add_powers<Exponents::kLow>(y, sum);
+    }
+    if (negative[b]) negate(sum);
+    blocks += (Exponents::kRowsBefore + dimensions) * kGaussianBlock;
+  }
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) {
+    *reinterpret_cast<typename Lanes::UnalignedLine*>(sums + i * kGaussianLanes) = sum[i];
+  }
+}
+
+/// Both loops. The caller's file decides what instructions they are made of.
+#define GYROTHERM_GAUSSIAN_LOOPS(Lanes)                                                                            \
+  void by_products(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,    \
+                   const double* points, std::ptrdiff_t stride, double* sums) {                                    \
+    add_gaussians<Lanes, ByProducts<Lanes>>(blocks, negative, count, dimensions, points, stride, sums);            \
+  }                                                                                                                \
+  void by_differences(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions, \
+                      const double* points, std::ptrdiff_t stride, double* sums) {                                 \
+    add_gaussians<Lanes, ByDifferences<Lanes>>(blocks, negative, count, dimensions, points, stride, sums);         \
+  }                                                                                                                \
+  constexpr GaussianLoops kLoops { by_products, by_differences }
 
 }  // namespace gyrotherm

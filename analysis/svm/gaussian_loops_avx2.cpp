@@ -3,8 +3,6 @@
 
 #ifdef __AVX2__
 
-#include "analysis/svm/gaussian_loops_body.hpp"
-
 namespace gyrotherm {
 namespace {
 

@@ -5,8 +5,6 @@
 
 #include <immintrin.h>
 
-#include "analysis/svm/gaussian_loops_body.hpp"
-
 namespace gyrotherm {
 namespace {
 

@@ -6,6 +6,7 @@
 
 namespace gyrotherm {
 
+/// How far the Newton method goes, and how it begins.
 struct NewtonOptions {
   double relative_gap{};
   int max_steps{};

@@ -2,14 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <utility>
 
+#include "analysis/svm/lanes.hpp"
 #include "analysis/svm/newton.hpp"
 #include "analysis/svm/smo.hpp"
 #include "analysis/svm/svr_problem.hpp"
-#include "analysis/svm/svr_training.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -66,23 +68,36 @@ NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
       {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
 }
 
-}  // namespace
-
-double relative_duality_gap(const Eigen::Ref<const Eigen::MatrixXd>& kernel, const Eigen::Ref<const Eigen::VectorXd>& y,
-                            double C, double epsilon, const Eigen::Ref<const Eigen::VectorXd>& beta, double b) {
-  const MatrixSource source(kernel);
-  KernelMemory memory;
-  Kernel rows(source, memory, 0);
-  const SvrProblem problem{rows, y, C, epsilon};
-  const SvrPoint point{beta, b};
-  return certify(problem, point, response(problem, point.beta)).relative_gap;
+GYROTHERM_CLONES
+void add_squared_differences(const double* values, double value, Eigen::Index count, double* sum) {
+  for (Eigen::Index i = 0; i < count; ++i) sum[i] += (values[i] - value) * (values[i] - value);
 }
 
-Result<SvrSolution> solve_svr_from(const KernelSource& source, KernelMemory& memory,
-                                   const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
-                                   const SvrOptions& options) {
-  if (auto ok = check(source.size(), y, C, epsilon, options); !ok) return failure(ok.error());
-  Kernel kernel(source, memory, options.memory_bytes - least_kernel_bytes(source.size()));
+// ‖a_i − b_j‖² from the differences themselves, so that equal rows are exactly 0 apart.
+Eigen::MatrixXd squared_distances(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b) {
+  const Eigen::MatrixXd columns = a;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(a.rows(), b.rows());
+  for (Eigen::Index j = 0; j < b.rows(); ++j) {
+    for (Eigen::Index k = 0; k < b.cols(); ++k) {
+      add_squared_differences(columns.col(k).data(), b(j, k), a.rows(), sum.col(j).data());
+    }
+  }
+  return sum;
+}
+
+void to_kernel(const Eigen::MatrixXd& squared, double sigma, Eigen::MatrixXd& out) {
+  out.resizeLike(squared);
+  exponentiate(squared.data(), squared.size(), -0.5 / (sigma * sigma), out.data());
+}
+
+}  // namespace
+
+Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
+                              const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
+                              const SvrOptions& options) {
+  const auto& [C, sigma, epsilon] = parameters;
+  if (auto ok = check(samples.size(), y, C, epsilon, options); !ok) return failure(ok.error());
+  Kernel kernel(samples, sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()));
   const SvrProblem problem{kernel, y, C, epsilon};
   NewtonResult optimum = optimise(problem, options);
   const Certificate certificate = certify(problem, optimum.point, optimum.response);
@@ -102,16 +117,6 @@ Result<SvrSolution> solve_svr_from(const KernelSource& source, KernelMemory& mem
   return solution;
 }
 
-Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                     const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
-                                     const SvrOptions& options) {
-  if (kernel.rows() != kernel.cols()) {
-    return misuse(fmt::format("kernel is {} × {}, must be square", kernel.rows(), kernel.cols()));
-  }
-  KernelMemory memory;
-  return solve_svr_from(MatrixSource(kernel), memory, y, C, epsilon, options);
-}
-
 Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                               const SvrParameters& parameters, const SvrOptions& options) {
   if (auto ok = check_targets(y, x.rows()); !ok) return failure(ok.error());
@@ -119,8 +124,15 @@ Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eig
   if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
   const GaussianSamples samples(x);
   KernelMemory memory;
-  return solve_svr_from(GaussianSource(samples, parameters.sigma), memory, y, parameters.C, parameters.epsilon,
-                        options);
+  return solve_svr(samples, memory, y, parameters, options);
+}
+
+Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b,
+                                double sigma) {
+  assert(a.cols() == b.cols());
+  Eigen::MatrixXd out = squared_distances(a, b);
+  to_kernel(out, sigma, out);
+  return out;
 }
 
 }  // namespace gyrotherm

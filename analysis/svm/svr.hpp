@@ -15,6 +15,9 @@ namespace gyrotherm {
 /// Rows are samples, row-major so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+class GaussianSamples;
+class KernelMemory;
+
 struct SvrParameters {
   double C{};        ///< > 0, in units of the target's training STD
   double sigma{};    ///< > 0, kernel width in units of standardised inputs
@@ -22,7 +25,7 @@ struct SvrParameters {
 };
 
 struct SvrOptions {
-  double relative_gap = 1e-3;  ///< the certificate asked for: `relative_duality_gap` ≤ this
+  double relative_gap = 1e-3;  ///< the certificate asked for: SvrSolution::relative_gap ≤ this
   int max_newton_steps = 400;
   /// For the kernel of one training: 4n² bytes, without which it is refused, and up to 8n² more that save time.
   std::size_t memory_bytes = std::size_t{2} << 30;
@@ -32,31 +35,17 @@ struct SvrOptions {
 struct SvrSolution {
   Eigen::VectorXd beta;
   double b{};
-  double relative_gap{};   ///< of the returned (β, b), recomputed from scratch in double precision
+  /// (P + D)/max(|D|, floor) of the returned (β, b), recomputed from scratch in double precision; it bounds how far D
+  /// is from its optimum. P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε); the floor, a billionth of C Σ|y_i − ȳ|, gives
+  /// the gap a scale where the optimum is β = 0 and D = 0.
+  double relative_gap{};
   double kkt_violation{};  ///< LIBSVM's stopping measure of the returned β; ≤ 0 at an exact optimum
   double objective{};      ///< D(β)
   int support_vectors{};
   int iterations{};  ///< Newton steps; 0 if sequential minimal optimisation sufficed
 };
 
-/// Squared distances between samples, once per set; each σ then costs one pass of exp.
-class SquaredDistances {
- public:
-  /// Between the rows of a training set.
-  explicit SquaredDistances(const Eigen::Ref<const SampleMatrix>& x);
-  /// Between the rows of `a` and those of `b`, which have as many columns.
-  SquaredDistances(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b);
-  [[nodiscard]] Eigen::Index size() const { return d2_.rows(); }
-  /// K for a width: rows of a × rows of b.
-  [[nodiscard]] Eigen::MatrixXd kernel(double sigma) const;
-  /// The same into `out`, which keeps its memory if it has the size already.
-  void kernel(double sigma, Eigen::MatrixXd& out) const;
-
- private:
-  Eigen::MatrixXd d2_;
-};
-
-/// exp(−‖a_i − b_j‖²/(2σ²)), rows of a × rows of b.
+/// The kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)): rows of a × rows of b, which have as many columns.
 [[nodiscard]] Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a,
                                               const Eigen::Ref<const SampleMatrix>& b, double sigma);
 
@@ -64,21 +53,15 @@ class SquaredDistances {
 /// numeric if the certificate is not reached; then `what` holds the gap that was.
 ///
 /// Sequential minimal optimisation first; if that does not earn the certificate, a semismooth Newton method goes on
-/// from there (numerics/smo.hpp, numerics/newton.hpp).
+/// from there (smo.hpp, newton.hpp).
 [[nodiscard]] Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x,
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
                                             const SvrOptions& options = {});
 
-/// The same with a kernel matrix already computed (n × n, symmetric, unit diagonal, finite).
-[[nodiscard]] Result<SvrSolution> solve_svr_kernel(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                                   const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
-                                                   const SvrOptions& options = {});
-
-/// The judge: (P + D)/max(|D|, floor) of a pair, in double; infinite if β is not feasible. It bounds how far D is from
-/// its optimum. P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε); the floor, a billionth of C Σ|y_i − ȳ|, gives the gap a
-/// scale where the optimum is β = 0 and D = 0.
-[[nodiscard]] double relative_duality_gap(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                          const Eigen::Ref<const Eigen::VectorXd>& y, double C, double epsilon,
-                                          const Eigen::Ref<const Eigen::VectorXd>& beta, double b);
+/// Solves like the other solve_svr, from samples that are laid out already and with memory handed on from training to
+/// training (kernel.hpp). The samples are finite and σ is positive.
+[[nodiscard]] Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
+                                            const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
+                                            const SvrOptions& options);
 
 }  // namespace gyrotherm

@@ -5,11 +5,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "analysis/svm/kernel_source.hpp"
+#include "analysis/svm/kernel.hpp"
 
 namespace gyrotherm {
 
-/// Views of a kernel and targets that outlive it.
+/// One training: views of a kernel and of targets that outlive it.
 struct SvrProblem {
   Kernel& kernel;
   const Eigen::Ref<const Eigen::VectorXd>& y;
@@ -19,7 +19,7 @@ struct SvrProblem {
   [[nodiscard]] Eigen::Index size() const { return y.size(); }
 };
 
-/// Feasible if Σβ = 0 to rounding (1e-12 C n) and |β_i| ≤ C.
+/// A point of the dual and an offset; it is feasible if Σβ = 0 to rounding (1e-12 C n) and |β_i| ≤ C.
 struct SvrPoint {
   Eigen::VectorXd beta;
   double b{};
@@ -31,10 +31,10 @@ struct Certificate {
   double objective{};  ///< D(β)
 };
 
-/// Kβ, from the non-zero β alone.
+/// The response Kβ, made from the non-zero β alone.
 [[nodiscard]] Eigen::VectorXd response(const SvrProblem& problem, const Eigen::VectorXd& beta);
 
-/// sum += Kβ.
+/// Adds Kβ to `sum`.
 void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum);
 
 /// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.
@@ -44,7 +44,7 @@ void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free
 /// b with breakpoints z_i ± ε, and least from their n-th to their (n+1)-th; the middle of that interval.
 [[nodiscard]] double best_offset(const SvrProblem& problem, const Eigen::VectorXd& response);
 
-/// The gap as defined at `relative_duality_gap` in svr.hpp; infinite if the point is not feasible.
+/// Judges a point: its gap is as defined at SvrSolution::relative_gap in svr.hpp, infinite if it is not feasible.
 [[nodiscard]] Certificate certify(const SvrProblem& problem, const SvrPoint& point, const Eigen::VectorXd& response);
 
 /// LIBSVM's stopping measure in n variables: max{u_i : β_i < C} − min{v_i : β_i > −C}; 0 or less at an optimum.

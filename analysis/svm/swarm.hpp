@@ -25,6 +25,7 @@ struct SwarmOptions {
   int threads = 0;  ///< 0: all. The result does not depend on it
 };
 
+/// Where a swarm may go.
 struct SwarmBox {
   std::vector<double> lower;  ///< per coordinate
   std::vector<double> upper;
@@ -32,6 +33,7 @@ struct SwarmBox {
 
 enum class SwarmEnd { was_not_run, iterations_done, stalled };
 
+/// What a swarm found, and why it ended.
 struct SwarmSummary {
   SwarmEnd end = SwarmEnd::was_not_run;
   std::vector<double> best;              ///< position

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "analysis/svm/gaussian_sum.hpp"
-#include "analysis/svm/svr_training.hpp"
+#include "analysis/svm/kernel.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -28,8 +28,7 @@ class PreparedFold {
   // Of all held-out rows, in the units of target_scale squared.
   [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options,
                                              KernelMemory& memory) const {
-    const GaussianSource source(samples_, parameters.sigma);
-    const auto solution = solve_svr_from(source, memory, fold_->train_y, parameters.C, parameters.epsilon, options);
+    const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options);
     if (!solution) return failure(solution.error());
     std::vector<Eigen::Index> support;
     for (Eigen::Index i = 0; i < solution->beta.size(); ++i) {

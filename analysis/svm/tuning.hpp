@@ -22,13 +22,13 @@ struct TuningFold {
   double target_scale{};
 };
 
-/// Fails with usage: a fold without rows on both sides or with shapes that differ, a value that is not finite. `number`
-/// names the fold.
+/// Checks one fold. Fails with usage: a fold without rows on both sides or with shapes that differ, a value that is not
+/// finite. `number` names the fold.
 [[nodiscard]] Result<void> check_fold(const TuningFold& fold, std::size_t number);
-/// Fails with usage as check_fold does for the first that it finds wrong, or if there is no fold.
+/// Checks all folds. Fails with usage as check_fold does for the first that it finds wrong, or if there is no fold.
 [[nodiscard]] Result<void> check_folds(std::span<const TuningFold> folds);
 
-/// The box of errata 4, in log2.
+/// The box of errata 4, in log2, and how it is searched.
 struct TuningOptions {
   double log2_c_min = -2, log2_c_max = 12;
   double log2_sigma_min = -2, log2_sigma_max = 3.5;
@@ -38,6 +38,7 @@ struct TuningOptions {
   SvrOptions svr;
 };
 
+/// What the tuning found, and how sure it is.
 struct TuningSummary {
   SvrParameters best;
   double cross_validation_mse{};  ///< (°/h)², over all held-out rows
@@ -46,13 +47,13 @@ struct TuningSummary {
   std::vector<std::string> warnings;  ///< "log2 C = 12 lies on the edge of its box", …
 };
 
-/// Mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which it
-/// passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and solve_svr do.
+/// The mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which
+/// it passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and solve_svr do.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 
-/// A position where a training misses its certificate counts as infinitely bad, and is counted and warned of. Fails
-/// with usage, with interrupted, or with numeric if no position at all could be certified.
+/// Tunes by particle swarm. A position where a training misses its certificate counts as infinitely bad, and is counted
+/// and warned of. Fails with usage, with interrupted, or with numeric if no position at all could be certified.
 [[nodiscard]] Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                              const ProgressSink& progress = {});
 

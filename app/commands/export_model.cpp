@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "analysis/model/c_export.hpp"
+#include "analysis/model/model_export.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"

@@ -18,7 +18,7 @@ constexpr const char* kPlacementSchema = "gyrotherm-placement/1";
 
 struct PlacementArguments {
   std::vector<std::string> runs, unseen;
-  std::string folds = "cycles", clusters;
+  std::string folds = "auto", clusters;
   double guard_minutes = -1;  ///< negative: not given
   bool confirm = false, unverified = false;
   TrainingOptions training;
@@ -193,7 +193,7 @@ void add_placement(Program& program) {
   command.option("runs", options->runs, "the records").required();
   command.option("--verify", options->unseen, "records to report on besides; they decide nothing");
   command.option("--folds", options->folds,
-                 "what is held out together: cycles (default), or blocks[:N], consecutive ones (4)");
+                 "what is held out together: cycles, records, blocks[:N], or auto (default); see train");
   command
       .option("--guard", options->guard_minutes,
               "minutes around what is held out that are not learnt from either; default: as in train")

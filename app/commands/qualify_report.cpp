@@ -6,9 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/record/calibration.hpp"
-#include "analysis/data/correlation.hpp"
 #include "analysis/data/hold_noise.hpp"
-#include "analysis/data/noise_floor.hpp"
+#include "analysis/data/statistics.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 #include "report/report_json.hpp"

@@ -13,7 +13,7 @@ namespace {
 
 struct TrainArguments {
   std::vector<std::string> runs;
-  std::string out, clusters, folds = "cycles", select;
+  std::string out, clusters, folds = "auto", select;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
   bool unverified = false;
   TrainingOptions training;
@@ -111,8 +111,9 @@ void add_train(Program& program) {
       .not_with(select);
   command.option("--method", options->training.method, method_names());
   command.option("--folds", options->folds,
-                 "what is held out together: cycles (default), or blocks[:N], consecutive ones (4). A record "
-                 "without cycles is cut into blocks");
+                 "what is held out together: cycles, records (each whole), blocks[:N], consecutive ones (4), or auto "
+                 "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
+                 "record without any is cut into blocks");
   command
       .option("--guard", options->guard_minutes,
               "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "analysis/methods/function.hpp"
+#include "analysis/methods/method.hpp"
 #include "bench/measurement.hpp"
 #include "bench/svr/judge.hpp"
 #include "bench/svr/sections.hpp"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/svm/kernel.hpp"
 #include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
 #include "bench/svr/solvers.hpp"
@@ -19,11 +20,9 @@ double uniform(std::mt19937_64& generator, double low, double high) {
 }
 
 /// Certified by its own word and by the judge's.
-bool certified(const SampleSet& set, const SquaredDistances& distances, const PeerParameters& parameters,
-               std::string& why) {
-  const SvrParameters own = own_parameters(parameters);
-  const auto solution =
-      solve_svr_kernel(distances.kernel(own.sigma), set.y, own.C, own.epsilon, {.relative_gap = kGap});
+bool certified(const SampleSet& set, const GaussianSamples& samples, KernelMemory& memory,
+               const PeerParameters& parameters, std::string& why) {
+  const auto solution = solve_svr(samples, memory, set.y, own_parameters(parameters), {.relative_gap = kGap});
   if (!solution) {
     why = text(solution.error());
     return false;
@@ -40,7 +39,8 @@ bool certified(const SampleSet& set, const SquaredDistances& distances, const Pe
 Result<void> measure_search_box(const Bench& bench, int positions) {
   const auto set = load_sample_set(bench.data, "gyro600");
   if (!set) return failure(set.error());
-  const SquaredDistances distances(set->x);
+  const GaussianSamples samples(set->x);
+  KernelMemory memory;
   std::mt19937_64 generator(kSeed);
   int failures = 0;
   const double start = thread_seconds();
@@ -50,7 +50,7 @@ Result<void> measure_search_box(const Bench& bench, int positions) {
     at.log2_gamma = uniform(generator, -8, 3);
     at.log2_epsilon = uniform(generator, -8, -1);
     std::string why;
-    if (!certified(*set, distances, at.parameters(), why)) {
+    if (!certified(*set, samples, memory, at.parameters(), why)) {
       ++failures;
       say_progress(fmt::format("not certified: C 2^{:.6f} gamma 2^{:.6f} epsilon 2^{:.6f}: {}", at.log2_c,
                                at.log2_gamma, at.log2_epsilon, why));

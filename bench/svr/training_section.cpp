@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "analysis/svm/kernel.hpp"
 #include "bench/measurement.hpp"
 #include "bench/svr/sections.hpp"
 #include "bench/svr/solvers.hpp"
@@ -34,17 +35,18 @@ struct OwnTraining {
   Verdict verdict;  ///< of the solution alone; that with set-up has a gap no larger than this one's
 };
 
-/// Alone: from a kernel matrix. With set-up: from the samples.
+/// Alone: from samples that are laid out, as the tuning trains. With set-up: from the samples.
 Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parameters) {
   const SvrParameters own = own_parameters(parameters);
   const SvrOptions options{.relative_gap = kGap};
-  const Eigen::MatrixXd kernel = gaussian_kernel(set.x, set.x, own.sigma);
-  Result<SvrSolution> alone = solve_svr_kernel(kernel, set.y, own.C, own.epsilon, options);
+  const GaussianSamples samples(set.x);
+  KernelMemory memory;
+  Result<SvrSolution> alone = solve_svr(samples, memory, set.y, own, options);
   Result<SvrSolution> whole = solve_svr(set.x, set.y, own, options);
   if (!alone) return failure(alone.error());
   if (!whole) return failure(whole.error());
   OwnTraining out;
-  out.alone_s = median_seconds(3, [&] { alone = solve_svr_kernel(kernel, set.y, own.C, own.epsilon, options); });
+  out.alone_s = median_seconds(3, [&] { alone = solve_svr(samples, memory, set.y, own, options); });
   out.with_set_up_s = median_seconds(3, [&] { whole = solve_svr(set.x, set.y, own, options); });
   const Verdict first = verdict_of(set.x, set.y, parameters, alone->beta, alone->b);
   const Verdict second = verdict_of(set.x, set.y, parameters, whole->beta, whole->b);

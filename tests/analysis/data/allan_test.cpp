@@ -8,9 +8,10 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "tests/analysis/data/simulated_noise.hpp"
+#include "tests/analysis/synthetic_run.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -26,14 +27,19 @@ Eigen::VectorXd nist_values() {
   return values;
 }
 
+/// The overlapping Allan deviation of evenly spaced values at averaging m.
+double deviation_at(const Eigen::VectorXd& values, int m) {
+  return allan_point({.interval_s = 1, .values = {values}}, m).deviation_deg_per_h;
+}
+
 TEST(AllanDeviation, IsTheNistReference) {
   const Eigen::VectorXd values = nist_values();
   EXPECT_NEAR(values(0), 0.5748904732, 5e-11);
   EXPECT_NEAR(values(999), 0.7264947764, 5e-11);
   EXPECT_NEAR(values.mean(), 0.4897745, 5e-8);
-  EXPECT_NEAR(overlapping_allan_deviation(values, 1), 2.922319e-01, 5e-8);
-  EXPECT_NEAR(overlapping_allan_deviation(values, 10), 9.159953e-02, 5e-9);
-  EXPECT_NEAR(overlapping_allan_deviation(values, 100), 3.241343e-02, 5e-9);
+  EXPECT_NEAR(deviation_at(values, 1), 2.922319e-01, 5e-8);
+  EXPECT_NEAR(deviation_at(values, 10), 9.159953e-02, 5e-9);
+  EXPECT_NEAR(deviation_at(values, 100), 3.241343e-02, 5e-9);
 }
 
 TEST(AllanDeviation, IsTheMeanSquareDifferenceOfNeighbouringMeans) {
@@ -48,13 +54,13 @@ TEST(AllanDeviation, IsTheMeanSquareDifferenceOfNeighbouringMeans) {
     for (Eigen::Index i = 0; i + 2 * m <= count; ++i, ++differences) {
       sum += std::pow(values.segment(i + m, m).mean() - values.segment(i, m).mean(), 2);
     }
-    EXPECT_NEAR(overlapping_allan_deviation(values, m), std::sqrt(sum / differences / 2), 1e-10);
+    EXPECT_NEAR(deviation_at(values, m), std::sqrt(sum / differences / 2), 1e-10);
   }
 }
 
 TEST(AllanDeviation, OfALineIsItsSlope) {
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(100, 5, 5 + 99 * 0.25);
-  for (const int m : {1, 3, 20}) EXPECT_NEAR(overlapping_allan_deviation(line, m), 0.25 * m / std::sqrt(2), 1e-11);
+  for (const int m : {1, 3, 20}) EXPECT_NEAR(deviation_at(line, m), 0.25 * m / std::sqrt(2), 1e-11);
 }
 
 TEST(AllanCurve, OfOneStretchIsTheDeviationInOctaves) {
@@ -64,7 +70,7 @@ TEST(AllanCurve, OfOneStretchIsTheDeviationInOctaves) {
   for (const AllanPoint& point : curve) {
     EXPECT_EQ(point.tau_s, 2.0 * point.m);
     EXPECT_EQ(point.differences, 1001 - 2 * point.m);
-    EXPECT_NEAR(point.deviation_deg_per_h, overlapping_allan_deviation(nist_values(), point.m), 1e-14);
+    EXPECT_NEAR(point.deviation_deg_per_h, deviation_at(nist_values(), point.m), 1e-14);
     const int clusters = 1000 / point.m;
     EXPECT_NEAR(point.error_deg_per_h / point.deviation_deg_per_h, 1 / std::sqrt(2.0 * (clusters - 1)), 1e-14);
   }
@@ -74,8 +80,8 @@ TEST(AllanCurve, AveragesTheSquaresOfAllStretches) {
   std::mt19937_64 random(3);
   const Eigen::VectorXd a = simulate({.N = 1}, 64, 1, random), b = simulate({.N = 5}, 40, 1, random);
   const AllanCurve curve = allan_curve({.interval_s = 1, .values = {a, b}});
-  const double square_a = std::pow(overlapping_allan_deviation(a, 4), 2);
-  const double square_b = std::pow(overlapping_allan_deviation(b, 4), 2);
+  const double square_a = std::pow(deviation_at(a, 4), 2);
+  const double square_b = std::pow(deviation_at(b, 4), 2);
   EXPECT_EQ(curve[2].differences, 57 + 33);
   EXPECT_NEAR(curve[2].deviation_deg_per_h, std::sqrt((57 * square_a + 33 * square_b) / 90), 1e-9);
 }
@@ -128,11 +134,224 @@ TEST(AllanDeviation, OfARealLaserGyroIsTheReference) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     int m = 100;
     for (const double expected : at_1_10_100_s[axis]) {
-      EXPECT_NEAR(overlapping_allan_deviation(rates.col(axis), m), expected, 6e-5) << axis << ", " << m;
+      EXPECT_NEAR(deviation_at(rates.col(axis), m), expected, 6e-5) << axis << ", " << m;
       m *= 10;
     }
   }
 }
 
+RateStretches simulated(const SimulatedNoise& noise, int stretches, Eigen::Index samples, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  RateStretches rates{.interval_s = 1, .values = {}};
+  for (int k = 0; k < stretches; ++k) rates.values.push_back(simulate(noise, samples, 1, random));
+  return rates;
+}
+
+AllanFit fitted(const RateStretches& rates) { return fit_allan(allan_curve(rates), rates); }
+
+/// How many standard errors the found coefficient lies from the true one, over the seeds. Each must be seen, none may
+/// be farther than four; together they must spread as errors do.
+class Pulls {
+ public:
+  Pulls(NoiseTerm term, double truth) : term_(term), truth_(truth) {}
+  void add(const AllanFit& fit) {
+    const NoiseCoefficient& found = of(fit, term_);
+    EXPECT_TRUE(found.seen) << info(term_).symbol;
+    const double pull = (found.value - truth_) / found.error;
+    EXPECT_LT(std::abs(pull), 4) << info(term_).symbol << ' ' << found.value << " ± " << found.error;
+    squares_ += pull * pull;
+    ++count_;
+  }
+  ~Pulls() {
+    const double spread = std::sqrt(squares_ / count_);
+    EXPECT_GT(spread, 0.6) << info(term_).symbol << ": the error bars are too long";
+    EXPECT_LT(spread, 1.5) << info(term_).symbol << ": the error bars are too short";
+  }
+
+ private:
+  NoiseTerm term_;
+  double truth_;
+  double squares_ = 0;
+  int count_ = 0;
+};
+
+TEST(AllanFit, RecoversTheAngleRandomWalkOfHolds) {
+  Pulls n(NoiseTerm::angle_random_walk, 3e-4);
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const AllanFit fit = fitted(simulated({.N = 3e-4}, 24, 3600, seed));
+    n.add(fit);
+    EXPECT_LT(of(fit, NoiseTerm::angle_random_walk).error, 0.01 * 3e-4);
+  }
+}
+
+TEST(AllanFit, SeesNothingElseInWhiteNoise) {
+  int false_ones = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const AllanFit fit = fitted(simulated({.N = 3e-4}, 24, 3600, seed));
+    for (const NoiseCoefficient& coefficient : fit.coefficients) {
+      if (coefficient.term == NoiseTerm::angle_random_walk) continue;
+      false_ones += coefficient.seen ? 1 : 0;
+      EXPECT_GT(coefficient.at_most, 0) << seed << info(coefficient.term).symbol;
+    }
+  }
+  EXPECT_LE(false_ones, 12) << "of 160, at two standard errors";
+}
+
+TEST(AllanFit, RecoversRateRandomWalkBesideAngleRandomWalk) {
+  Pulls n(NoiseTerm::angle_random_walk, 3e-4), k(NoiseTerm::rate_random_walk, 8e-3);
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const AllanFit fit = fitted(simulated({.N = 3e-4, .K = 8e-3}, 6, 14400, seed));
+    n.add(fit);
+    k.add(fit);
+  }
+}
+
+TEST(AllanFit, RecoversBiasInstabilityBesideAngleRandomWalk) {
+  Pulls n(NoiseTerm::angle_random_walk, 3e-4), b(NoiseTerm::bias_instability, 3e-3);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const AllanFit fit = fitted(simulated({.N = 3e-4, .B = 3e-3}, 6, 4096, seed));
+    n.add(fit);
+    b.add(fit);
+  }
+}
+
+TEST(AllanFit, RecoversQuantisationInArcseconds) {
+  Pulls q(NoiseTerm::quantisation, 0.05), n(NoiseTerm::angle_random_walk, 3e-4);
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const AllanFit fit = fitted(simulated({.Q = 0.05 / 3600, .N = 3e-4}, 10, 3600, seed));
+    q.add(fit);
+    n.add(fit);
+  }
+}
+
+TEST(AllanFit, RecoversARateRamp) {
+  Pulls n(NoiseTerm::angle_random_walk, 3e-4), r(NoiseTerm::rate_ramp, 6e-3);
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const AllanFit fit = fitted(simulated({.N = 3e-4, .R = 6e-3}, 24, 3600, seed));
+    n.add(fit);
+    r.add(fit);
+  }
+}
+
+/// Whole pulses of 0.1 arcsec at a steady rate: their rounding is no white noise, and the curve is no sum of the five.
+TEST(AllanFit, PulsesThatBeatWithTheSamplingBendNothingElse) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    RateStretches rates{.interval_s = 1, .values = {}};
+    for (int hold = 0; hold < 24; ++hold) {
+      Eigen::VectorXd stretch = simulate({.N = 3e-4}, 3600, 1, random).array() + 10.636;
+      double angle = 0, pulses = 0;
+      for (double& rate : stretch) {
+        angle += rate;
+        const double before = std::exchange(pulses, std::floor(angle / 0.1));
+        rate = 0.1 * (pulses - before);
+      }
+      rates.values.push_back(std::move(stretch));
+    }
+    const AllanFit fit = fitted(rates);
+    EXPECT_GT(fit.misfit, 0);
+    EXPECT_LT(fit.misfit, 0.2);
+    const NoiseCoefficient& found = of(fit, NoiseTerm::angle_random_walk);
+    EXPECT_TRUE(found.seen);
+    EXPECT_NEAR(found.value, 3e-4, 4 * found.error) << fit.misfit;
+  }
+}
+
+TEST(AllanFit, AnUnseenCoefficientLiesBelowItsLimit) {
+  int covered = 0;
+  constexpr int kSeeds = 60;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const AllanFit fit = fitted(simulated({.N = 3e-4, .K = 5e-4}, 24, 3600, seed));
+    const NoiseCoefficient& k = of(fit, NoiseTerm::rate_random_walk);
+    covered += k.at_most > 5e-4 ? 1 : 0;
+  }
+  EXPECT_GE(covered, 52) << "of 60, at 95 %";
+}
+
+TEST(AllanFit, ScalesWithTheRate) {
+  RateStretches rates = simulated({.N = 3e-4, .K = 8e-3}, 6, 14400, 7);
+  const AllanFit small = fitted(rates);
+  for (Eigen::VectorXd& stretch : rates.values) stretch *= 1e4;
+  const AllanFit large = fitted(rates);
+  for (std::size_t k = 0; k < kNoiseTerms; ++k) {
+    EXPECT_EQ(small.coefficients[k].seen, large.coefficients[k].seen);
+    EXPECT_NEAR(large.coefficients[k].value, 1e4 * small.coefficients[k].value, 1e-6 * large.coefficients[k].value);
+    EXPECT_NEAR(large.coefficients[k].at_most, 1e4 * small.coefficients[k].at_most,
+                1e-5 * large.coefficients[k].at_most);
+  }
+}
+
+TEST(AllanFit, EachTermIsReadOffAtItsOwnTime) {
+  for (std::size_t k = 0; k < kNoiseTerms; ++k) {
+    const auto term = static_cast<NoiseTerm>(k);
+    const NoiseCoefficient coefficient{.term = term, .seen = true, .value = 3600, .error = 1, .at_most = 2};
+    if (term == NoiseTerm::bias_instability) {
+      EXPECT_NEAR(deviation_of(coefficient, 100) / 3600, 0.66428, 5e-6);
+      continue;
+    }
+    const double in_degrees = term == NoiseTerm::quantisation ? 1 : 3600;
+    EXPECT_NEAR(deviation_of(coefficient, info(term).read_off_s), in_degrees, 1e-9) << info(term).symbol;
+  }
+}
+
+TEST(AllanFit, OfAConstantSeesNothing) {
+  const RateStretches rates{.interval_s = 1, .values = {Eigen::VectorXd::Constant(200, 0.25)}};
+  for (const NoiseCoefficient& coefficient : fitted(rates).coefficients) EXPECT_FALSE(coefficient.seen);
+}
+
+TEST(AllanFit, OfAShortCurveIsStillAFit) {
+  for (Eigen::Index samples = 3; samples <= 40; ++samples) {
+    std::mt19937_64 random(9);
+    const RateStretches rates{.interval_s = 100, .values = {simulate({.N = 3e-4}, samples, 100, random)}};
+    const AllanFit fit = fitted(rates);
+    EXPECT_GE(of(fit, NoiseTerm::angle_random_walk).value, 0) << samples;
+  }
+}
+
+/// Made in steps of an eighth of an hour, so that the means of an hour are those of a walk without steps.
+Eigen::VectorXd hourly(const SimulatedNoise& noise, Eigen::Index hours, std::mt19937_64& random) {
+  constexpr Eigen::Index kParts = 8;
+  const Eigen::VectorXd parts = simulate(noise, kParts * hours, 3600.0 / kParts, random);
+  return parts.reshaped(kParts, hours).colwise().mean().transpose();
+}
+
+/// Covariances counted over many records, against those computed.
+TEST(AllanCovariance, IsWhatManyRecordsShow) {
+  const std::vector<SimulatedNoise> noises = {{.N = 1}, {.Q = 1}, {.N = 0.2, .K = 1}, {.B = 1}, {.N = 1, .R = 4}};
+  constexpr int kRecords = 3000;
+  std::mt19937_64 random(11);
+  for (const SimulatedNoise& noise : noises) {
+    const NoiseSquares squares = NoiseSquares{noise.Q, noise.N, noise.B, noise.K, noise.R}.cwiseAbs2();
+    RateStretches rates{.interval_s = 3600, .values = {}};
+    Eigen::MatrixXd variances;
+    for (int record = 0; record < kRecords; ++record) {
+      rates.values = {hourly(noise, 40, random), hourly(noise, 24, random)};
+      const AllanCurve curve = allan_curve(rates);
+      variances.conservativeResize(static_cast<Eigen::Index>(curve.size()), kRecords);
+      for (std::size_t k = 0; k < curve.size(); ++k) {
+        variances(static_cast<Eigen::Index>(k), record) = std::pow(curve[k].deviation_deg_per_h, 2);
+      }
+    }
+    const Eigen::MatrixXd computed = allan_covariance(allan_curve(rates), rates, squares);
+    const Eigen::MatrixXd centred = variances.colwise() - variances.rowwise().mean();
+    const Eigen::MatrixXd counted = centred * centred.transpose() / (kRecords - 1);
+    const Eigen::VectorXd std = counted.diagonal().cwiseSqrt();
+    for (Eigen::Index i = 0; i < counted.rows(); ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        EXPECT_NEAR(computed(i, j) / (std(i) * std(j)), counted(i, j) / (std(i) * std(j)), 0.15)
+            << "Q " << noise.Q << " N " << noise.N << " B " << noise.B << " K " << noise.K << ", m = 2^" << i << ", 2^"
+            << j;
+      }
+    }
+  }
+}
+
 }  // namespace
+
 }  // namespace gyrotherm

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/analysis/freeimu.hpp"
+#include "tests/analysis/real_records.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
 namespace gyrotherm {

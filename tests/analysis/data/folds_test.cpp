@@ -175,11 +175,53 @@ TEST(Folds, OfWhatIsLeftAreBlocksWhereOneWouldRemain) {
       << "four clusters cannot be cut";
 }
 
+TEST(Folds, AreTheRecordsWhereThereAreThreeWithoutCycles) {
+  const std::vector<Clusters> records = {without_cycles(5), without_cycles(1), without_cycles(3)};
+  const auto plan = plan_folds(records);
+  ASSERT_TRUE(plan);
+  ASSERT_EQ(plan->folds.size(), 3u);
+  expect_each_held_out_once(*plan, 9);
+  EXPECT_EQ(plan->folds[1].held_out, std::vector<Eigen::Index>{5});
+  EXPECT_EQ(plan->folds[1].training, (std::vector<Eigen::Index>{0, 1, 2, 3, 4, 6, 7, 8}));
+  EXPECT_EQ(plan->statement, "leave one record out (3)");
+  EXPECT_EQ(plan_folds(records, {.kind = FoldKind::records, .guard_minutes = 45})->folds[1].training,
+            plan->folds[1].training)
+      << "no guard reaches into another record";
+}
+
+TEST(Folds, AreNotTheRecordsWhereThereAreCyclesOrFewRecords) {
+  const Clusters blocks = without_cycles(12), cycles = clusters_at({0, 1, 2, 3}, {0, 0, 1, 1});
+  for (const FoldKind kind : {FoldKind::automatic, FoldKind::cycles}) {
+    EXPECT_EQ(plan_folds({blocks, blocks}, {.kind = kind})->folds.size(), 8u);
+    EXPECT_EQ(plan_folds({blocks, blocks, cycles}, {.kind = kind})->folds.size(), 10u);
+  }
+  EXPECT_EQ(plan_folds({blocks, blocks, blocks}, {.kind = FoldKind::cycles})->folds.size(), 12u);
+  EXPECT_EQ(plan_folds({cycles, cycles}, {.kind = FoldKind::records})->folds.size(), 2u);
+}
+
+TEST(Folds, OfOneRecordThatIsToBeHeldOutAreRefused) {
+  const auto plan = plan_folds({without_cycles(12)}, {.kind = FoldKind::records});
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().kind, FaultKind::usage);
+  EXPECT_NE(plan.error().what.find("a single record"), std::string::npos) << plan.error().what;
+}
+
+TEST(Folds, OfTheRecordsThatAreLeftHoldOutEachOfThem) {
+  const std::vector<Clusters> records = {without_cycles(4), without_cycles(3), without_cycles(2)};
+  const TrainingSet training_set{*concatenate(records), *plan_folds(records)};
+  const TrainingSet left = within(training_set, training_set.folds.folds[1].training);
+  ASSERT_EQ(left.folds.folds.size(), 2u);
+  EXPECT_EQ(left.folds.folds[0].held_out, (std::vector<Eigen::Index>{0, 1, 2, 3}));
+  EXPECT_EQ(left.folds.folds[0].training, (std::vector<Eigen::Index>{4, 5}));
+}
+
 TEST(Folds, AreReadFromTheirWord) {
+  EXPECT_EQ(parse_folds("auto")->kind, FoldKind::automatic);
+  EXPECT_EQ(parse_folds("records")->kind, FoldKind::records);
   EXPECT_EQ(parse_folds("cycles")->kind, FoldKind::cycles);
   EXPECT_EQ(parse_folds("blocks")->blocks, kDefaultBlocks);
   EXPECT_EQ(parse_folds("blocks:6")->blocks, 6);
-  for (const char* word : {"", "random", "blocks:", "blocks:1", "blocks:-3", "blocks:4x", "cycles:4"}) {
+  for (const char* word : {"", "random", "blocks:", "blocks:1", "blocks:-3", "blocks:4x", "cycles:4", "records:2"}) {
     EXPECT_FALSE(parse_folds(word)) << word;
   }
 }

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "analysis/data/term.hpp"
+#include "analysis/data/features.hpp"
 
 namespace {
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "analysis/methods/held_out.hpp"
-#include "analysis/methods/levenberg_marquardt.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm {

@@ -5,9 +5,7 @@
 #include <Eigen/Dense>
 #include <numeric>
 
-#include "analysis/methods/centres.hpp"
 #include "analysis/methods/kohonen.hpp"
-#include "analysis/methods/orthogonal_least_squares.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm {

@@ -6,7 +6,6 @@
 #include "analysis/methods/linear.hpp"
 #include "analysis/methods/polynomial.hpp"
 #include "analysis/methods/ridge.hpp"
-#include "analysis/methods/ridge_path.hpp"
 #include "analysis/methods/stepwise.hpp"
 #include "tests/analysis/random_samples.hpp"
 

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "tests/analysis/synthetic_run.hpp"
-#include "tests/analysis/wandering.hpp"
 
 namespace gyrotherm {
 namespace {

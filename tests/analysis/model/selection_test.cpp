@@ -9,7 +9,6 @@
 
 #include "analysis/data/features.hpp"
 #include "tests/analysis/synthetic_run.hpp"
-#include "tests/analysis/wandering.hpp"
 
 namespace gyrotherm {
 namespace {

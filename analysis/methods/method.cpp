@@ -1,0 +1,167 @@
+#include "analysis/methods/method.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "analysis/methods/gaussian_process.hpp"
+#include "analysis/methods/kohonen.hpp"
+#include "analysis/methods/linear.hpp"
+#include "analysis/methods/ls_svm.hpp"
+#include "analysis/methods/network.hpp"
+#include "analysis/methods/polynomial.hpp"
+#include "analysis/methods/radial_basis.hpp"
+#include "analysis/methods/ridge.hpp"
+#include "analysis/methods/stepwise.hpp"
+#include "analysis/methods/svr.hpp"
+#include "analysis/svm/gaussian_sum.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm {
+namespace {
+
+Eigen::VectorXd value(const SvrModel& svr, const SampleMatrix& scaled) {
+  const Eigen::VectorXd widths = Eigen::VectorXd::Constant(svr.beta.size(), svr.parameters.sigma);
+  return GaussianSum(svr.support_vectors, widths, svr.beta).at(scaled).array() + svr.b;
+}
+
+Eigen::VectorXd value(const LinearModel& linear, const SampleMatrix& scaled) {
+  return (scaled * linear.weights).array() + linear.b;
+}
+
+Eigen::VectorXd value(const ExpansionModel& expansion, const SampleMatrix& scaled) {
+  const auto in_lengths = [&](const SampleMatrix& rows) -> SampleMatrix {
+    return rows.array().rowwise() / expansion.lengths.array();
+  };
+  const GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
+  return sum.at(in_lengths(scaled)).array() + expansion.b;
+}
+
+Eigen::VectorXd value(const NetworkModel& network, const SampleMatrix& scaled) {
+  const Eigen::MatrixXd sums = (scaled * network.weights.transpose()).rowwise() + network.offsets.transpose();
+  return (sums.array().tanh().matrix() * network.out).array() + network.b;
+}
+
+int numbers(const SvrModel& svr) { return static_cast<int>(svr.support_vectors.size() + svr.beta.size()) + 2; }
+int numbers(const LinearModel& linear) { return static_cast<int>((linear.weights.array() != 0).count()) + 1; }
+int numbers(const ExpansionModel& expansion) {
+  return static_cast<int>(expansion.centres.size() + expansion.lengths.size() + expansion.widths.size() +
+                          expansion.weights.size()) +
+         1;
+}
+int numbers(const NetworkModel& network) {
+  return static_cast<int>(network.weights.size() + network.offsets.size() + network.out.size()) + 1;
+}
+
+/// For a method that has nothing to choose.
+Result<Choice> choose_nothing(std::span<const Fold>, const MethodOptions&, const ProgressSink&) { return Choice{}; }
+
+constexpr std::array kMethods = {
+    Method{.name = "svr",
+           .title = "PSO-SVM",
+           .citation = "Li et al., Sensors 15 (2015)",
+           .inputs = "multi-point",
+           .choose = choose_svr,
+           .fit = fit_svr},
+    Method{.name = "svr-flp",
+           .title = "PSO-SVM after a forward linear predictor",
+           .citation = "Cheng et al., Measurement 55 (2014) 246",
+           .inputs = "three-point",
+           .choose = choose_svr,
+           .fit = fit_svr,
+           .filter = filter_bias},
+    Method{.name = "lsf",
+           .title = "Least-squares polynomial",
+           .citation = "Guo et al., Chin. Opt. Lett. 4 (2006) 576",
+           .inputs = "polynomial",
+           .choose = choose_polynomial,
+           .fit = fit_polynomial},
+    Method{.name = "linear",
+           .title = "Multiple linear regression",
+           .citation = "Ding et al., Sensors 14 (2014) 18711",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_nothing,
+           .fit = fit_linear},
+    Method{.name = "stepwise",
+           .title = "Stepwise regression",
+           .citation = "Zhang, Long, Opt. Tech. 32 (2006) 738",
+           .inputs = "physics",
+           .choose = choose_nothing,
+           .fit = fit_stepwise},
+    Method{.name = "ridge",
+           .title = "Ridge regression on physics features",
+           .citation = "Hoerl, Kennard, Technometrics 12 (1970) 55",
+           .inputs = "physics",
+           .choose = choose_ridge,
+           .fit = fit_ridge},
+    Method{.name = "bpnn",
+           .title = "Back-propagation network",
+           .citation = "Yang et al., Proc. SPIE 7544 (2010)",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_network,
+           .fit = fit_network},
+    Method{.name = "rbfnn",
+           .title = "Radial basis network, k-means centres",
+           .citation = "Jin et al., Opt. Precis. Eng. 16 (2008) 235",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_radial_basis,
+           .fit = fit_radial_basis},
+    Method{.name = "kohonen-rbfnn",
+           .title = "Radial basis network, Kohonen map and orthogonal least squares",
+           .citation = "Ding et al., Sensors 14 (2014) 18711",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_kohonen,
+           .fit = fit_kohonen},
+    Method{.name = "ls-svm",
+           .title = "Least-squares support vector machine",
+           .citation = "Wei et al., Measurement 44 (2011) 1898",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_ls_svm,
+           .fit = fit_ls_svm},
+    Method{.name = "gp",
+           .title = "Gaussian process regression",
+           .citation = "Rasmussen, Williams, MIT Press (2006)",
+           .inputs = "temperature-gradient-rate",
+           .choose = choose_nothing,
+           .fit = fit_gaussian_process},
+};
+
+}  // namespace
+
+Eigen::VectorXd value_of(const Function& function, const SampleMatrix& scaled) {
+  return std::visit([&](const auto& form) { return value(form, scaled); }, function);
+}
+
+int numbers_in(const Function& function) {
+  return std::visit([](const auto& form) { return numbers(form); }, function);
+}
+
+std::span<const Method> methods() { return kMethods; }
+
+Result<const Method*> find_method(std::string_view name) {
+  const auto found = std::ranges::find(kMethods, name, &Method::name);
+  if (found != kMethods.end()) return found;
+  std::vector<std::string> known;
+  for (const Method& method : kMethods) known.emplace_back(method.name);
+  const std::string meant = nearest(std::string(name), known);
+  return failure(FaultKind::usage, "method",
+                 fmt::format("\"{}\" is not one of {}{}", name, fmt::join(known, ", "),
+                             meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
+}
+
+Result<void> check_folds(std::span<const Fold> folds) {
+  if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    if (auto sound = check_fold(folds[f], f); !sound) return sound;
+  return {};
+}
+
+double value_of(const HyperParameters& parameters, std::string_view name) {
+  const auto found = std::ranges::find(parameters, name, &HyperParameter::name);
+  assert(found != parameters.end());
+  return found->value;
+}
+
+}  // namespace gyrotherm

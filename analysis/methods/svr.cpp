@@ -1,0 +1,101 @@
+#include "analysis/methods/svr.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace gyrotherm {
+namespace {
+
+SvrModel model_of(const FitInput& set, const SvrSolution& solution, const SvrParameters& parameters) {
+  std::vector<Eigen::Index> support;
+  for (Eigen::Index i = 0; i < solution.beta.size(); ++i) {
+    if (solution.beta(i) != 0) support.push_back(i);
+  }
+  return SvrModel{.support_vectors = set.x(support, Eigen::all),
+                  .beta = solution.beta(support),
+                  .b = solution.b,
+                  .parameters = parameters,
+                  .relative_gap = solution.relative_gap,
+                  .kkt_violation = solution.kkt_violation};
+}
+
+// The tighter certificate if it can be had, else the common one.
+Result<SvrSolution> solve(const FitInput& set, const SvrParameters& parameters, const MethodOptions& options) {
+  SvrOptions common = options.tuning.svr;
+  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
+    SvrOptions tight = common;
+    tight.relative_gap = options.tight_gap;
+    auto solution = solve_svr(set.x, set.y, parameters, tight);
+    if (solution || solution.error().kind != FaultKind::numeric) return solution;
+  }
+  return solve_svr(set.x, set.y, parameters, common);
+}
+
+/// One past the last cluster of the stretch that begins at `first`.
+Eigen::Index end_of_stretch(const Clusters& clusters, Eigen::Index first) {
+  Eigen::Index next = first + 1;
+  const auto follows = [&](Eigen::Index k) {
+    const double apart = clusters.start_s(k) - clusters.start_s(k - 1);
+    return apart > 0 && apart < 1.5 * clusters.length_s;
+  };
+  while (next < clusters.start_s.size() && follows(next)) ++next;
+  return next;
+}
+
+}  // namespace
+
+Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
+  const std::vector<TuningFold> unnamed(folds.begin(), folds.end());
+  auto tuned = tune_svr(unnamed, options.tuning, progress);
+  if (!tuned) return failure(tuned.error());
+  Choice choice;
+  choice.parameters = {{"C", tuned->best.C}, {"sigma", tuned->best.sigma}, {"epsilon", tuned->best.epsilon}};
+  choice.warnings = tuned->warnings;
+  choice.tuning = std::move(*tuned);
+  return choice;
+}
+
+Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
+  if (set.x.rows() < 2) {
+    return failure(FaultKind::usage, "support vector regression",
+                   fmt::format("{} samples, needs at least two", set.x.rows()));
+  }
+  const SvrParameters svr{.C = value_of(parameters, "C"),
+                          .sigma = value_of(parameters, "sigma"),
+                          .epsilon = value_of(parameters, "epsilon")};
+  const auto solution = solve(set, svr, options);
+  if (!solution) return failure(solution.error());
+  const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
+  return Fit{
+      .function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free), .particulars = {}};
+}
+
+Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& values, const ForwardPrediction& options) {
+  assert(options.order > 0 && options.step > 0 && options.step < 2);
+  const Eigen::Index order = options.order;
+  Eigen::VectorXd weights = Eigen::VectorXd::Constant(order, 1 / static_cast<double>(order));
+  Eigen::VectorXd predicted = values;
+  for (Eigen::Index n = order; n < values.size(); ++n) {
+    const Eigen::VectorXd before = values.segment(n - order, order).reverse();
+    predicted(n) = weights.dot(before);
+    const double power = before.squaredNorm();
+    if (power > 0) weights += options.step * (values(n) - predicted(n)) / power * before;
+  }
+  return predicted;
+}
+
+Eigen::VectorXd filter_bias(const Clusters& training) {
+  Eigen::VectorXd filtered = training.bias_deg_per_h;
+  for (Eigen::Index first = 0, end = 0; first < filtered.size(); first = end) {
+    end = end_of_stretch(training, first);
+    const auto stretch = training.bias_deg_per_h.segment(first, end - first);
+    const double mean = stretch.mean();
+    filtered.segment(first, end - first) = forward_prediction(stretch.array() - mean).array() + mean;
+  }
+  return filtered;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,153 @@
+#include "analysis/svm/kernel.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cassert>
+
+#include "analysis/svm/lanes.hpp"
+
+namespace gyrotherm {
+namespace {
+
+// out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` places; input k of all samples begins at x + k stride.
+GYROTHERM_CLONES
+void make_row(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
+              float* out) {
+  for (int j = 0; j < count; j += 2 * kFloatLanes) {
+    FloatLanes sum = {}, next = {};
+    for (Eigen::Index k = 0; k < inputs; ++k) {
+      const float* input = x + k * stride;
+      const FloatLanes apart = *reinterpret_cast<const UnalignedFloatLanes*>(input + j) - input[i];
+      const FloatLanes apart_next = *reinterpret_cast<const UnalignedFloatLanes*>(input + j + kFloatLanes) - input[i];
+      sum += apart * apart;
+      next += apart_next * apart_next;
+    }
+    sum *= scale;
+    next *= scale;
+    exponentiate_lanes(sum);
+    exponentiate_lanes(next);
+    *reinterpret_cast<UnalignedFloatLanes*>(out + j) = sum;
+    *reinterpret_cast<UnalignedFloatLanes*>(out + j + kFloatLanes) = next;
+  }
+}
+
+GYROTHERM_CLONES
+void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
+                 int count, double* out) {
+  for (int j = from; j < count; j += 2 * kDoubleLanes) {
+    DoubleLanes sum = {}, next = {};
+    for (Eigen::Index k = 0; k < inputs; ++k) {
+      const double* input = x + k * stride;
+      const DoubleLanes apart = *reinterpret_cast<const UnalignedDoubleLanes*>(input + j) - input[i];
+      const DoubleLanes apart_next =
+          *reinterpret_cast<const UnalignedDoubleLanes*>(input + j + kDoubleLanes) - input[i];
+      sum += apart * apart;
+      next += apart_next * apart_next;
+    }
+    sum *= scale;
+    next *= scale;
+    exponentiate_lanes(sum);
+    exponentiate_lanes(next);
+    *reinterpret_cast<UnalignedDoubleLanes*>(out + j) = sum;
+    *reinterpret_cast<UnalignedDoubleLanes*>(out + j + kDoubleLanes) = next;
+  }
+}
+
+// Directions in which the samples reach less than this part of their greatest reach are not theirs.
+constexpr double kFlatSamples = 1e-13;
+
+// The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
+// inputs depend on each other, as all differences of eight thermometers do.
+Eigen::MatrixXd spanned(const Eigen::Ref<const GaussianSamples::Matrix>& x) {
+  if (x.rows() == 0) return x;
+  const GaussianSamples::Matrix centred = x.rowwise() - x.colwise().mean();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(kFlatSamples);
+  qr.compute(centred.transpose());
+  const Eigen::Index rank = qr.rank();
+  if (rank == x.cols()) return x;
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(x.cols(), rank);
+  basis.applyOnTheLeft(qr.householderQ());
+  return centred * basis;
+}
+
+}  // namespace
+
+GaussianSamples::GaussianSamples(const Eigen::Ref<const Matrix>& x) : size_(x.rows()) {
+  const Eigen::MatrixXd coordinates = spanned(x);
+  doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
+  singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());
+  doubles_.topRows(size_) = coordinates;
+  singles_.topRows(size_) = coordinates.cast<float>();
+}
+
+void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {
+  assert(0 <= i && i < size_);
+  make_row(singles_.data(), singles_.rows(), singles_.cols(), i, static_cast<float>(-0.5 / (sigma * sigma)),
+           static_cast<int>(singles_.rows()), out);
+}
+
+void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out, Eigen::Index from) const {
+  assert(0 <= i && i < size_ && from % kColumnStep == 0);
+  make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma), static_cast<int>(from),
+              static_cast<int>(doubles_.rows()), out);
+}
+
+float* KernelMemory::singles(Eigen::Index n) {
+  const std::size_t size = static_cast<std::size_t>(n) * padded_row(n);
+  if (size > singles_size_) {
+    singles_.reset();
+    singles_ = std::make_unique_for_overwrite<float[]>(size);
+    singles_size_ = size;
+  }
+  return singles_.get();
+}
+
+double* KernelMemory::column(Eigen::Index n, std::size_t k) {
+  if (padded_column(n) > column_size_) {
+    columns_.clear();
+    column_size_ = padded_column(n);
+  }
+  while (columns_.size() <= k) columns_.push_back(std::make_unique_for_overwrite<double[]>(column_size_));
+  return columns_[k].get();
+}
+
+std::size_t least_kernel_bytes(Eigen::Index n) {
+  return static_cast<std::size_t>(n) * padded_row(n) * sizeof(float) +
+         Kernel::kSpare * padded_column(n) * sizeof(double);
+}
+
+Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes)
+    : samples_(samples),
+      sigma_(sigma),
+      memory_(memory),
+      row_stride_(padded_row(samples.size())),
+      singles_(memory.singles(samples.size())),
+      has_row_(static_cast<std::size_t>(samples.size())),
+      columns_(static_cast<std::size_t>(samples.size())),
+      most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)) {}
+
+const float* Kernel::row(Eigen::Index i) {
+  float* row = singles_ + static_cast<std::size_t>(i) * row_stride_;
+  if (!has_row_[i]) samples_.single_row(i, sigma_, row);
+  has_row_[i] = 1;
+  return row;
+}
+
+const double* Kernel::column(Eigen::Index i) {
+  if (columns_[i] != nullptr) return columns_[i];
+  if (made_ < most_) {
+    double* made = memory_.column(size(), kSpare + made_++);
+    samples_.double_column(i, sigma_, made);
+    return columns_[i] = made;
+  }
+  return passing_column(i, 0);
+}
+
+double* Kernel::passing_column(Eigen::Index i, Eigen::Index from) {
+  double* spare = memory_.column(size(), spare_++ % kSpare);
+  samples_.double_column(i, sigma_, spare, from);
+  return spare;
+}
+
+}  // namespace gyrotherm

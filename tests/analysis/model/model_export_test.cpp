@@ -1,0 +1,350 @@
+#include "analysis/model/model_export.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "analysis/model/model.hpp"
+#include "analysis/model/stream.hpp"
+#include "analysis/model/training.hpp"
+#include "tests/analysis/small_model.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm {
+namespace {
+
+/// Reads "p" and a pair of means, or "s" and one reading, a line each, and answers with the result and the bias.
+constexpr const char* kDriver = R"(#include <stdio.h>
+#include "gyro.h"
+
+int main(void) {
+  static gyro_stream stream;
+  char what;
+  if (gyro_self_test() != 0) return 1;
+  gyro_start(&stream);
+  while (scanf(" %c", &what) == 1) {
+    double mean[gyro_THERMOMETERS], before[gyro_THERMOMETERS], bias;
+    int j, result;
+    for (j = 0; j < gyro_THERMOMETERS; ++j) if (scanf("%lf", &mean[j]) != 1) return 2;
+    if (what == 's') {
+      result = gyro_push(&stream, mean, &bias);
+    } else {
+      for (j = 0; j < gyro_THERMOMETERS; ++j) if (scanf("%lf", &before[j]) != 1) return 2;
+      result = gyro_predict(mean, before, &bias);
+    }
+    printf("%d %.17g\n", result, bias);
+  }
+  return 0;
+}
+)";
+
+constexpr const char* kCompile = "gcc -std=c99 -Wall -Wextra -Werror -pedantic";
+
+bool has_gcc() { return std::system("gcc --version > /dev/null 2>&1") == 0; }
+
+class Workplace {
+ public:
+  Workplace() : folder_(std::filesystem::path(testing::TempDir()) / ("gyrotherm_c_" + unique())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~Workplace() { std::filesystem::remove_all(folder_); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  [[nodiscard]] std::ifstream read(const std::string& name) const { return std::ifstream(folder_ / name); }
+  /// The exit code of a command in this folder.
+  [[nodiscard]] int run(const std::string& command) const {
+    const int status = std::system(("cd '" + folder_.string() + "' && " + command).c_str());
+    return status / 256;
+  }
+
+ private:
+  static std::string unique() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    return std::string(test->name()) + std::to_string(std::random_device{}());
+  }
+  std::filesystem::path folder_;
+};
+
+struct Answer {
+  int result{};
+  double bias{};
+};
+
+/// What the exported program answers to these lines; its self-test must have passed.
+std::vector<Answer> answers_in_c(const Model& model, const std::string& lines) {
+  const Workplace place;
+  const auto program = to_c(model, "gyro");
+  EXPECT_TRUE(program);
+  place.write("gyro.h", program->header);
+  place.write("gyro.c", program->source);
+  place.write("main.c", kDriver);
+  place.write("in", lines);
+  EXPECT_EQ(place.run(std::string(kCompile) + " -O1 gyro.c main.c -o program -lm"), 0);
+  EXPECT_EQ(place.run("./program < in > out"), 0) << "1: the self-test fails";
+  std::vector<Answer> answers;
+  std::ifstream out = place.read("out");
+  for (Answer answer; out >> answer.result >> answer.bias;) answers.push_back(answer);
+  return answers;
+}
+
+Model small_linear_model() {
+  Model model = small_svr_model();
+  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
+  return model;
+}
+
+Model small_expansion_model() {
+  Model model = small_svr_model();
+  model.function = ExpansionModel{.centres = (SampleMatrix(3, 2) << 0.5, -1, 1.0 / 7, 2, 0, 0.1).finished(),
+                                  .lengths = Eigen::RowVector2d{0.7, 3},
+                                  .widths = Eigen::Vector3d{1, 0.3, 1.0 / 3},
+                                  .weights = Eigen::Vector3d{1.5, -0.25, 1e-3},
+                                  .b = -0.1};
+  return model;
+}
+
+Model small_network_model() {
+  Model model = small_svr_model();
+  model.function = NetworkModel{.weights = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                .offsets = Eigen::Vector2d{0.1, -0.3},
+                                .out = Eigen::Vector2d{1.1, 0.4},
+                                .b = 0.2};
+  return model;
+}
+
+Model model_of_products() {
+  Model model = small_svr_model();
+  model.terms = {gradient_term("B", "A") * temperature_term("C"), rate_term("A") * rate_term("A") * rate_term("B")};
+  model.input_min = Eigen::RowVector2d{-30, -20};
+  model.input_max = Eigen::RowVector2d{30, 20};
+  return model;
+}
+
+Model model_without_vectors() {
+  Model model = small_svr_model();
+  auto& svr = std::get<SvrModel>(model.function);
+  svr.support_vectors.resize(0, 2);
+  svr.beta.resize(0);
+  return model;
+}
+
+Model trained_model() {
+  const Dataset dataset = make_synthetic_run({});
+  TrainingOptions options;
+  options.inputs = "multi-point-t";
+  options.quick = true;
+  const auto model = train({dataset}, {*make_clusters(dataset)}, options);
+  EXPECT_TRUE(model) << text(model.error());
+  return *model;
+}
+
+std::vector<Model> models() {
+  return {small_svr_model(),   small_linear_model(),    small_expansion_model(), small_network_model(),
+          model_of_products(), model_without_vectors(), trained_model()};
+}
+
+std::vector<std::string> names_of(const Model& model) {
+  if (model.terms.size() > 2) return {"A", "B", "C", "D", "E", "F", "G", "H"};
+  return model.terms[0].factors.size() > 1 ? std::vector<std::string>{"A", "B", "C"}
+                                           : std::vector<std::string>{"A", "B"};
+}
+
+SampleMatrix random_temperatures(Eigen::Index rows, Eigen::Index columns, double spread_c) {
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> normal(20, spread_c);
+  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+}
+
+std::string line(char what, const Eigen::RowVectorXd& numbers) {
+  std::string text(1, what);
+  for (const double number : numbers) text += fmt::format(" {:.17g}", number);
+  return text + "\n";
+}
+
+TEST(CExport, PredictsWhatIsPredictedHere) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  for (const Model& model : models()) {
+    Clusters clusters;
+    clusters.thermometers = names_of(model);
+    const auto count = static_cast<Eigen::Index>(clusters.thermometers.size());
+    clusters.temperature_c = random_temperatures(300, count, 0.5);
+    SampleMatrix before = random_temperatures(600, count, 0.5).bottomRows(300);
+    before(17, 0) = std::nan("");
+    clusters.rate_c_per_min = (clusters.temperature_c - before) * (60.0 / model.cluster_length_s);
+    const RangedInputs ranged = within_range(model, *evaluate(model.terms, clusters), Outside::clamp);
+    const Eigen::VectorXd predicted = predict(model, ranged.inputs);
+    std::string lines;
+    for (Eigen::Index i = 0; i < 300; ++i) {
+      Eigen::RowVectorXd numbers(2 * count);
+      numbers << clusters.temperature_c.row(i), before.row(i);
+      lines += line('p', numbers);
+    }
+    const std::vector<Answer> answers = answers_in_c(model, lines);
+    ASSERT_EQ(answers.size(), 300u);
+    const double tolerance = c_tolerance_deg_per_h(model);
+    EXPECT_LE(tolerance, 1e-12 * model.target_std_deg_per_h * 10) << "the weights of these models are not large";
+    for (Eigen::Index i = 0; i < 300; ++i) {
+      const Answer& answer = answers[static_cast<std::size_t>(i)];
+      const bool outside = std::ranges::count(ranged.rows, i) > 0, missing = std::isnan(predicted(i));
+      EXPECT_EQ(answer.result, missing ? 2 : outside ? 1 : 0) << i;
+      EXPECT_NEAR(answer.bias, missing ? 0 : predicted(i), tolerance) << i;
+    }
+  }
+}
+
+TEST(CExport, StreamsWhatIsStreamedHere) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  for (const Model& model : models()) {
+    auto stream = CompensationStream::open(model, names_of(model));
+    ASSERT_TRUE(stream);
+    SampleMatrix temperatures = random_temperatures(700, static_cast<Eigen::Index>(names_of(model).size()), 0.5);
+    temperatures(333, 1) = std::nan("");
+    const Eigen::VectorXd compensated = stream->push(temperatures, Eigen::VectorXd::Zero(700));
+    std::string lines;
+    for (Eigen::Index i = 0; i < 700; ++i) lines += line('s', temperatures.row(i));
+    const std::vector<Answer> answers = answers_in_c(model, lines);
+    ASSERT_EQ(answers.size(), 700u);
+    for (Eigen::Index i = 0; i < 700; ++i) {
+      const Answer& answer = answers[static_cast<std::size_t>(i)];
+      const bool nothing = std::isnan(compensated(i));
+      EXPECT_EQ(answer.result >= 2, nothing) << i;
+      EXPECT_NEAR(answer.bias, nothing ? 0 : -compensated(i), c_tolerance_deg_per_h(model)) << i;
+    }
+    EXPECT_EQ(answers[0].result, 4);
+  }
+}
+
+TEST(CExport, ItsSelfTestFindsAWrongTable) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Workplace place;
+  auto program = *to_c(small_svr_model(), "gyro");
+  const auto at = program.source.find("-0.32000000000000001");  // 1/(2σ²)
+  ASSERT_NE(at, std::string::npos);
+  program.source.replace(at, 5, "-0.33");
+  place.write("gyro.h", program.header);
+  place.write("gyro.c", program.source);
+  place.write("main.c", kDriver);
+  ASSERT_EQ(place.run(std::string(kCompile) + " gyro.c main.c -o program -lm"), 0);
+  EXPECT_EQ(place.run("./program < /dev/null"), 1);
+}
+
+TEST(CExport, TwoGyrosLiveInOneProgram) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Workplace place;
+  for (const char* name : {"left", "right"}) {
+    const auto program = *to_c(name[0] == 'l' ? small_svr_model() : small_network_model(), name);
+    place.write(std::string(name) + ".h", program.header);
+    place.write(std::string(name) + ".c", program.source);
+  }
+  place.write("main.c",
+              "#include \"left.h\"\n#include \"right.h\"\n"
+              "int main(void) { return left_self_test() + right_self_test(); }\n");
+  ASSERT_EQ(place.run(std::string(kCompile) + " left.c right.c main.c -o program -lm"), 0);
+  EXPECT_EQ(place.run("./program"), 0);
+}
+
+TEST(CExport, SaysWhatTheModelIs) {
+  Model model = small_svr_model();
+  model.warnings = {
+      "ends */ int main() { /* here?"
+      "?/"};
+  const auto program = *to_c(model, "gyro");
+  for (const char* words :
+       {"SIMULATED", "rate.db", "run-1", "2216", "A-B: -1 to 1", "in this order: A, B", "ends * / int"})
+    EXPECT_NE(program.header.find(words), std::string::npos) << words;
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Workplace place;
+  place.write("gyro.h", program.header);
+  place.write("gyro.c", program.source);
+  EXPECT_EQ(place.run(std::string(kCompile) + " -c gyro.c"), 0);
+}
+
+TEST(CExport, NeedsANameThatCTakes) {
+  for (const char* name : {"", "7b", "a-b", "_x", "größe"}) {
+    const auto program = to_c(small_svr_model(), name);
+    ASSERT_FALSE(program) << name;
+    EXPECT_EQ(program.error().kind, FaultKind::usage);
+    EXPECT_TRUE(to_c(small_svr_model(), c_name(name))) << c_name(name);
+  }
+  EXPECT_EQ(c_name("7-B"), "m7_B");
+}
+
+TEST(CText, NumbersComeBackAsTheyWere) {
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const double value = normal(generator) * std::exp2(50 * normal(generator));
+    EXPECT_EQ(std::strtod(c_number(value).c_str(), nullptr), value);
+  }
+  EXPECT_EQ(c_number(3), "3.0");
+  EXPECT_EQ(c_number(-1e300).find_first_of(".e") != std::string::npos, true);
+}
+
+TEST(CText, ACommentStaysInside) {
+  std::mt19937_64 generator(2);
+  for (int seed = 0; seed < 2000; ++seed) {
+    std::string wild;
+    for (int i = 0; i < 12; ++i) wild += "/*?\\\n x"[generator() % 7];
+    const std::string safe = c_comment(wild);
+    for (const char* danger : {"*/", "/*", "??", "\n"}) EXPECT_EQ(safe.find(danger), std::string::npos) << wild;
+    EXPECT_FALSE(safe.ends_with('\\')) << wild;
+  }
+}
+
+TEST(CText, WhatIsPutInIsNotSearchedAgain) {
+  EXPECT_EQ(c_filled("@a@-@b@@a@", {{"a", "@b@"}, {"b", "2"}}), "@b@-2@b@");
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
+  const auto text = to_libsvm(small_svr_model());
+  ASSERT_TRUE(text);
+  EXPECT_EQ(*text,
+            "svm_type epsilon_svr\nkernel_type rbf\ngamma 0.32000000000000001\nnr_class 2\ntotal_sv 2\nrho -0.125\nSV\n"
+            "1.5 1:0.5 2:-1\n-1.5 1:0.14285714285714285 2:2\n");
+}
+
+TEST(LibsvmExport, NeedsAnSvr) {
+  Model model = small_svr_model();
+  model.function = LinearModel{};
+  EXPECT_EQ(to_libsvm(model).error().kind, FaultKind::usage);
+}
+
+TEST(LibsvmExport, PredictsInLibsvmWhatItPredictsHere) {
+  if (std::system("svm-predict > /dev/null 2>&1") == 127 << 8) GTEST_SKIP() << "svm-predict is not installed";
+  const Dataset dataset = make_synthetic_run({});
+  const Clusters clusters = *make_clusters(dataset);
+  TrainingOptions options;
+  options.inputs = "seven-point";
+  options.quick = true;
+  const auto model = train({dataset}, {clusters}, options);
+  ASSERT_TRUE(model) << text(model.error());
+
+  const auto folder = std::filesystem::path(testing::TempDir()) / "gyrotherm_libsvm_export";
+  std::filesystem::create_directories(folder);
+  write(folder / "model", *to_libsvm(*model));
+  write(folder / "data", *to_libsvm_data(*model, clusters));
+  const std::string command = "cd '" + folder.string() + "' && svm-predict data model out > /dev/null";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+
+  const Eigen::VectorXd ours = *predict(*model, clusters);
+  std::ifstream out(folder / "out");
+  for (Eigen::Index k = 0; k < ours.size(); ++k) {
+    double theirs{};
+    ASSERT_TRUE(out >> theirs) << k;
+    EXPECT_NEAR(theirs, (ours(k) - model->target_mean_deg_per_h) / model->target_std_deg_per_h, 1e-6);
+  }
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+
+}  // namespace gyrotherm

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <numeric>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm {
@@ -29,10 +29,6 @@ Result<void> check_recorded_run(Console& console, const std::string& path, bool 
   }
   const auto verified = verify_record(path);
   if (verified || is_locked(verified.error())) return {};  // whoever reads it is told by whom it is held
-  if (is_unchained(verified.error())) {
-    console.say("warning: " + text(verified.error()));
-    return {};
-  }
   return failure(verified.error());
 }
 

@@ -27,7 +27,7 @@ struct ClusterRange {
 [[nodiscard]] Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text);
 
 /// Fails with bad_file if the record is not as it was written (verify_record), naming the first place that does not
-/// fit. With `unverified` it is not looked at, which is said; so is that a record of an older program has no chain.
+/// fit. With `unverified` it is not looked at, which is said.
 [[nodiscard]] Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {

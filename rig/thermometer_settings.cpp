@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"

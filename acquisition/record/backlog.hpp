@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "acquisition/record/entry.hpp"
+#include "acquisition/record/row.hpp"
 
 namespace gyrotherm {
 

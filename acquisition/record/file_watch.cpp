@@ -6,15 +6,129 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <charconv>
+#include <cstddef>
+#include <cstring>
 #include <filesystem>
+#include <span>
 #include <utility>
 #include <vector>
 
-#include "acquisition/record/log_check.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm {
+
+namespace {
+
+using Bytes = std::span<const unsigned char>;
+
+constexpr std::size_t kHeader = 32, kFrameHeader = 24;
+constexpr std::size_t kSummedOfHeader = 24, kSummedOfFrameHeader = 8;
+constexpr std::size_t kPageSizeAt = 8, kSaltsAt = 16, kFrameSaltsAt = 8, kSalts = 8;
+constexpr std::uint32_t kMagic = 0x377F0682 | (std::endian::native == std::endian::big ? 1U : 0U);
+constexpr std::uint32_t kLargestPage = 65536;
+
+std::uint32_t big_endian(Bytes at) {
+  return std::uint32_t{at[0]} << 24 | std::uint32_t{at[1]} << 16 | std::uint32_t{at[2]} << 8 | at[3];
+}
+
+std::uint32_t native(Bytes at) {
+  std::uint32_t word = 0;
+  std::memcpy(&word, at.data(), sizeof word);
+  return word;
+}
+
+/// The sum of all that was added, in words of four bytes, two at a time.
+class LogSum {
+ public:
+  void add(Bytes bytes) {
+    for (std::size_t at = 0; at + 8 <= bytes.size(); at += 8) {
+      first_ += native(bytes.subspan(at)) + second_;
+      second_ += native(bytes.subspan(at + 4)) + first_;
+    }
+  }
+  [[nodiscard]] bool is(Bytes stored) const {
+    return big_endian(stored) == first_ && big_endian(stored.subspan(4)) == second_;
+  }
+
+ private:
+  std::uint32_t first_ = 0, second_ = 0;
+};
+
+bool read(int descriptor, std::vector<unsigned char>& into, std::size_t at) {
+  return ::pread(descriptor, into.data(), into.size(), static_cast<off_t>(at)) == static_cast<ssize_t>(into.size());
+}
+
+bool same(Bytes one, Bytes other) { return std::ranges::equal(one, other); }
+
+}  // namespace
+
+bool log_is_whole(int descriptor, std::int64_t frames) {
+  std::vector<unsigned char> header(kHeader);
+  if (frames == 0) return true;
+  if (!read(descriptor, header, 0) || big_endian(header) != kMagic) return false;
+  const Bytes head(header);
+  const auto page = big_endian(head.subspan(kPageSizeAt));
+  LogSum sum;
+  sum.add(head.first(kSummedOfHeader));
+  if (page == 0 || page > kLargestPage || !sum.is(head.subspan(kSummedOfHeader))) return false;
+  std::vector<unsigned char> text(kFrameHeader + page);
+  const Bytes frame(text);
+  for (std::int64_t i = 0; i < frames; ++i) {
+    if (!read(descriptor, text, kHeader + static_cast<std::size_t>(i) * text.size())) return false;
+    if (!same(frame.subspan(kFrameSaltsAt, kSalts), head.subspan(kSaltsAt, kSalts))) return false;
+    sum.add(frame.first(kSummedOfFrameHeader));
+    sum.add(frame.subspan(kFrameHeader));
+    if (!sum.is(frame.subspan(kFrameSaltsAt + kSalts))) return false;
+  }
+  return true;
+}
+
+namespace {
+
+constexpr std::int64_t kBlock = 65536;
+
+std::int64_t blocks_of(std::int64_t length) { return (length + kBlock - 1) / kBlock; }
+
+}  // namespace
+
+/// FNV-1a over words of eight bytes.
+void BlockSums::sum_block(int descriptor, std::int64_t block) {
+  constexpr std::uint64_t kStart = 0xCBF29CE484222325U, kPrime = 0x100000001B3U;
+  std::array<std::uint64_t, kBlock / sizeof(std::uint64_t)> words{};
+  const auto size = std::min(length_ - block * kBlock, kBlock);
+  auto& sum = sums_[static_cast<std::size_t>(block)];
+  sum = 0;
+  if (::pread(descriptor, words.data(), static_cast<std::size_t>(size), block * kBlock) != size) return;
+  sum = kStart;
+  for (const auto word : words) {
+    sum = (sum ^ word) * kPrime;
+    sum ^= sum >> 32;  // what is in the upper half counts below, too
+  }
+}
+
+void BlockSums::renew(int descriptor, std::int64_t length, std::span<const std::int64_t> offsets) {
+  const auto from = std::min(length_, length) / kBlock;
+  length_ = length;
+  sums_.resize(static_cast<std::size_t>(blocks_of(length)));
+  std::vector<std::int64_t> blocks;
+  for (const auto offset : offsets)
+    if (offset < length) blocks.push_back(offset / kBlock);
+  for (auto block = from; block < blocks_of(length); ++block) blocks.push_back(block);
+  std::ranges::sort(blocks);
+  const auto [last, end] = std::ranges::unique(blocks);
+  blocks.erase(last, end);
+  for (const auto block : blocks) sum_block(descriptor, block);
+}
+
+BlockSums BlockSums::of(int descriptor, std::int64_t length) {
+  BlockSums sums;
+  sums.renew(descriptor, length, {});
+  return sums;
+}
+
 namespace {
 
 /// The descriptor of this process that holds the file of that name; kNoDescriptor if none does.
@@ -38,13 +152,13 @@ std::int64_t big_endian(const unsigned char* bytes) {
 /// Where the pages lie in the database that the frames of a log are of; some may be of an older log (SQLite, "WAL-mode
 /// File Format").
 std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
-  constexpr std::int64_t kHeader = 32, kPageSizeAt = 8, kFrameHeader = 24;
+  constexpr std::int64_t kFirstFrame = kHeader, kNextFrame = kFrameHeader;
   std::array<unsigned char, 4> number{};
   const auto read = [&](std::int64_t at) { return ::pread(log, number.data(), number.size(), at) == 4; };
   std::vector<std::int64_t> places;
   if (!read(kPageSizeAt)) return places;
   const auto page = big_endian(number.data());
-  for (auto at = kHeader; page > 0 && at + kFrameHeader + page <= length; at += kFrameHeader + page)
+  for (auto at = kFirstFrame; page > 0 && at + kNextFrame + page <= length; at += kNextFrame + page)
     if (read(at)) places.push_back((big_endian(number.data()) - 1) * page);
   return places;
 }

@@ -7,14 +7,41 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "acquisition/record/block_sums.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
+
+// Whether a write-ahead log of SQLite still has what was written into it, by the sums in it. Without them a power cut
+// or a crash would keep nothing behind the place where somebody else wrote, and nobody would know before.
+
+/// Whether the header and the first `frames` frames of an open log, written on this machine, are whole (SQLite,
+/// "WAL-mode File Format" and "Checksum Algorithm"). Reads all of them: about 1 ms for 200 frames of 4 KiB.
+[[nodiscard]] bool log_is_whole(int descriptor, std::int64_t frames);
+
+// Sums of a file's bytes, a block each, by which it is seen whether they are still what they were. After a write into
+// some places of a large file only the blocks there are summed anew.
+
+class BlockSums {
+ public:
+  /// Of the first `length` bytes of an open file.
+  [[nodiscard]] static BlockSums of(int descriptor, std::int64_t length);
+
+  /// The file was written to at these offsets, and now has `length` bytes; also where it grew.
+  void renew(int descriptor, std::int64_t length, std::span<const std::int64_t> offsets);
+  bool operator==(const BlockSums&) const = default;
+
+ private:
+  void sum_block(int descriptor, std::int64_t block);
+
+  std::int64_t length_ = 0;
+  std::vector<std::uint64_t> sums_;  ///< that anything but intent changes; 0 of a block that cannot be read
+};
 
 /// What another program did to a file of the record.
 struct Interference {

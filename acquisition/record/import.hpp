@@ -1,13 +1,96 @@
-/// Foreign records in.
+/// Foreign records in: the map that says what a text table's columns are, the table's rows, and the record made of
+/// them.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "acquisition/record/run_info.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
+
+// How a foreign text table is to be read: which column is the time, which are thermometers, which is the gyro, and in
+// what units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
+
+inline constexpr const char* kImportSchema = "gyrotherm-import/1";
+
+/// A column by its name in the header (blanks at either end do not count), or by its number from 1 in a file without
+/// one.
+struct ColumnName {
+  std::string name{};
+  std::size_t number{};
+};
+
+struct ImportMap {
+  std::string name;
+  std::string text;  ///< the map itself, kept with the record
+
+  char separator = ',';  ///< comma, semicolon, tab or blank (any run of them)
+  std::string comment;   ///< lines that begin with it do not count; empty: there are none
+  bool header = true;
+  std::size_t skip{};  ///< lines after the header (or from the start) that are no rows
+
+  /// Rows have their own time, in units of `time_unit`; or each row lasts `interval`.
+  std::optional<ColumnName> time;
+  Duration time_unit{};
+  Duration interval{};
+
+  struct ThermometerColumn {
+    std::string name;
+    ColumnName column;
+    double scale = 1;     ///< °C per unit of the file
+    double offset_c = 0;  ///< reading = number × scale + offset
+  };
+  std::vector<ThermometerColumn> thermometers;
+
+  /// The number is stored as it is. rate: `scale` °/h per unit; pulse_count (increments): `scale` arcsec per unit.
+  ColumnName gyro;
+  GyroInfo gyro_info;
+
+  std::vector<std::string> gradients;
+  std::vector<std::string> three_point;
+};
+
+/// Fails with bad_file: all mistakes at once, each with file:line:column.
+[[nodiscard]] Result<ImportMap> parse_import_map(std::string_view text, const std::string& file);
+
+/// Fails also if the file cannot be read.
+[[nodiscard]] Result<ImportMap> load_import_map(const std::string& path);
+
+// A foreign text table, read by its map.
+
+/// Columns of equal length, one row per row of the file.
+struct ForeignRows {
+  std::vector<Duration> time;                       ///< since the first row, strictly increasing
+  std::vector<Duration> interval;                   ///< what the gyro's number covers
+  std::vector<std::vector<double>> thermometers_c;  ///< per thermometer of the map
+  std::vector<double> gyro;                         ///< as in the file
+};
+
+/// Reads every row. Lines may end with LF or CRLF, a byte order mark is allowed, empty lines do not count; numbers have
+/// a decimal point. A row's interval is the map's; where rows have times of their own it is their median spacing for a
+/// rate, and for an increment the time since the row before (the first row: the median). Fails with bad_file at the
+/// first mistake, as `file:line:column: what, what was expected`; also if there is no row, or where a line has more
+/// than kLongestLine bytes or kMostFields fields (csv.hpp).
+[[nodiscard]] Result<ForeignRows> parse_foreign_rows(std::string_view text, const ImportMap& map,
+                                                     const std::string& file);
+
+/// Spacings longer than 10 times the median one: the record misses rows there.
+struct Silences {
+  Duration median;  ///< spacing
+  std::size_t count{};
+  Duration total{};           ///< the sum of these spacings
+  std::size_t first_after{};  ///< the row, from 0, after which the first of them comes
+  Duration first{};
+};
+[[nodiscard]] Silences find_silences(const std::vector<Duration>& time);
+
+// Foreign records in.
 
 struct ImportSummary {
   std::size_t rows{};

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/record_rows.hpp"
-#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 
@@ -36,17 +36,18 @@ void reserve(Record& record, std::size_t rows) {
   record.state.reserve(rows);
 }
 
-void add(Record& record, const StoredRow& row) {
+void add(Record& record, const SampleRow& row) {
   record.slot.push_back(row.slot);
   record.time_s.push_back(to_seconds(row.monotonic));
-  record.set_point_c.push_back(row.progress.set_point.value);
+  const auto progress = row.progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}});
+  record.set_point_c.push_back(progress.set_point.value);
   record.chamber_air_c.push_back(row.chamber_air_c);
   record.chamber_set_point_c.push_back(row.chamber_set_point_c);
   for (std::size_t i = 0; i < row.thermometers_c.size(); ++i) record.thermometers_c[i].push_back(row.thermometers_c[i]);
   record.gyro.push_back(row.gyro);
-  record.gyro_interval_s.push_back(row.interval_s);
-  record.progress.push_back(row.progress);
-  record.state.push_back(row.state);
+  record.gyro_interval_s.push_back(row.interval ? static_cast<double>(row.interval->count()) * 1e-9 : kMissing);
+  record.progress.push_back(progress);
+  record.state.push_back(row.state.value_or(RunState::execute));
   record.last_utc = row.utc;
 }
 
@@ -54,7 +55,7 @@ Result<void> read_samples(Database& database, Record& record) {
   const auto rows = database.ask_integer("SELECT count(*) FROM sample", 0);
   if (!rows) return failure(rows.error());
   reserve(record, static_cast<std::size_t>(*rows));
-  return each_sample(database, record.info, [&](const StoredRow& row) { add(record, row); });
+  return each_sample(database, record.info, [&](const SampleRow& row) { add(record, row); });
 }
 
 Result<void> read_gaps(Database& database, Record& record) {
@@ -120,8 +121,7 @@ Result<Record> read_file(const std::string& path, bool is_last) {
   auto database = open_record(path);
   if (!database) return failure(database.error());
   if (is_last) return record_of(*database);
-  if (const auto chain = check_chain(*database, path); !chain && !is_unchained(chain.error()))
-    return failure(chain.error());
+  if (const auto chain = check_chain(*database, path); !chain) return failure(chain.error());
   return record_of(*database);
 }
 

@@ -39,7 +39,7 @@ struct Record {
   std::vector<double> gyro;                         ///< pulses, or the foreign number
   std::vector<double> gyro_interval_s;
   std::vector<ProfilePosition> progress;
-  std::vector<RunState> state;         ///< execute throughout an older record, and one that was imported
+  std::vector<RunState> state;         ///< execute throughout an imported record
   std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none
   std::vector<Gap> gaps;
   std::vector<RecordedEvent> events;

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 
 namespace gyrotherm {
 namespace {

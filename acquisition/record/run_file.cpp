@@ -6,10 +6,10 @@
 #include <cassert>
 #include <filesystem>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/durability.hpp"
-#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/schema.hpp"
+#include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/text.hpp"
 
@@ -28,9 +28,8 @@ Result<void> begin_chain(Database& database) {
   return start ? put_meta(database, "chain_start", hex(*start)) : failure(start.error());
 }
 
-/// The chain of what the file holds. Nothing if it has none; fails with storage if it does not fit.
-Result<std::optional<RowChain>> stored_chain(Database& database, const std::string& path, int version) {
-  if (version < kFirstChained) return std::nullopt;
+/// The chain of what the file holds. Fails with storage if it does not fit.
+Result<RowChain> stored_chain(Database& database, const std::string& path) {
   auto checked = check_chain(database, path);
   if (!checked) return failure(FaultKind::storage, path, "the record is damaged: " + checked.error().what);
   return checked->chain;
@@ -65,8 +64,8 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
   return {};
 }
 
-std::string insert_sample_sql(const RunInfo& info, int version) {
-  const std::string columns = sample_columns(info.thermometers, version) + (version < kFirstChained ? "" : ", chain");
+std::string insert_sample_sql(const RunInfo& info) {
+  const std::string columns = sample_columns(info.thermometers) + ", chain";
   std::string places = "?";
   for (const char c : columns)
     if (c == ',') places += ", ?";
@@ -77,73 +76,61 @@ std::string insert_sample_sql(const RunInfo& info, int version) {
 
 class RunFile::Row {
  public:
-  Row(Statement& statement, std::optional<RowChain>& chain, std::string_view table)
-      : statement_(statement), chain_(chain ? &*chain : nullptr) {
-    if (chain_) chain_->begin(table);
+  Row(Statement& statement, RowChain& chain, std::string_view table) : statement_(statement), chain_(chain) {
+    chain_.begin(table);
   }
   template <class T>
   Row& put(const T& value) {
     statement_.put(++parameter_, value);
-    if (chain_) chain_->add(value);
+    chain_.add(value);
     return *this;
   }
   Row& put(const char* value) { return put(std::string_view(value)); }
   Row& put(const std::string& value) { return put(std::string_view(value)); }
-  Row& put(const std::optional<Duration>& value) { return value ? put(value->count()) : put(kMissing); }
+  Row& put(std::monostate /*nothing*/) { return put(kMissing); }
+  Row& put(const Cell& cell) {
+    return std::visit([this](auto value) -> Row& { return put(value); }, cell);
+  }
   Result<void> run() {
-    if (chain_) statement_.put(++parameter_, chain_->end());
+    statement_.put(++parameter_, chain_.end());
     return statement_.run();
   }
 
  private:
   Statement& statement_;
-  RowChain* chain_;
+  RowChain& chain_;
   int parameter_{};
 };
 
-Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info, int version) {
-  const bool chained = version >= kFirstChained;
+Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info) {
   auto begin = database.prepare("BEGIN IMMEDIATE");
   if (!begin) return failure(begin.error());
   auto commit = database.prepare("COMMIT");
   if (!commit) return failure(commit.error());
-  auto sample = database.prepare(insert_sample_sql(info, version));
+  auto sample = database.prepare(insert_sample_sql(info));
   if (!sample) return failure(sample.error());
   auto fault = database.prepare(
-      chained ? "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
-              : "INSERT INTO fault(slot, channel, kind, \"where\", what) VALUES(?2, ?3, ?4, ?5, ?6)");
+      "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)");
   if (!fault) return failure(fault.error());
   auto event = database.prepare(
-      chained ? "INSERT INTO event(id, slot, monotonic_ns, utc_ns, kind, text, chain) VALUES(?, ?, ?, ?, ?, ?, ?)"
-              : "INSERT INTO event(slot, monotonic_ns, utc_ns, kind, text) VALUES(?2, ?3, ?4, ?5, ?6)");
+      "INSERT INTO event(id, slot, monotonic_ns, utc_ns, kind, text, chain) VALUES(?, ?, ?, ?, ?, ?, ?)");
   if (!event) return failure(event.error());
-  auto gap = database.prepare(chained ? "INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)"
-                                      : "INSERT INTO gap(first, last, cause) VALUES(?, ?, ?)");
+  auto gap = database.prepare("INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)");
   if (!gap) return failure(gap.error());
-  const auto has_frames = has_table(database, "frames");
-  if (!has_frames) return failure(has_frames.error());
-  std::optional<Statement> frames;
-  if (*has_frames) {
-    auto replace =
-        database.prepare(chained ? "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"
-                                 : "INSERT OR REPLACE INTO frames(id, seen, lost, bad) VALUES(1, ?, ?, ?)");
-    if (!replace) return failure(replace.error());
-    frames = std::move(*replace);
-  }
+  auto frames = database.prepare("INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)");
+  if (!frames) return failure(frames.error());
   return Statements{std::move(*begin), std::move(*commit), std::move(*sample), std::move(*fault),
-                    std::move(*event), std::move(*gap),    std::move(frames)};
+                    std::move(*event), std::move(*gap),    std::move(*frames)};
 }
 
 Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
-  const auto version = schema_version(database, path);
-  if (!version) return failure(version.error());
-  const auto chain = stored_chain(database, path, *version);
+  const auto chain = stored_chain(database, path);
   if (!chain) return failure(chain.error());
   const auto faults = database.ask_integer("SELECT max(rowid) FROM fault", 0);
   if (!faults) return failure(faults.error());
   const auto events = database.ask_integer("SELECT max(id) FROM event", 0);
   if (!events) return failure(events.error());
-  auto statements = prepare(database, info, *version);
+  auto statements = prepare(database, info);
   if (!statements) return failure(statements.error());
   std::optional<FileWatch> watch;
   if (!in_memory(path)) {
@@ -219,7 +206,7 @@ Result<void> RunFile::commit() {
 }
 
 Result<void> RunFile::prove() {
-  if (in_memory(path_) || !statements_->frames || !now_.chain) return {};
+  if (in_memory(path_)) return {};
   constexpr const char* kFrames = "SELECT seen || ' ' || lost || ' ' || bad || ' ' || head FROM frames";
   const auto count = [this](const char* column) {
     return database_.ask_integer(fmt::format("SELECT {} FROM frames", column), 0).value_or(0);
@@ -231,7 +218,7 @@ Result<void> RunFile::prove() {
   database_.forget_pages();
   const auto found = database_.ask(kFrames);
   if (!found) return failure(found.error());
-  const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain->head()));
+  const auto wanted = fmt::format("{} {} {} {}", same.seen, same.lost, same.bad, hex(now_.chain.head()));
   if (*found == wanted) return {};
   return failure(FaultKind::storage, path_, "what was written to the record is not what is read back");
 }
@@ -266,20 +253,11 @@ Result<void> RunFile::insert(const Entry& entry) {
 
 Result<void> RunFile::insert(const SampleRow& row) {
   assert(row.thermometers_c.size() == info_.thermometers.size());
-  const auto& progress = row.progress;
   Row sample(statements_->sample, now_.chain, "sample");
-  sample.put(row.slot).put(row.monotonic.count()).put(row.utc).put(progress ? progress->set_point.value : kMissing);
-  sample.put(row.chamber_air_c).put(row.chamber_set_point_c);
+  for (const auto& column : columns_before_thermometers()) sample.put(column.cell(row));
   for (const double reading_c : row.thermometers_c) sample.put(reading_c);
-  sample.put(row.gyro).put(row.interval);
-  if (progress) {
-    sample.put(progress->segment).put(progress->cycle).put(name(progress->phase));
-    sample.put(progress->in_segment.count()).put(progress->soaked.count());
-  } else {
-    for (int i = 0; i < 5; ++i) sample.put(kMissing);
-  }
-  if (!now_.chain) return sample.run();
-  return row.state ? sample.put(name(*row.state)).run() : sample.put(kMissing).run();
+  for (const auto& column : columns_after_thermometers()) sample.put(column.cell(row));
+  return sample.run();
 }
 
 Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault) {
@@ -332,18 +310,15 @@ Result<void> RunFile::copy_rows(Database& other, std::int64_t slot) {
 }
 
 Result<void> RunFile::replace_frames(const FrameCount& frames) {
-  if (!statements_->frames) return {};
-  if (!now_.chain) return statements_->frames->run(frames.seen, frames.lost, frames.bad);
-  return statements_->frames->run(frames.seen, frames.lost, frames.bad, hex(now_.chain->head()));
+  return statements_->frames.run(frames.seen, frames.lost, frames.bad, hex(now_.chain.head()));
 }
 
 /// Says what the chain ends with, together with the mark of a finished run.
 Result<void> RunFile::seal() {
-  if (!now_.chain) return mark_finished(database_);
   auto frames = database_.prepare("SELECT max(seen), max(lost), max(bad) FROM frames");
   if (!frames) return failure(frames.error());
   if (const auto row = frames->step(); !row) return failure(row.error());
-  const auto end = end_hash(*now_.chain, frames->integer(0), frames->integer(1), frames->integer(2));
+  const auto end = end_hash(now_.chain, frames->integer(0), frames->integer(1), frames->integer(2));
   frames = failure(FaultKind::storage, path_, "read");
   return database_.execute("BEGIN IMMEDIATE")
       .and_then([&] { return put_meta(database_, "chain_end", hex(end)); })

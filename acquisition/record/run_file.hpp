@@ -7,13 +7,12 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/record/entry.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/file_watch.hpp"
-#include "acquisition/record/row_chain.hpp"
+#include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/sqlite.hpp"
-#include "acquisition/record/written_here.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
@@ -54,8 +53,7 @@ class RunFile {
   /// Takes over the rows before `slot` of another file of the same run, which is open.
   [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
   [[nodiscard]] Result<void> insert_gap(std::int64_t first, std::int64_t last, std::string_view cause);
-  /// Of the whole run so far, the last before a commit: the chain's head goes with it. A record of an older program has
-  /// no place for it.
+  /// Of the whole run so far, the last before a commit: the chain's head goes with it.
   [[nodiscard]] Result<void> replace_frames(const FrameCount& frames);
 
   /// Outside a transaction: marks the run as finished and makes the file a single one. Only destruction may follow.
@@ -66,8 +64,7 @@ class RunFile {
 
  private:
   struct Statements {
-    Statement begin, commit, sample, fault, event, gap;
-    std::optional<Statement> frames;
+    Statement begin, commit, sample, fault, event, gap, frames;
   };
   /// A row being put together: each value goes into the statement and into the chain.
   class Row;
@@ -77,7 +74,7 @@ class RunFile {
         watch_(std::move(watch)),
         path_(std::move(path)),
         info_(std::move(info)) {}
-  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info, int version);
+  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
@@ -92,7 +89,7 @@ class RunFile {
   RunInfo info_;
   /// What the next row continues.
   struct Position {
-    std::optional<RowChain> chain;    ///< nothing: of an older program
+    RowChain chain;
     std::int64_t faults{}, events{};  ///< keys
   };
   Position now_;

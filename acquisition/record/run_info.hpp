@@ -4,10 +4,14 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "acquisition/record/sqlite.hpp"
 #include "core/quantity.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm {
 
@@ -59,5 +63,36 @@ struct RunInfo {
   };
   std::vector<SegmentInfo> segments;  ///< the expanded profile
 };
+
+// RunInfo as rows of a record, there and back.
+
+/// Inside the caller's transaction, into fresh tables.
+[[nodiscard]] Result<void> write_run_info(Database& database, const RunInfo& info);
+
+/// What write_run_info() wrote, to the bit. Fails with bad_file if a name in it could not have been written.
+[[nodiscard]] Result<RunInfo> read_run_info(Database& database);
+
+/// The value of a key of the table `meta`, as text; empty if it is not there.
+[[nodiscard]] Result<std::string> meta(Database& database, std::string_view key);
+
+[[nodiscard]] Result<void> mark_finished(Database& database);
+[[nodiscard]] Result<bool> is_finished(Database& database);
+
+// What a certificate makes of a thermometer's readings. Dates are days of UTC.
+
+/// The temperature that a reading stands for: reading + offset, or Σ c_i reading^i (both in °C) where the channel has a
+/// polynomial.
+[[nodiscard]] Celsius calibrated(const Channel& channel, Celsius reading);
+
+/// "2027-03-01"; nothing if there is no such day.
+[[nodiscard]] std::optional<std::chrono::sys_days> parse_day(std::string_view text);
+[[nodiscard]] std::string day_text(std::chrono::sys_days day);
+
+/// "offset 0.01 K, certificate 2026-0123, due 2027-03-01"; "none" without any.
+[[nodiscard]] std::string calibration_in_words(const Channel& channel);
+
+/// Of each channel whose calibration was due before `utc`: "calibration of A (certificate 2026-0123) was due
+/// 2027-03-01".
+[[nodiscard]] std::vector<std::string> overdue_calibrations(std::span<const Channel> channels, Duration utc);
 
 }  // namespace gyrotherm

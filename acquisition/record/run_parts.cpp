@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "acquisition/record/record_rows.hpp"
-#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm {

@@ -3,39 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
+#include <map>
 #include <set>
 
-#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/store.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 constexpr int kApplicationId = 0x67797274;  // "gyrt"
-constexpr int kUserVersion = 2;
+constexpr int kUserVersion = 1;
 constexpr std::size_t kLongestName = 64;
-
-constexpr const char* kState = "state";  // not in version 1
-
-struct Column {
-  const char* name;
-  const char* type;
-};
-
-constexpr std::array kBeforeThermometers{
-    Column{"slot", "INTEGER PRIMARY KEY"}, Column{"monotonic_ns", "INTEGER NOT NULL"},
-    Column{"utc_ns", "INTEGER"},           Column{"set_point_c", "REAL"},
-    Column{"chamber_air_c", "REAL"},       Column{"chamber_set_point_c", "REAL"},
-};
-
-// NUMERIC: a foreign record keeps its rate in the place of the pulses.
-constexpr std::array kAfterThermometers{
-    Column{"pulses", "NUMERIC"},    Column{"interval_ns", "INTEGER"}, Column{"segment", "INTEGER"},
-    Column{"cycle", "INTEGER"},     Column{"phase", "TEXT"},          Column{"in_segment_ns", "INTEGER"},
-    Column{"soaked_ns", "INTEGER"}, Column{kState, "TEXT"},
-};
 
 constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
@@ -72,8 +54,8 @@ bool may_stand_in_a_name(char c) {
 
 Result<void> check_channel_names(const std::vector<Channel>& channels) {
   std::set<std::string> taken;
-  for (const Column& column : kBeforeThermometers) taken.insert(column.name);
-  for (const Column& column : kAfterThermometers) taken.insert(column.name);
+  for (const SampleColumn& column : columns_before_thermometers()) taken.insert(column.name);
+  for (const SampleColumn& column : columns_after_thermometers()) taken.insert(column.name);
   taken.insert("chain");
   for (const Channel& channel : channels) {
     const auto refuse = [&](const char* why) {
@@ -89,9 +71,11 @@ Result<void> check_channel_names(const std::vector<Channel>& channels) {
 
 Result<void> create_schema(Database& database, const std::vector<Channel>& channels) {
   std::string sample = "CREATE TABLE sample(";
-  for (const Column& column : kBeforeThermometers) sample += fmt::format("{} {}, ", column.name, column.type);
+  for (const SampleColumn& column : columns_before_thermometers())
+    sample += fmt::format("{} {}, ", column.name, column.type);
   for (const Channel& channel : channels) sample += quoted(channel.name) + " REAL, ";
-  for (const Column& column : kAfterThermometers) sample += fmt::format("{} {}, ", column.name, column.type);
+  for (const SampleColumn& column : columns_after_thermometers())
+    sample += fmt::format("{} {}, ", column.name, column.type);
   sample += "chain INTEGER NOT NULL);";
   return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}", kApplicationId,
                                       kUserVersion, kOtherTables, sample));
@@ -99,21 +83,25 @@ Result<void> create_schema(Database& database, const std::vector<Channel>& chann
 
 namespace {
 
-std::string schema_named(std::int64_t version) { return fmt::format("gyrotherm-run/{}", version); }
-
 tl::unexpected<Fault> another_schema(const std::string& path, const std::string& found) {
   return failure(FaultKind::bad_file, path, fmt::format("schema \"{}\", expected \"{}\"", found, kRunSchema));
 }
 
-/// The version that the file's header says, which no table needs to be read for.
-Result<std::int64_t> header_version(Database& database, const std::string& path) {
+/// Looks at the file's header alone, which no table needs to be read for.
+Result<void> check_header(Database& database, const std::string& path) {
   const auto id = database.ask_integer("PRAGMA application_id", 0);
   if (!id) return failure(id.error());
   if (*id != kApplicationId) return failure(FaultKind::bad_file, path, "not a gyrotherm record");
   const auto version = database.ask_integer("PRAGMA user_version", 0);
   if (!version) return failure(version.error());
-  if (*version < 1 || *version > kUserVersion) return another_schema(path, schema_named(*version));
-  return *version;
+  if (*version != kUserVersion) return another_schema(path, fmt::format("gyrotherm-run/{}", *version));
+  return {};
+}
+
+Result<void> check_schema_name(Database& database, const std::string& path) {
+  const auto schema = meta(database, "schema");
+  if (!schema) return failure(schema.error());
+  return *schema == kRunSchema ? Result<void>{} : another_schema(path, *schema);
 }
 
 /// Whether all numbers that are seconds of the run could be some.
@@ -133,38 +121,122 @@ Result<void> check_slots(Database& database, const std::string& path) {
 
 }  // namespace
 
-Result<void> check_schema(Database& database, const std::string& path) {
-  return header_version(database, path)
-      .and_then([&](std::int64_t version) { return check_tables(database, path, static_cast<int>(version)); })
-      .and_then([&] { return schema_version(database, path).map([](int) {}); })
-      .and_then([&] { return check_slots(database, path); });
-}
-
-Result<int> schema_version(Database& database, const std::string& path) {
-  const auto version = header_version(database, path);
-  if (!version) return failure(version.error());
-  const auto schema = meta(database, "schema");
-  if (!schema) return failure(schema.error());
-  if (*schema != schema_named(*version)) return another_schema(path, *schema);
-  return static_cast<int>(*version);
-}
-
-Result<bool> has_table(Database& database, const char* name) {
-  const auto count = database.ask_integer(
-      fmt::format("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = '{}'", name), 0);
-  if (!count) return failure(count.error());
-  return *count > 0;
-}
-
-std::string sample_columns(const std::vector<Channel>& channels, int version) {
+std::string sample_columns(const std::vector<Channel>& channels) {
   std::string columns;
-  for (const Column& column : kBeforeThermometers) columns += fmt::format("{}, ", column.name);
+  for (const SampleColumn& column : columns_before_thermometers()) columns += fmt::format("{}, ", column.name);
   for (const Channel& channel : channels) columns += quoted(channel.name) + ", ";
-  for (const Column& column : kAfterThermometers)
-    if (version >= kFirstChained || column.name != std::string_view(kState))
-      columns += fmt::format("{}, ", column.name);
+  for (const SampleColumn& column : columns_after_thermometers()) columns += fmt::format("{}, ", column.name);
   columns.resize(columns.size() - 2);
   return columns;
+}
+
+namespace {
+
+/// A table's columns, each with its type, whether it may be empty, its place in the key, and whether it is computed.
+using Columns = std::vector<std::string>;
+using Tables = std::map<std::string, Columns, std::less<>>;
+
+tl::unexpected<Fault> other_than_a_record(const std::string& path, const std::string& what) {
+  return failure(FaultKind::bad_file, path, fmt::format("{}, expected the tables of a record and nothing else", what));
+}
+
+Result<Columns> columns_of(Database& database, const std::string& table) {
+  auto query = database.prepare(fmt::format("PRAGMA table_xinfo(\"{}\")", table));
+  if (!query) return failure(query.error());
+  Columns columns;
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return columns;
+    columns.push_back(fmt::format("{} {} {} {} {}", query->text(1), query->text(2), query->integer(3),
+                                  query->integer(5), query->integer(6)));
+  }
+}
+
+/// The tables of a file, by what its schema says; nothing of it is run.
+Result<Tables> tables_of(Database& database, const std::string& path) {
+  std::vector<std::string> names;
+  {
+    auto query = database.prepare("SELECT type, name, tbl_name, rootpage FROM sqlite_schema");
+    if (!query) return failure(query.error());
+    for (;;) {
+      const auto more = query->step();
+      if (!more) return failure(more.error());
+      if (!*more) break;
+      const std::string name(query->text(1));
+      if (query->text(0) != "table" || query->text(2) != name || query->integer(3) <= 0)
+        return other_than_a_record(path, fmt::format("it has a {} \"{}\"", query->text(0), name));
+      names.push_back(name);
+    }
+  }
+  Tables tables;
+  for (const auto& name : names) {
+    if (name.find('"') != std::string::npos) return other_than_a_record(path, "it has a table of another name");
+    auto columns = columns_of(database, name);
+    if (!columns) return failure(columns.error());
+    tables.emplace(name, std::move(*columns));
+  }
+  return tables;
+}
+
+/// What create_schema() makes, without its thermometers.
+Result<Tables> expected_tables() {
+  return Database::open(kInMemory, Access::read_write, 0).and_then([](Database memory) -> Result<Tables> {
+    if (auto made = create_schema(memory, {}); !made) return failure(made.error());
+    return tables_of(memory, kInMemory);
+  });
+}
+
+/// The names of the thermometers, of a table that has been found to be one.
+Result<std::vector<std::string>> channel_names(Database& database) {
+  auto query = database.prepare("SELECT name FROM channel ORDER BY position");
+  if (!query) return failure(query.error());
+  std::vector<std::string> names;
+  for (;;) {
+    const auto more = query->step();
+    if (!more) return failure(more.error());
+    if (!*more) return names;
+    names.emplace_back(query->text(0));
+  }
+}
+
+/// The samples have a column for each thermometer, behind the chamber's.
+void add_thermometers(Columns& sample, const std::vector<std::string>& names) {
+  const auto pulses =
+      std::find_if(sample.begin(), sample.end(), [](const auto& column) { return column.starts_with("pulses "); });
+  std::vector<std::string> columns;
+  for (const auto& name : names) columns.push_back(name + " REAL 0 0 0");
+  sample.insert(pulses, columns.begin(), columns.end());
+}
+
+Result<void> check_tables(Database& database, const std::string& path) {
+  const auto found = tables_of(database, path);
+  if (!found) return failure(found.error());
+  auto expected = expected_tables();
+  if (!expected) return failure(expected.error());
+  const auto differs = [&](const std::string& table) {
+    return other_than_a_record(path, fmt::format("its table \"{}\" is another one", table));
+  };
+  for (const auto& [name, columns] : *found)
+    if (!expected->contains(name)) return differs(name);
+  for (const auto& [name, columns] : *expected) {
+    const auto table = found->find(name);
+    if (table == found->end()) return other_than_a_record(path, fmt::format("it has no table \"{}\"", name));
+    if (name != "sample" && table->second != columns) return differs(name);
+  }
+  const auto names = channel_names(database);
+  if (!names) return failure(names.error());
+  add_thermometers((*expected)["sample"], *names);
+  return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
+}
+
+}  // namespace
+
+Result<void> check_schema(Database& database, const std::string& path) {
+  return check_header(database, path)
+      .and_then([&] { return check_tables(database, path); })
+      .and_then([&] { return check_schema_name(database, path); })
+      .and_then([&] { return check_slots(database, path); });
 }
 
 }  // namespace gyrotherm

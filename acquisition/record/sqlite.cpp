@@ -1,16 +1,27 @@
 #include "acquisition/record/sqlite.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <cassert>
+#include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <limits>
+#include <mutex>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
 
-#include "acquisition/record/reader_vfs.hpp"
-#include "acquisition/record/written_here.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 constexpr int kLongestValue = 16'000'000;  ///< bytes of a text in a record that is read
@@ -193,6 +204,242 @@ Result<std::int64_t> Database::ask_integer(std::string_view sql, std::int64_t fa
   const auto row = statement->step();
   if (!row) return failure(row.error());
   return *row && !statement->null(0) ? statement->integer(0) : fallback;
+}
+
+namespace {
+
+struct Setting {
+  const char* pragma;
+  const char* value;
+  const char* read_back;
+};
+
+/// FULL, so that a commit is on the disk when it returns. The log is folded in by the writer: SQLite's own way would
+/// hide its failure.
+constexpr std::array kDurable{
+    Setting{"journal_mode", "WAL", "wal"},
+    Setting{"synchronous", "FULL", "2"},
+    Setting{"wal_autocheckpoint", "0", "0"},
+};
+constexpr Setting kExclusive{"locking_mode", "EXCLUSIVE", "exclusive"};
+/// On its way out of WAL mode SQLite writes the first page anew, of which only bytes 18 to 99 differ: a disk that
+/// writes sectors whole has the old page or the new one, and both are read. So the journal of that stays in memory.
+/// Into WAL mode it goes while the file is empty.
+constexpr Setting kNoJournal{"journal_mode", "MEMORY", "memory"};
+
+Result<void> apply(Database& database, const Setting& setting, const std::string& path) {
+  if (const auto set = database.ask(fmt::format("PRAGMA {} = {}", setting.pragma, setting.value)); !set)
+    return failure(set.error());
+  const auto now = database.ask(fmt::format("PRAGMA {}", setting.pragma));
+  if (!now) return failure(now.error());
+  if (*now == setting.read_back) return {};
+  return failure(FaultKind::storage, path,
+                 fmt::format("SQLite keeps {} at \"{}\", expected \"{}\"", setting.pragma, *now, setting.read_back));
+}
+
+}  // namespace
+
+Result<void> make_new_file(const std::string& path) {
+  constexpr mode_t kForTheGroup = 0640;  // of its log too, which SQLite makes like it
+  const int file = ::open(path.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, kForTheGroup);
+  if (file < 0 && errno == EEXIST)
+    return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
+  if (file < 0) return failure(FaultKind::storage, path, std::strerror(errno));
+  ::close(file);
+  return {};
+}
+
+Result<void> claim(Database& database, const std::string& path) { return apply(database, kExclusive, path); }
+
+Result<void> keep_no_journal(Database& database, const std::string& path) { return apply(database, kNoJournal, path); }
+
+Result<void> make_durable(Database& database, const std::string& path) {
+  for (const Setting& setting : kDurable)
+    if (auto applied = apply(database, setting, path); !applied) return applied;
+  return {};
+}
+
+namespace {
+
+constexpr std::string_view kLog = "-wal";
+constexpr std::string_view kJournal = "-journal";
+constexpr sqlite3_int64 kFirstLockedByte = 0x40000000;  ///< PENDING, RESERVED, then 510 bytes SHARED
+constexpr sqlite3_int64 kLockedBytes = 512;
+
+/// What SQLite holds of an open file, in memory of its own.
+struct ReadFile {
+  sqlite3_file base;
+  int descriptor;
+  bool lies_alone;  ///< a database without a log: it cannot change, for a writer is kept out
+};
+
+ReadFile& of(sqlite3_file* file) { return *reinterpret_cast<ReadFile*>(file); }
+
+int close_file(sqlite3_file* file) {
+  ::close(of(file).descriptor);
+  return SQLITE_OK;
+}
+
+int read_bytes(sqlite3_file* file, void* into, int size, sqlite3_int64 offset) {
+  auto* bytes = static_cast<char*>(into);
+  int taken = 0;
+  while (taken < size) {
+    const auto count =
+        ::pread(of(file).descriptor, bytes + taken, static_cast<std::size_t>(size - taken), offset + taken);
+    if (count < 0 && errno != EINTR) return SQLITE_IOERR_READ;
+    if (count == 0) break;
+    if (count > 0) taken += static_cast<int>(count);
+  }
+  if (taken == size) return SQLITE_OK;
+  std::memset(bytes + taken, 0, static_cast<std::size_t>(size - taken));
+  return SQLITE_IOERR_SHORT_READ;
+}
+
+int refuse_write(sqlite3_file* /*file*/, const void* /*from*/, int /*size*/, sqlite3_int64 /*offset*/) {
+  return SQLITE_READONLY;
+}
+
+int refuse_truncate(sqlite3_file* /*file*/, sqlite3_int64 /*size*/) { return SQLITE_READONLY; }
+
+int sync_nothing(sqlite3_file* /*file*/, int /*flags*/) { return SQLITE_OK; }
+
+int size_of(sqlite3_file* file, sqlite3_int64* size) {
+  struct stat facts {};
+  if (::fstat(of(file).descriptor, &facts) != 0) return SQLITE_IOERR_FSTAT;
+  *size = facts.st_size;
+  return SQLITE_OK;
+}
+
+int lock_nothing(sqlite3_file* /*file*/, int /*level*/) { return SQLITE_OK; }
+
+int none_reserved(sqlite3_file* /*file*/, int* held) {
+  *held = 0;
+  return SQLITE_OK;
+}
+
+int no_control(sqlite3_file* /*file*/, int /*what*/, void* /*argument*/) { return SQLITE_NOTFOUND; }
+
+int usual_sector(sqlite3_file* /*file*/) { return 4096; }
+
+int traits_of(sqlite3_file* file) { return of(file).lies_alone ? SQLITE_IOCAP_IMMUTABLE : 0; }
+
+const sqlite3_io_methods kReading{1,         close_file,   read_bytes,   refuse_write,  refuse_truncate, sync_nothing,
+                                  size_of,   lock_nothing, lock_nothing, none_reserved, no_control,      usual_sector,
+                                  traits_of, nullptr,      nullptr,      nullptr,       nullptr,         nullptr,
+                                  nullptr};
+
+/// False if a writer has the file. Where the file system knows no locks, nobody can hold one.
+bool keep_writers_out(int file) {
+  struct flock range {};
+  range.l_type = F_RDLCK;
+  range.l_whence = SEEK_SET;
+  range.l_start = kFirstLockedByte;
+  range.l_len = kLockedBytes;
+  return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);
+}
+
+bool has_content(const std::string& path) {
+  struct stat facts {};
+  return ::stat(path.c_str(), &facts) == 0 && (!S_ISREG(facts.st_mode) || facts.st_size > 0);
+}
+
+int open_to_read(sqlite3_vfs* /*vfs*/, const char* name, sqlite3_file* file, int flags, int* out_flags) {
+  file->pMethods = nullptr;
+  const bool is_database = (flags & SQLITE_OPEN_MAIN_DB) != 0;
+  if (name == nullptr || (!is_database && (flags & SQLITE_OPEN_WAL) == 0)) return SQLITE_CANTOPEN;
+  auto opened = open_regular_file(name);
+  if (!opened) return SQLITE_CANTOPEN;
+  if (is_database && !keep_writers_out(opened->descriptor.number())) return SQLITE_BUSY;
+  of(file).lies_alone = is_database && !has_content(std::string(name).append(kLog));
+  of(file).descriptor = std::move(opened->descriptor).release();
+  file->pMethods = &kReading;
+  if (out_flags != nullptr) *out_flags = SQLITE_OPEN_READONLY;
+  return SQLITE_OK;
+}
+
+/// Whoever asks for it wants the file gone before it is read on; nothing here depends on that.
+int remove_nothing(sqlite3_vfs* /*vfs*/, const char* /*name*/, int /*sync_folder*/) { return SQLITE_OK; }
+
+int look(sqlite3_vfs* /*vfs*/, const char* name, int flags, int* out) {
+  const bool shown = flags != SQLITE_ACCESS_READWRITE && !std::string_view(name).ends_with(kJournal);
+  *out = shown && has_content(name) ? 1 : 0;
+  return SQLITE_OK;
+}
+
+sqlite3_vfs& usual() { return *sqlite3_vfs_find("unix"); }
+
+int full_path(sqlite3_vfs* /*vfs*/, const char* name, int size, char* out) {
+  return usual().xFullPathname(&usual(), name, size, out);
+}
+
+int draw(sqlite3_vfs* /*vfs*/, int size, char* out) { return usual().xRandomness(&usual(), size, out); }
+
+int pause(sqlite3_vfs* /*vfs*/, int microseconds) { return usual().xSleep(&usual(), microseconds); }
+
+int tell_time(sqlite3_vfs* /*vfs*/, double* day) { return usual().xCurrentTime(&usual(), day); }
+
+int last_error(sqlite3_vfs* /*vfs*/, int /*size*/, char* /*out*/) { return errno; }
+
+}  // namespace
+
+const char* reader_vfs() {
+  static sqlite3_vfs vfs = [] {
+    sqlite3_vfs reader{};
+    reader.iVersion = 1;
+    reader.szOsFile = sizeof(ReadFile);
+    reader.mxPathname = usual().mxPathname;
+    reader.zName = "gyrotherm-reader";
+    reader.xOpen = open_to_read;
+    reader.xDelete = remove_nothing;
+    reader.xAccess = look;
+    reader.xFullPathname = full_path;
+    reader.xRandomness = draw;
+    reader.xSleep = pause;
+    reader.xCurrentTime = tell_time;
+    reader.xGetLastError = last_error;
+    return reader;
+  }();
+  static const int registered = sqlite3_vfs_register(&vfs, 0);
+  return registered == SQLITE_OK ? vfs.zName : nullptr;
+}
+
+namespace {
+
+using FileId = std::pair<dev_t, ino_t>;
+
+struct Written {
+  std::mutex mutex;
+  std::multiset<FileId> files;
+};
+
+Written& written() {
+  static Written all;
+  return all;
+}
+
+std::optional<FileId> id_of(const std::string& path) {
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0) return std::nullopt;
+  return FileId{facts.st_dev, facts.st_ino};
+}
+
+}  // namespace
+
+WrittenHere::WrittenHere(const std::string& path) : file_(id_of(path)) {
+  const std::lock_guard lock(written().mutex);
+  if (file_) written().files.insert(*file_);
+}
+
+WrittenHere::~WrittenHere() {
+  if (!file_) return;
+  const std::lock_guard lock(written().mutex);
+  if (const auto found = written().files.find(*file_); found != written().files.end()) written().files.erase(found);
+}
+
+bool is_written_here(const std::string& path) {
+  const auto file = id_of(path);
+  const std::lock_guard lock(written().mutex);
+  return file && written().files.contains(*file);
 }
 
 }  // namespace gyrotherm

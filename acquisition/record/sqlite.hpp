@@ -1,11 +1,15 @@
 /// The few calls of SQLite that a record needs, owned, and failing with a Fault that names the file.
 #pragma once
 
+#include <sys/types.h>
+
 #include <concepts>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/result.hpp"
 
@@ -57,7 +61,7 @@ class Statement {
 };
 
 /// read_only: nothing beside the file and nothing in it changes, not even a log that a dead writer left
-/// (reader_vfs.hpp).
+/// (reader_vfs()).
 enum class Access { read_only, read_write };
 
 /// One connection to an existing file. Its statements must be gone before it is.
@@ -108,5 +112,60 @@ inline constexpr const char* kDiskFull = "the disk is full";
 
 /// Whether the fault says that another program holds the file.
 [[nodiscard]] bool is_locked(const Fault& fault);
+
+// What makes SQLite keep its word: how a record's file is made, claimed and written so that a commit that has returned
+// is on the disk.
+
+/// How long a writer waits for another program's lock: a second program is told within a second.
+inline constexpr int kWriterPatienceMs = 500;
+
+/// An empty file that did not exist before, mode 0640; SQLite takes it for an empty database. Fails with storage.
+[[nodiscard]] Result<void> make_new_file(const std::string& path);
+
+/// Nobody else reads or writes the database until it is closed. Comes before make_durable(), so that the log's index
+/// lives in memory and there is no file of it. All that follow fail with storage.
+[[nodiscard]] Result<void> claim(Database& database, const std::string& path);
+/// The way out of WAL mode leaves no journal behind for a reader to play back.
+[[nodiscard]] Result<void> keep_no_journal(Database& database, const std::string& path);
+/// A commit is on the disk when it returns; the log is folded in when the writer says so.
+[[nodiscard]] Result<void> make_durable(Database& database, const std::string& path);
+
+// The file system through which SQLite reads a record: it can read, and has no way to do anything else.
+//
+// A record may come from anywhere. SQLite's own file system plays back a journal that lies beside a file, deletes the
+// journals that this one names, makes an index of a log, and folds a log in; this one opens files to read alone, makes
+// and removes none, and shows no journal. A log beside the file is read where it lies, its index kept in memory.
+
+/// Its name, for sqlite3_open_v2(); it is registered when it is first asked for. The connection must have
+/// locking_mode EXCLUSIVE before its first statement. A file that a writer holds does not open (SQLITE_BUSY); while it
+/// is open no writer can begin.
+///
+/// That is told by a lock of the open file itself (F_OFD_SETLK) on the bytes that SQLite locks (its "File Locking And
+/// Concurrency"). Closing the file still drops the locks of a writer in this very process, as any close does: no record
+/// may be opened that it writes (WrittenHere).
+[[nodiscard]] const char* reader_vfs();
+
+// Which records this process writes. SQLite's locks belong to the process, and the close of any other descriptor of
+// the same file drops them all ("How To Corrupt", 2.2): so a record is never opened to be read where it is being
+// written.
+
+/// As long as it lives, the file that has this name now counts as written here. Any thread.
+class WrittenHere {
+ public:
+  explicit WrittenHere(const std::string& path);
+  ~WrittenHere();
+  WrittenHere(const WrittenHere&) = delete;
+  WrittenHere(WrittenHere&& other) noexcept : file_(std::exchange(other.file_, std::nullopt)) {}
+  WrittenHere& operator=(WrittenHere&& other) noexcept {
+    std::swap(file_, other.file_);
+    return *this;
+  }
+
+ private:
+  std::optional<std::pair<dev_t, ino_t>> file_;  ///< nothing: there was none
+};
+
+/// Nothing is opened to find that out. Any thread.
+[[nodiscard]] bool is_written_here(const std::string& path);
 
 }  // namespace gyrotherm

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/sqlite.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
@@ -35,7 +37,7 @@ struct RunStatus {
   std::optional<Celsius> chamber_air;
   std::vector<Thermometer> thermometers;
   std::int64_t faults{};               ///< readings that were faults, since the run started
-  std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing: an older record
+  std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing before the first second
 
   RunState state{};
   std::string cause{};                    ///< of a state other than execute
@@ -86,5 +88,18 @@ struct LostEnd {
 /// beside it. Nothing if it holds all that was acknowledged, or if there is no such file to say. Fails like
 /// read_record().
 [[nodiscard]] Result<std::optional<LostEnd>> lost_end(const std::string& path);
+
+// Where a run stands, as its record tells it.
+
+/// Of a run before its first sample.
+[[nodiscard]] RunStatus first_status(const std::string& path, const RunInfo& info);
+
+/// Puts a sample's place in the profile into the status.
+void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
+
+void show_outlook(RunStatus& status, const Outlook& outlook);
+
+/// Of an open record: its last sample and its counts.
+[[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 
 }  // namespace gyrotherm

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,9 +14,11 @@
 
 namespace gyrotherm {
 
+class RecordWriter;
 struct Record;
+struct RunStatus;
 
-inline constexpr const char* kRunSchema = "gyrotherm-run/2";
+inline constexpr const char* kRunSchema = "gyrotherm-run/1";
 
 /// As a path: a record that lives in memory and ends with its store; it has no status file.
 inline constexpr const char* kInMemory = ":memory:";
@@ -62,7 +65,7 @@ class Store {
   [[nodiscard]] virtual Result<std::int64_t> sync() = 0;
   /// Syncs and waits, at most so long, until everything appended is acknowledged; whether it is.
   [[nodiscard]] virtual bool settle(Duration longest) = 0;
-  /// Marks the run as finished, folds the log into the file, closes it and writes its manifest (manifest.hpp). An
+  /// Marks the run as finished, folds the log into the file, closes it and writes its manifest (chain.hpp). An
   /// unfinished run never carries the mark.
   /// Fails with storage, in the background also if rows are still waiting for the disk after 30 s.
   [[nodiscard]] virtual Result<void> finish() = 0;
@@ -77,5 +80,15 @@ class Store {
 
 /// Takes away a record that holds nothing yet, with its log and its status file.
 void remove_record(const std::string& path);
+
+/// A background store whose work is done by calls instead of workers, for whoever has a time of his own; it has no
+/// status file.
+struct AttendedStore {
+  std::unique_ptr<Store> store;
+  /// One transaction, if one is wanted or the last one failed. The store outlives it.
+  std::function<void()> attend;
+};
+[[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status,
+                                                const StoreOptions& options);
 
 }  // namespace gyrotherm

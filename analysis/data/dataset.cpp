@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "acquisition/record/calibration.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_info.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -18,7 +18,7 @@
 
 namespace gyrotherm {
 
-inline constexpr const char* kModelSchema = "gyrotherm-model/2";
+inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 
 /// A record that a model was trained on, and which part of it.
 struct TrainingRecord {

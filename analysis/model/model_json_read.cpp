@@ -325,7 +325,7 @@ void read_function(const Node& root, Model& model) {
 }
 
 Model model_of(const Node& root) {
-  root.at("schema").expect(root.at("schema").text() == kModelSchema, "expected gyrotherm-model/2");
+  root.at("schema").expect(root.at("schema").text() == kModelSchema, "expected gyrotherm-model/1");
   Model model;
   model.program_version = root.at("program_version").text();
   model.inputs = root.at("inputs").text();

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "app/command.hpp"
 #include "app/run/carry_out.hpp"
 #include "core/clock.hpp"

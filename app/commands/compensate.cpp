@@ -10,7 +10,7 @@
 #include <iterator>
 #include <optional>
 
-#include "acquisition/record/live_rows.hpp"
+#include "acquisition/record/csv.hpp"
 #include "analysis/model/stream.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "core/sha256.hpp"

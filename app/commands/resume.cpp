@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/status.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
@@ -24,8 +24,7 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
   // looked at.
   if (status && status->simulated)
-    if (const auto whole = verify_files(options.run); !whole && !is_unchained(whole.error()))
-      return failure(whole.error());
+    if (const auto whole = verify_files(options.run); !whole) return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
     return failure(ran.error());

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "app/command.hpp"
 #include "core/clock.hpp"
 #include "report/json_pieces.hpp"

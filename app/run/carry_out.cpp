@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "acquisition/record/calibration.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "app/run/event_loop.hpp"

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <thread>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/file.hpp"

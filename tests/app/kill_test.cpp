@@ -12,7 +12,7 @@
 #include <random>
 #include <thread>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 #include "tests/app/program.hpp"

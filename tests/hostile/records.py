@@ -77,7 +77,7 @@ EDITS = [
     ("DROP TABLE sample", "CREATE VIEW sample AS WITH RECURSIVE x(slot) AS "
      "(SELECT 0 UNION ALL SELECT slot + 1 FROM x) SELECT * FROM x"),
     ("DROP TABLE meta", "CREATE VIEW meta AS WITH RECURSIVE x(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM x) "
-     "SELECT 'schema' AS key, 'gyrotherm-run/2' AS value FROM x"),
+     "SELECT 'schema' AS key, 'gyrotherm-run/1' AS value FROM x"),
     ("DROP TABLE event", "CREATE VIEW event AS SELECT 1 AS id, 0 AS slot, 0 AS monotonic_ns, 0 AS utc_ns, "
      "'note' AS kind, hex(zeroblob(100000000)) AS text"),
     ("CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM sample; END",),

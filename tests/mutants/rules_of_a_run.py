@@ -218,7 +218,7 @@ MUTANTS = [
     ("air near a limit is only waited for", "sequencer/interlocks/interlocks.cpp",
      ".grave = near_a_limit}", ".grave = near_a_limit && false}",
      "faults_test", shown_by("HeatersWithoutPowerNearALimit")),
-    ("lost rows are an alarm for ever", "acquisition/record/background_store.cpp",
+    ("lost rows are an alarm for ever", "acquisition/record/store.cpp",
      "desk.dropped_before = desk.backlog.dropped();", "",
      "faults_test", shown_by("AFullDiskForLongerThanTheMemoryHolds")),
 ]

@@ -1,11 +1,11 @@
 /// Whoever edits a record leaves a trace.
+#include "acquisition/record/chain.hpp"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <random>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/manifest.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "tests/acquisition/record/runs.hpp"
 

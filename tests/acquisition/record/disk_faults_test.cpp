@@ -6,7 +6,7 @@
 #include <iostream>
 #include <random>
 
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record_writer.hpp"
 #include "tests/acquisition/record/runs.hpp"
 #include "tests/support/failing_vfs.hpp"

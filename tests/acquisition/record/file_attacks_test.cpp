@@ -6,8 +6,7 @@
 #include <functional>
 #include <thread>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/manifest.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "tests/acquisition/record/runs.hpp"

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <map>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/record_rows.hpp"
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/row.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
@@ -155,7 +155,7 @@ TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
        "SELECT * FROM x",
        "it has a view \"sample\""},
       {"DROP TABLE meta; CREATE VIEW meta AS WITH RECURSIVE x(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM x) SELECT "
-       "'schema' AS key, 'gyrotherm-run/2' AS value FROM x",
+       "'schema' AS key, 'gyrotherm-run/1' AS value FROM x",
        "it has a view \"meta\""},
       {"CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM sample; END", "it has a trigger \"t\""},
       {"CREATE INDEX i ON sample(pulses)", "it has a index \"i\""},
@@ -216,8 +216,8 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
 TEST(ForeignRecord, OfALaterProgramIsToldByItsSchema) {
   const Folder folder;
   store_with(folder / "run.db", 3).reset();
-  execute(folder / "run.db", "PRAGMA user_version = 3; CREATE TABLE more(x)");
-  EXPECT_EQ(reading_of(folder / "run.db"), "schema \"gyrotherm-run/3\", expected \"gyrotherm-run/2\"");
+  execute(folder / "run.db", "PRAGMA user_version = 2; CREATE TABLE more(x)");
+  EXPECT_EQ(reading_of(folder / "run.db"), "schema \"gyrotherm-run/2\", expected \"gyrotherm-run/1\"");
 }
 
 TEST(ForeignRecord, ThatIsNoRegularFileIsNotWaitedFor) {

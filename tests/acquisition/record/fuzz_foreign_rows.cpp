@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "acquisition/record/foreign_rows.hpp"
+#include "acquisition/record/import.hpp"
 
 namespace gyrotherm {
 

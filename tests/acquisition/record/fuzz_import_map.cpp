@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "acquisition/record/import_map.hpp"
+#include "acquisition/record/import.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto map = gyrotherm::parse_import_map({reinterpret_cast<const char*>(data), size}, "fuzz");

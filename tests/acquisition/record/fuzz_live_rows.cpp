@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "acquisition/record/live_rows.hpp"
+#include "acquisition/record/csv.hpp"
 
 namespace gyrotherm {
 

@@ -2,13 +2,111 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
-#include "acquisition/record/foreign_rows.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm {
+namespace {
+
+const std::string kMap = R"(schema = "gyrotherm-import/1"
+name = "bench"
+[file]
+separator = ";"
+comment = "#"
+skip = 1
+[time]
+column = "t"
+unit = "ms"
+[[thermometer]]
+name = "die"
+column = "T"
+scale = 0.5
+offset = -1
+[gyro]
+column = "w"
+kind = "rate"
+scale = 219.5
+[analysis]
+gradients = ["die"]
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(ImportMap, IsReadAsItIsWritten) {
+  const auto map = parse_import_map(kMap, "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->separator, ';');
+  EXPECT_EQ(map->comment, "#");
+  EXPECT_TRUE(map->header);
+  EXPECT_EQ(map->skip, 1u);
+  EXPECT_EQ(map->time->name, "t");
+  EXPECT_EQ(map->time_unit, std::chrono::milliseconds(1));
+  ASSERT_EQ(map->thermometers.size(), 1u);
+  EXPECT_EQ(map->thermometers[0].scale, 0.5);
+  EXPECT_EQ(map->thermometers[0].offset_c, -1);
+  EXPECT_EQ(map->gyro_info.kind, GyroKind::rate);
+  EXPECT_EQ(map->gyro_info.scale, 219.5);
+  EXPECT_FALSE(map->gyro_info.earth_rate);
+  EXPECT_EQ(map->gradients, std::vector<std::string>{"die"});
+  EXPECT_EQ(map->text, kMap);
+}
+
+TEST(ImportMap, ColumnsOfAFileWithoutAHeaderAreNumbers) {
+  std::string numbered = replaced(kMap, "comment = \"#\"", "header = false");
+  for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replaced(numbered, name, "2");
+  const auto map = parse_import_map(numbered, "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->gyro.number, 2u);
+  EXPECT_FALSE(parse_import_map(replaced(kMap, "comment = \"#\"", "header = false"), "map.toml"));
+}
+
+TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
+  struct Case {
+    const char* from;
+    const char* to;
+    const char* place;
+  };
+  for (const Case& mistake : {
+           Case{"gyrotherm-import/1", "gyrotherm-import/2", "map.toml:1:"},
+           Case{"separator = \";\"", "separator = \"|\"", "map.toml:4:"},
+           Case{"skip = 1", "skip = -1", "map.toml:6:"},
+           Case{"unit = \"ms\"", "unit = \"min\"", "map.toml:9:"},
+           Case{"column = \"t\"\nunit = \"ms\"", "interval = \"0 s\"", "map.toml:8:"},
+           Case{"name = \"die\"", "name = \"slot\"", "map.toml:10:"},
+           Case{"scale = 0.5", "scale = 0", "map.toml:13:"},
+           Case{"kind = \"rate\"", "kind = \"angle\"", "map.toml:17:"},
+           Case{"gradients = [\"die\"]", "gradients = [\"dye\"]", "map.toml:20:"},
+           Case{"name = \"bench\"", "name = \"bench\"\nnonsense = 1", "map.toml:3:"},
+           Case{"[file]", "[file", "map.toml:3:"},
+       }) {
+    const auto map = parse_import_map(replaced(kMap, mistake.from, mistake.to), "map.toml");
+    ASSERT_FALSE(map) << mistake.to;
+    EXPECT_EQ(map.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(map.error().where.rfind(mistake.place, 0), 0u) << mistake.to << " → " << text(map.error());
+  }
+}
+
+TEST(ImportMap, EveryShippedMapIsGood) {
+  int maps = 0;
+  for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/imports")) {
+    const auto map = load_import_map(file.path());
+    EXPECT_TRUE(map) << text(map.error());
+    ++maps;
+  }
+  EXPECT_GE(maps, 3);
+}
+
+TEST(ImportMap, MissingFileIsABadFile) {
+  EXPECT_EQ(load_import_map("/nowhere/map.toml").error().kind, FaultKind::bad_file);
+}
+
+}  // namespace
+
 namespace {
 
 ImportMap rate_map() {
@@ -205,4 +303,5 @@ TEST(Import, NeverOverwritesARecord) {
 }
 
 }  // namespace
+
 }  // namespace gyrotherm

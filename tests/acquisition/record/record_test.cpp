@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "acquisition/record/calibration.hpp"
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
@@ -74,42 +74,6 @@ TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
   }
 }
 
-/// As programs wrote it that did not know chains and states, and, older still, calibrations, streams and frames.
-void make_older(const std::string& path, bool older_still = true) {
-  auto database = Database::open(path, Access::read_write, 0).value();
-  ASSERT_TRUE(database.execute(
-      "PRAGMA user_version = 1; UPDATE meta SET value = 'gyrotherm-run/1' WHERE key = 'schema';"
-      "DELETE FROM meta WHERE key LIKE 'chain%'; ALTER TABLE sample DROP COLUMN state;"
-      "ALTER TABLE sample DROP COLUMN chain; DROP TABLE fault; ALTER TABLE event DROP COLUMN chain;"
-      "CREATE TABLE fault(slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL, \"where\" TEXT NOT NULL,"
-      " what TEXT NOT NULL);"
-      "ALTER TABLE gap DROP COLUMN chain; ALTER TABLE frames DROP COLUMN head"));
-  if (!older_still) return;
-  ASSERT_TRUE(
-      database.execute("DROP TABLE calibration; DROP TABLE frames; DELETE FROM meta WHERE key = 'gyro_stream_text'"));
-}
-
-TEST(Record, OfTheSchemaBeforeChainsIsReadAndGoneOnWith) {
-  const Folder folder;
-  store_with(folder / "run.db", 5).reset();
-  make_older(folder / "run.db", false);
-  EXPECT_EQ(read_record(folder / "run.db")->slot.size(), 5u);
-  const auto store = Store::reopen(folder / "run.db");
-  ASSERT_TRUE(store) << text(store.error());
-  Sample sample = sample_at(5);
-  sample.gyro.value = failure(FaultKind::timeout, "gyro", "silent");
-  const Event event{sample.at, EventKind::note, "a note"};
-  ASSERT_TRUE((*store)->append(sample, std::span(&event, 1)));
-  ASSERT_TRUE((*store)->append_gap(6, 8, "late"));
-  ASSERT_TRUE((*store)->finish());
-  const auto record = read_record(folder / "run.db");
-  ASSERT_TRUE(record) << text(record.error());
-  EXPECT_EQ(record->slot.back(), 5);
-  EXPECT_EQ(record->gaps.size(), 1u);
-  EXPECT_EQ(record->events.size(), 1u);
-  EXPECT_EQ(record->state.back(), RunState::execute);
-}
-
 TEST(Record, KeepsTheStateOfEachSecond) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 1);
@@ -119,23 +83,6 @@ TEST(Record, KeepsTheStateOfEachSecond) {
   ASSERT_TRUE(store->finish());
   EXPECT_EQ(read_record(folder / "run.db")->state, (std::vector{RunState::execute, RunState::suspended}));
   EXPECT_EQ(read_status(folder / "run.db")->state, RunState::suspended);
-}
-
-TEST(Record, OfAnOlderProgramIsReadAndGoneOnWith) {
-  const Folder folder;
-  store_with(folder / "run.db", 5).reset();
-  make_older(folder / "run.db");
-  const auto record = read_record(folder / "run.db");
-  ASSERT_TRUE(record) << text(record.error());
-  EXPECT_EQ(record->slot.size(), 5u);
-  EXPECT_EQ(record->info.thermometers[1].offset, Kelvins{-0.25});
-  EXPECT_TRUE(record->info.thermometers[1].polynomial.empty());
-  EXPECT_FALSE(read_status(folder / "run.db")->frames);
-  const auto store = Store::reopen(folder / "run.db");
-  ASSERT_TRUE(store) << text(store.error());
-  ASSERT_TRUE((*store)->append(sample_at(5), {}));
-  EXPECT_EQ((*store)->sync().value_or(-2), 5);
-  ASSERT_TRUE((*store)->finish());
 }
 
 TEST(Record, GivesBackEachSampleToTheBit) {

@@ -4,6 +4,9 @@
 
 #include <fstream>
 
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
@@ -181,4 +184,184 @@ TEST(Store, LeavesAFileWhoseLogWasStolenAsItIs) {
 }
 
 }  // namespace
+
+namespace {
+
+StoreOptions in_background() { return {.background = true, .retry = std::chrono::milliseconds(20)}; }
+
+/// The status file; the process that writes a record does not open it.
+RunStatus told_of(const std::string& path) {
+  std::ifstream file(status_path(path));
+  return parse_status(std::string(std::istreambuf_iterator<char>(file), {}), "status").value();
+}
+
+std::unique_ptr<Store> background_store(const std::string& path, std::int64_t count) {
+  auto store = Store::create(path, two_thermometers(), in_background());
+  EXPECT_TRUE(store) << text(store.error());
+  for (std::int64_t slot = 0; slot < count; ++slot) EXPECT_TRUE((*store)->append(sample_at(slot), {}));
+  EXPECT_TRUE((*store)->settle(kLong));
+  return std::move(*store);
+}
+
+TEST(BackgroundStore, AcknowledgesWhatTheDiskHasAndNothingElse) {
+  const Folder folder;
+  auto store = background_store(folder / "run.db", 5);
+  EXPECT_EQ(store->health().backlog_s, 0);
+  ASSERT_TRUE(store->append(sample_at(5), {}));
+  EXPECT_EQ(store->health().backlog_s, 1);
+  store.reset();
+  EXPECT_EQ(read_record(folder / "run.db").value().slot.back(), 4) << "not synced";
+}
+
+TEST(BackgroundStore, KeepsTheLawOfSlots) {
+  const Folder folder;
+  const auto store = background_store(folder / "run.db", 3);
+  EXPECT_FALSE(store->append(sample_at(2), {}));
+  EXPECT_FALSE(store->append(sample_at(5), {}));
+  EXPECT_TRUE(store->append_gap(3, 4, "late"));
+  EXPECT_TRUE(store->append(sample_at(5), {}));
+}
+
+TEST(BackgroundStore, WritesTheSameRecordAsTheInlineOne) {
+  const Folder folder;
+  for (const bool background : {false, true}) {
+    auto store =
+        Store::create(folder / (background ? "b.db" : "a.db"), two_thermometers(), {.background = background}).value();
+    const Event event{sample_at(0).at, EventKind::started, "a profile"};
+    ASSERT_TRUE(store->append_event(event));
+    for (int slot = 0; slot < 50; ++slot) {
+      Sample sample = sample_at(slot);
+      if (slot % 7 == 0) sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");
+      ASSERT_TRUE(store->append(sample, std::span(&event, slot % 5 == 0 ? 1 : 0)));
+      ASSERT_TRUE(store->sync());
+    }
+    ASSERT_TRUE(store->append_gap(50, 59, "late"));
+    ASSERT_TRUE(store->finish());
+  }
+  const auto a = read_record(folder / "a.db").value();
+  const auto b = read_record(folder / "b.db").value();
+  EXPECT_EQ(a.slot, b.slot);
+  EXPECT_EQ(a.gyro, b.gyro);
+  EXPECT_EQ(a.gaps.size(), b.gaps.size());
+  EXPECT_EQ(a.events.size(), b.events.size());
+  EXPECT_TRUE(b.finished);
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.db-wal"));
+}
+
+TEST(BackgroundStore, TakesNothingAfterItsEnd) {
+  const Folder folder;
+  const auto store = background_store(folder / "run.db", 1);
+  ASSERT_TRUE(store->finish());
+  EXPECT_FALSE(store->append(sample_at(1), {}));
+  EXPECT_FALSE(store->sync());
+  EXPECT_FALSE(store->finish());
+}
+
+TEST(BackgroundStore, GoesOnInANewFileWhenItsLogIsStolenAndNothingAcknowledgedIsLost) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = background_store(path, 100);
+  std::filesystem::remove(path + "-wal");
+  for (int slot = 100; slot < 110; ++slot) ASSERT_TRUE(store->append(sample_at(slot), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->sync().value(), 109);
+  EXPECT_EQ(store->health().parts, 2);
+  EXPECT_EQ(store->health().trouble, "");
+  const auto status = told_of(path);
+  EXPECT_TRUE(status.being_written);
+  EXPECT_EQ(status.acknowledged, 109);
+  EXPECT_EQ(status.parts, (std::vector<std::string>{folder / "run.2.db"}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+
+  const auto record = read_record(path);
+  ASSERT_TRUE(record) << text(record.error());
+  ASSERT_EQ(record->slot.size(), 110u);
+  EXPECT_TRUE(record->finished);
+  EXPECT_TRUE(record->gaps.empty());
+  ASSERT_EQ(record->events.size(), 1u);
+  EXPECT_EQ(record->events[0].slot, 99);
+  EXPECT_NE(record->events[0].event.text.find("goes on in run.2.db"), std::string::npos)
+      << record->events[0].event.text;
+  EXPECT_EQ(read_status(path)->slot, 109);
+}
+
+TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto store = background_store(path, 10);
+  std::filesystem::remove(path + "-wal");
+  ASSERT_TRUE(store->append(sample_at(10), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  store.reset();
+  auto again = Store::reopen(path, in_background());
+  ASSERT_TRUE(again) << text(again.error());
+  ASSERT_TRUE((*again)->append_gap(11, 40, "power cut"));
+  ASSERT_TRUE((*again)->append(sample_at(41), {}));
+  ASSERT_TRUE((*again)->finish());
+  again->reset();
+  const auto record = read_record(path).value();
+  EXPECT_EQ(record.slot.back(), 41);
+  EXPECT_EQ(record.slot.size(), 12u);
+  EXPECT_TRUE(record.finished);
+}
+
+/// The writer died between the two: what the part was begun for is still where it was.
+TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  background_store(path, 10).reset();
+  const Continuation continuation{.part = 2, .before = "run.db", .from = 0, .cause = "an I/O error"};
+  ASSERT_TRUE(RunFile::create(part_path(path, 2), two_thermometers(), continuation));
+  EXPECT_EQ(read_record(path).value().slot.size(), 10u);
+  EXPECT_TRUE(verify_record(path));
+  auto store = Store::reopen(path, in_background()).value();
+  ASSERT_TRUE(store->append(sample_at(10), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  std::filesystem::remove(path + "-wal");
+  ASSERT_TRUE(store->append(sample_at(11), {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto record = read_record(path).value();
+  EXPECT_EQ(record.slot.size(), 12u);
+  EXPECT_TRUE(record.finished);
+  EXPECT_EQ(last_part(path).value(), 3);
+}
+
+TEST(BackgroundStore, TakesAFileOfAnotherRunForNoPartOfItsOwn) {
+  const Folder folder;
+  RunInfo other = two_thermometers();
+  other.id[0] = 'f';
+  ASSERT_TRUE(Store::create(folder / "run.2.db", other));
+  const auto path = folder / "run.db";
+  auto store = background_store(path, 10);
+  std::filesystem::remove(path + "-wal");
+  ASSERT_TRUE(store->append(sample_at(10), {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(read_record(path).value().slot.size(), 11u);
+  EXPECT_EQ(last_part(path).value(), 3);
+}
+
+TEST(BackgroundStore, TellsInTheStatusFileWhatIsPublished) {
+  const Folder folder;
+  const auto store = background_store(folder / "run.db", 3);
+  store->publish({.state = RunState::suspended,
+                  .cause = "the door is open",
+                  .time_left = std::chrono::seconds(90),
+                  .behind_plan = std::chrono::seconds(12),
+                  .missed_set_points = 2,
+                  .faults = {"chamber: door"}});
+  ASSERT_TRUE(store->settle(kLong));
+  const auto status = told_of(folder / "run.db");
+  EXPECT_EQ(status.state, RunState::suspended);
+  EXPECT_EQ(status.cause, "the door is open");
+  EXPECT_EQ(status.time_left_s, 90);
+  EXPECT_EQ(status.behind_plan_s, 12);
+  EXPECT_EQ(status.missed_set_points, 2);
+  EXPECT_EQ(status.faults_now, (std::vector<std::string>{"chamber: door"}));
+}
+
+}  // namespace
+
 }  // namespace gyrotherm

@@ -106,7 +106,7 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
   const std::string good = to_json(small_svr_model());
   const struct {
     std::string json, where;
-  } laws[] = {{replaced(good, "gyrotherm-model/2", "gyrotherm-model/9"), "/schema"},
+  } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "/schema"},
               {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
               {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "/function/form"},
               {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/factors/0/kind"},

@@ -5,9 +5,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "acquisition/record/background_store.hpp"
-#include "acquisition/record/record_status.hpp"
+#include "acquisition/record/record_writer.hpp"
 #include "acquisition/record/run_file.hpp"
+#include "acquisition/record/status.hpp"
+#include "acquisition/record/store.hpp"
 #include "tests/sequencer/faults/fault_injector.hpp"
 
 namespace gyrotherm {

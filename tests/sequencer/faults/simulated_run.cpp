@@ -7,8 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "acquisition/record/chain_check.hpp"
-#include "acquisition/record/manifest.hpp"
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "sequencer/run/resume.hpp"

@@ -1,4 +1,4 @@
-#include "acquisition/record/calibration.hpp"
+#include "acquisition/record/run_info.hpp"
 
 #include <gtest/gtest.h>
 

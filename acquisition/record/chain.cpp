@@ -1,26 +1,134 @@
-#include "acquisition/record/chain_check.hpp"
+#include "acquisition/record/chain.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <utility>
 #include <vector>
 
-#include "acquisition/record/manifest.hpp"
-#include "acquisition/record/record_rows.hpp"
-#include "acquisition/record/run_info_rows.hpp"
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
+#include "core/file.hpp"
+#include "core/sha256.hpp"
 
 namespace gyrotherm {
+
+void RowChain::begin(std::string_view table) {
+  row_.assign(reinterpret_cast<const char*>(head_.data()), head_.size());
+  add(table);
+}
+
+void RowChain::add_bits(char type, std::uint64_t bits) {
+  static_assert(std::endian::native == std::endian::little, "the bytes of a number are hashed least first");
+  char bytes[1 + sizeof bits];
+  bytes[0] = type;
+  std::memcpy(bytes + 1, &bits, sizeof bits);
+  row_.append(bytes, sizeof bytes);
+}
+
+void RowChain::add_integer(std::int64_t value) { add_bits('i', static_cast<std::uint64_t>(value)); }
+
+void RowChain::add(double value) {
+  constexpr double kLargest = 9.2e18;  // of SQLite's integers, about
+  if (std::isnan(value)) return add_null();
+  if (std::abs(value) < kLargest && value == std::floor(value)) return add_integer(static_cast<std::int64_t>(value));
+  add_bits('r', std::bit_cast<std::uint64_t>(value));
+}
+
+void RowChain::add(std::string_view value) {
+  add_bits('t', value.size());
+  row_ += value;
+}
+
+void RowChain::add_null() { row_ += 'n'; }
+
+std::int64_t RowChain::end() {
+  Sha256 hash;
+  hash.add(row_);
+  head_ = hash.digest();
+  std::int64_t beginning{};
+  std::memcpy(&beginning, head_.data(), sizeof beginning);
+  return beginning;
+}
+
 namespace {
 
-constexpr const char* kUnchained = "was made by an older program, whose records have no chain";
+std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+Result<std::string> hash_of(const std::string& path) {
+  const auto file = open_regular_file(path);
+  if (!file) return failure(file.error());
+  Sha256 hash;
+  std::array<char, 65536> piece;
+  for (std::uint64_t left = file->size; left > 0;) {
+    const auto count = ::read(file->descriptor.number(), piece.data(), std::min<std::uint64_t>(piece.size(), left));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(FaultKind::bad_file, path, std::string("cannot be read: ") + std::strerror(errno));
+    if (count == 0) return failure(FaultKind::bad_file, path, "cannot be read: it became shorter meanwhile");
+    hash.add({piece.data(), static_cast<std::size_t>(count)});
+    left -= static_cast<std::uint64_t>(count);
+  }
+  return hex(hash.digest());
+}
+
+}  // namespace
+
+std::string manifest_path(const std::string& record_path) { return record_path + ".sha256"; }
+
+Result<void> write_manifest(const std::string& record_path, int last_part) {
+  std::string text;
+  for (int part = 1; part <= last_part; ++part)
+    for (const char* suffix : {"", "-wal"}) {
+      const auto path = part_path(record_path, part) + suffix;
+      if (!is_there(path)) continue;
+      const auto hash = hash_of(path);
+      if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
+      text += fmt::format("{}  {}\n", *hash, name_of(path));
+    }
+  return replace_own_file(manifest_path(record_path), text);
+}
+
+Result<std::optional<std::set<std::string>>> check_manifest(const std::string& record_path) {
+  const auto refuse = [&](const char* why) { return failure(FaultKind::bad_file, manifest_path(record_path), why); };
+  const auto text = read_text_file_if_any(manifest_path(record_path));
+  if (!text) return failure(text.error());
+  if (!*text) return std::nullopt;
+  const auto folder = std::filesystem::path(record_path).parent_path();
+  std::istringstream lines(**text);
+  std::set<std::string> names;
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::size_t kName = 66;  // after 64 digits and two blanks
+    if (line.size() <= kName) return refuse("is no manifest");
+    const auto name = name_of(line.substr(kName));
+    const auto path = (folder / name).string();
+    const auto hash = hash_of(path);
+    if (!hash) return failure(hash.error());
+    if (*hash != line.substr(0, 64))
+      return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
+    names.insert(name);
+  }
+  if (!names.contains(name_of(record_path))) return refuse("does not name the record");
+  for (const auto& name : names)
+    if (const auto log = name + "-wal"; !names.contains(log) && is_there((folder / log).string()))
+      return failure(FaultKind::bad_file, (folder / log).string(), "was not there when the run was closed");
+  return names;
+}
+
+namespace {
 
 void add_column(RowChain& chain, const Statement& row, int column) {
   switch (row.type(column)) {
@@ -197,9 +305,6 @@ Digest end_hash(RowChain chain, std::int64_t seen, std::int64_t lost, std::int64
 }
 
 Result<CheckedChain> check_chain(Database& database, const std::string& path) {
-  const auto version = schema_version(database, path);
-  if (!version) return failure(version.error());
-  if (*version < kFirstChained) return failure(FaultKind::bad_file, path, kUnchained);
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
   const auto seals = read_seals(database);
@@ -250,10 +355,8 @@ Result<Verified> verify_record(const std::string& path) {
 
 Result<void> close_record(const std::string& path, int last_part) {
   if (last_part > 1)
-    if (auto whole = verify_record(path); !whole && !is_unchained(whole.error())) return failure(whole.error());
+    if (auto whole = verify_record(path); !whole) return failure(whole.error());
   return write_manifest(path, last_part);
 }
-
-bool is_unchained(const Fault& fault) { return fault.kind == FaultKind::bad_file && fault.what == kUnchained; }
 
 }  // namespace gyrotherm

@@ -1,5 +1,5 @@
 /// Logs as SQLite writes them, and with a byte of another value.
-#include "acquisition/record/log_check.hpp"
+#include "acquisition/record/file_watch.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "acquisition/record/live_rows.hpp"
+#include "acquisition/record/csv.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,109 @@
+/// The rows of a record: what one call of Store puts in (the rows of a second, of a gap, or of an event that came
+/// alone), and how they come out of the file.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/sqlite.hpp"
+#include "core/result.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm {
+
+// What one call of Store puts into the record: the rows of a second, of a gap, or of an event that came alone.
+
+inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+/// A row of the table `sample`, as written and as read; NaN or nothing is stored as NULL. An imported record has no
+/// progress and no state.
+struct SampleRow {
+  std::int64_t slot{};
+  Duration monotonic{};
+  std::optional<Duration> utc{};
+  double chamber_air_c{kMissing};
+  double chamber_set_point_c{kMissing};
+  std::vector<double> thermometers_c{};
+  double gyro{kMissing};
+  std::optional<Duration> interval{};
+  std::optional<ProfilePosition> progress{};
+  std::optional<RunState> state{};
+};
+
+struct Entry {
+  struct MissingReading {
+    std::string channel;
+    Fault fault;
+  };
+  std::int64_t first{};  ///< slots that it accounts for; none if after `last`
+  std::int64_t last{};   ///< events belong to this one
+  std::optional<SampleRow> sample{};
+  std::string gap_cause{};  ///< where there is no sample
+  std::vector<MissingReading> missing{};
+  std::vector<Event> events{};
+
+  [[nodiscard]] bool is_gap() const { return !sample && first <= last; }
+  [[nodiscard]] std::int64_t slots() const { return last - first + 1; }
+};
+
+[[nodiscard]] Entry entry_of(const Sample& sample, std::span<const Event> events, const RunInfo& info);
+[[nodiscard]] Entry gap_entry(std::int64_t first, std::int64_t last, const std::string& cause);
+/// An event after slot `last`.
+[[nodiscard]] Entry event_entry(std::int64_t last, const Event& event);
+
+// The rows of a record as they come out of the file.
+
+struct Record;
+
+/// Everything that one open file holds. Fails with storage.
+[[nodiscard]] Result<Record> record_of(Database& database);
+
+/// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
+using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
+
+/// One column of the table `sample`: the one place where it is named. Schema, insert, hash chain and reading follow it.
+struct SampleColumn {
+  const char* name;
+  const char* type;
+  Cell (*cell)(const SampleRow& row);
+  /// Puts a value that is not NULL into a row in which nothing is known yet.
+  void (*take)(SampleRow& row, const Statement& from, int column);
+};
+/// The columns before those of the thermometers, which are REAL and named like their channels, and the ones after them.
+[[nodiscard]] std::span<const SampleColumn> columns_before_thermometers();
+[[nodiscard]] std::span<const SampleColumn> columns_after_thermometers();
+
+/// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or
+/// beside it changes, comes or goes, and no writer can begin while it is open. Fails with bad_file, also if a journal
+/// lies beside it; with storage if it is being written or damaged.
+[[nodiscard]] Result<Database> open_record(const std::string& path);
+
+/// Calls `use` with each sample in order of slots; the row is overwritten by the next.
+[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info,
+                                       const std::function<void(const SampleRow&)>& use);
+
+/// Whether a run's clock, or the wall's, could show it, until 2116: differences of such times do not overflow.
+[[nodiscard]] constexpr bool is_possible_time(Duration time) {
+  return time >= Duration{} && time <= Duration(std::int64_t{1} << 62);
+}
+
+/// The last sample, if there is one.
+[[nodiscard]] Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& info);
+
+/// The last slot that has a sample or lies in a gap; −1 if none.
+[[nodiscard]] Result<std::int64_t> last_slot(Database& database);
+
+/// The reverse of name(…); an unknown name gives the first of them.
+[[nodiscard]] Phase phase_named(std::string_view text);
+[[nodiscard]] EventKind event_kind_named(std::string_view text);
+[[nodiscard]] RunState run_state_named(std::string_view text);
+
+}  // namespace gyrotherm

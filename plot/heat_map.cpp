@@ -1,7 +1,5 @@
 #include "plot/heat_map.hpp"
 
-#include "plot/colour.hpp"
-#include "plot/format.hpp"
 #include "plot/svg.hpp"
 
 namespace gyrotherm {

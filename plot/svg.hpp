@@ -2,10 +2,71 @@
 /// equal bytes.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
+#include "plot/png.hpp"
+
 namespace gyrotherm {
+
+/// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after
+/// eight.
+[[nodiscard]] std::string palette(std::size_t index);
+
+namespace colour {
+inline constexpr const char* kSetPoint = "#c8401b";
+inline constexpr const char* kTemperature = "#0072b2";
+inline constexpr const char* kBias = "#00855f";
+inline constexpr const char* kRaw = "#9aa1a9";
+inline constexpr const char* kThreePoint = "#d55e00";
+inline constexpr const char* kMultiPoint = "#0072b2";
+inline constexpr const char* kMultiPointT = "#00855f";
+inline constexpr const char* kInk = "#1d2733";
+inline constexpr const char* kFaintInk = "#5b6673";
+inline constexpr const char* kGrid = "#e3e7ec";
+inline constexpr const char* kFineGrid = "#f1f3f6";
+inline constexpr const char* kFloor = "#f1e3b8";
+inline constexpr const char* kSimulated = "#a8371b";
+}  // namespace colour
+
+/// A shade from near white (0) to deep blue (1), as "#rrggbb"; outside 0…1 the nearer end.
+[[nodiscard]] std::string shade(double fraction);
+
+/// From cold (0) to hot (1): blue, pale yellow, red, after ColorBrewer's RdYlBu; outside 0…1 the nearer end.
+[[nodiscard]] Rgb heat(double fraction);
+
+/// Whether white text reads better than dark text on shade(fraction).
+[[nodiscard]] bool shade_is_dark(double fraction);
+
+/// Fixed decimals with a true minus sign; "–" for NaN, and never a negative zero: decimal(0.00214, 4) is "0.0021".
+[[nodiscard]] std::string decimal(double value, int digits);
+
+/// A bias or a residual in °/h, with four decimals as in the paper's tables.
+[[nodiscard]] std::string bias_text(double deg_per_h);
+
+/// A fraction in per cent with one decimal: percent(0.76404) is "76.4 %".
+[[nodiscard]] std::string percent(double fraction);
+
+/// Three significant digits: 1.23e-05 is "1.23 × 10⁻⁵" and 4.84 stays "4.84"; for certificates and tuned parameters.
+[[nodiscard]] std::string significant(double value);
+
+/// The label of a logarithmic axis: "0.02" and "500" near 1, "10⁻⁵" and "2 × 10⁻⁵" far from it.
+[[nodiscard]] std::string digit_and_power(int digit, int exponent);
+
+/// A value and its standard error, both to the second digit of the error: "0.00214 ± 0.00006". Without an error, as
+/// significant() gives the value.
+[[nodiscard]] std::string with_error(double value, double error);
+
+/// A standard error alone, to its second digit: "0.000057".
+[[nodiscard]] std::string error_text(double error);
+
+/// A length of time in hours with two decimals: "18.67 h".
+[[nodiscard]] std::string hours_text(double seconds);
+
+/// Text made safe inside SVG and HTML, in elements and in attributes. Control characters, which XML forbids, are
+/// dropped.
+[[nodiscard]] std::string escaped(std::string_view text);
 
 enum class Anchor { start, middle, end };
 

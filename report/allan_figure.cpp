@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "core/quantity.hpp"
-#include "plot/colour.hpp"
 #include "plot/plot.hpp"
+#include "plot/svg.hpp"
 
 namespace gyrotherm {
 namespace {

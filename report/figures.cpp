@@ -4,10 +4,9 @@
 
 #include <cmath>
 
-#include "plot/colour.hpp"
-#include "plot/format.hpp"
 #include "plot/heat_map.hpp"
 #include "plot/plot.hpp"
+#include "plot/svg.hpp"
 #include "report/allan_figure.hpp"
 
 namespace gyrotherm {

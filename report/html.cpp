@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "plot/format.hpp"
+#include "plot/svg.hpp"
 #include "report/html_results.hpp"
 #include "report/html_sections.hpp"
 #include "report/style_sheet.hpp"

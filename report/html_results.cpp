@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "plot/format.hpp"
+#include "plot/svg.hpp"
 #include "report/html_per_model.hpp"
 #include "report/html_table.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "plot/format.hpp"
+#include "plot/svg.hpp"
 #include "report/html_per_model.hpp"
 #include "report/html_table.hpp"
 

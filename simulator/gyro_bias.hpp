@@ -2,15 +2,95 @@
 /// the gain arms, the mirrors and the block's mean, which no thermometer shows.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
 #include "core/quantity.hpp"
-#include "simulator/bias_parameters.hpp"
-#include "simulator/hysteresis.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
+
+/// Flow of the gas in the two discharge arms, against each other along the light's path.
+struct GasFlow {
+  double shift_deg_per_h_per_cm_per_s{};  ///< of the bias per unbalance of the flows
+  double velocity_cm_per_s{};             ///< in each arm at 20 °C and nominal current
+  double exponent{};                      ///< of the arm's absolute temperature: that of the gas' viscosity
+  double unbalance{};                     ///< relative, of the arms' currents and bores: (left − right) / mean
+};
+
+/// One periodic contribution of the mirrors' backscatter, whose phase follows the length of the light's path.
+struct BackscatterWave {
+  double deg_per_h{};
+  double period_k{};  ///< of the path's temperature
+  double phase_deg{};
+};
+
+/// One play operator: friction between parts that expand differently.
+struct HysteresisPlay {
+  double half_width_k{};
+  double deg_per_h{};  ///< while the temperature rises beyond the half-width; the opposite while it falls
+};
+
+/// Steps of the path-length control from one longitudinal mode to the next. Off while kelvin_per_mode is 0.
+struct ModeHops {
+  double kelvin_per_mode{};  ///< of the path's temperature, for one wavelength of its length
+  double reach_modes{};      ///< what the actuator can follow, to either side
+  double step_deg_per_h{};   ///< of the bias, per mode
+};
+
+struct BiasPhysics {
+  GasFlow flow;
+  std::array<double, 4> mirror_deg_per_h_per_k{};  ///< of mirrors B, C, F, H above the block's mean
+  double linear_deg_per_h_per_k{};                 ///< of the block's mean above 20 °C
+  double quadratic_deg_per_h_per_k2{};
+  std::vector<BackscatterWave> waves;
+  std::vector<HysteresisPlay> plays;
+  ModeHops mode_hops;
+};
+
+/// The play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989, section 2): follows its input only
+/// once that has moved by the half-width. Independent of rate: only turning points count.
+class Play {
+ public:
+  /// `half_width_k` ≥ 0; starts midway.
+  Play(double half_width_k, double input_c) : half_width_k_(half_width_k), output_c_(input_c) {}
+
+  void follow(double input_c) {
+    output_c_ = std::clamp(output_c_, input_c - half_width_k_, input_c + half_width_k_);
+    lag_k_ = input_c - output_c_;
+  }
+  /// Input less output: between −half_width and half_width, positive after heating.
+  [[nodiscard]] double lag_k() const { return lag_k_; }
+
+ private:
+  double half_width_k_;
+  double output_c_;
+  double lag_k_{};
+};
+
+/// The mode that the path-length control is locked to, as the light's path grows by one wavelength per
+/// kelvin_per_mode: it stays until its actuator is at its end, then takes the mode nearest to the actuator's middle.
+class ModeLock {
+ public:
+  /// Locked at `start_c` with its actuator in the middle.
+  ModeLock(const ModeHops& hops, double start_c) : hops_(hops), start_c_(start_c) {}
+
+  void follow(double path_c) {
+    if (hops_.kelvin_per_mode == 0) return;
+    const double wanted = (path_c - start_c_) / hops_.kelvin_per_mode;
+    if (std::abs(wanted - mode_) > hops_.reach_modes) mode_ = std::round(wanted);
+  }
+  /// Whole wavelengths from where it started.
+  [[nodiscard]] double mode() const { return mode_; }
+
+ private:
+  ModeHops hops_;
+  double start_c_;
+  double mode_{};
+};
 
 using InnerTemperatures = std::span<const double, kThermalOutputs>;  ///< °C, in the order of ThermalOutput
 

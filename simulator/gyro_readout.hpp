@@ -3,13 +3,45 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/quantity.hpp"
 #include "core/random.hpp"
-#include "simulator/flicker.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {
+
+/// A stationary first-order Markov (Ornstein-Uhlenbeck) process.
+struct MarkovProcess {
+  double sigma{};
+  double correlation_time_s{};
+};
+
+/// Processes, two a decade, whose spectra add up to flicker noise of level `instability` = B from frequency
+/// 1/(2π longest_s) to 1/(2π shortest_s): two-sided S(f) = B²/(2πf), Allan deviation B √(2 ln 2/π) between (IEEE Std
+/// 952, annex C). Equal variances at times spaced evenly on a logarithmic scale give that: ∫ 2σ²τ/(1 + (2πfτ)²) d ln τ
+/// = σ²/(2f), so σ² = B²/π per unit of ln τ. Asserts 0 < shortest_s ≤ longest_s.
+[[nodiscard]] std::vector<MarkovProcess> flicker_processes(double instability, double shortest_s, double longest_s);
+
+/// The sum of such processes, once a second.
+class Flicker {
+ public:
+  /// Starts from the stationary distribution.
+  Flicker(const std::vector<MarkovProcess>& processes, RandomStream random);
+
+  void step();
+  [[nodiscard]] double value() const { return sum_; }
+
+ private:
+  struct Part {
+    double memory;  ///< per second
+    double fresh;
+    double value;
+  };
+  std::vector<Part> parts_;
+  RandomStream random_;
+  double sum_{};
+};
 
 /// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
 /// The rate is bias + Earth rate + turn-on offset + what drifts: a first-order Markov process and bias instability

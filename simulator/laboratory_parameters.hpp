@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "simulator/bias_parameters.hpp"
+#include "simulator/gyro_bias.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/thermal_spread.hpp"
 

@@ -10,7 +10,6 @@
 #include <string>
 #include <string_view>
 
-#include "thermal/reduced/air.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {

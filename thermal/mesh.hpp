@@ -9,12 +9,14 @@
 /// near it in such a way that its area is the true one.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
 #include "thermal/gyro_model.hpp"
+#include "thermal/gyro_parts.hpp"
 
 namespace gyrotherm {
 
@@ -94,5 +96,36 @@ void number_nodes(GyroMesh& mesh);
 
 /// Share of a part in a brick's class.
 [[nodiscard]] double share_of(const BrickClass& brick, GyroPart part);
+
+/// Lines on the faces of all boxes, on flat faces, hole and hub; each interval is divided evenly into the nearest whole
+/// number of pieces of `edge_mm`, at least one. mm.
+struct GridLines {
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> z;
+};
+[[nodiscard]] GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge_mm);
+
+/// A brick's contents, and how much of its plan is solid (from 0 to 1).
+struct BrickContents {
+  std::array<double, kGyroParts> share{};
+  double plan_share{};
+  std::array<double, 3> across{};  ///< some vector across the face that cuts it, zero: none
+  bool whole = true;               ///< lies in one box, or in nothing that is cut
+};
+
+/// By brick index. The shares add up to 1 in full mode, to at most 1 in block mode.
+[[nodiscard]] std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroParts& parts,
+                                                        const GridLines& lines);
+
+/// Drops the cut bricks of which less than half of the plan is solid; what they hold goes to the fullest of the four
+/// neighbours beside them that stays. Volumes and plan areas keep their sums.
+void consolidate(std::vector<BrickContents>& contents, const GridLines& lines);
+
+/// The film on the block, its mirrors and what stands on it, by brick and face: level faces by the plan area of the
+/// brick, flat upright faces where the wall lies, slanted walls spread over the brick faces near them. The hole's wall
+/// carries none. Sums are the true areas.
+[[nodiscard]] std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
+                                               const std::vector<BrickContents>& contents);
 
 }  // namespace gyrotherm

@@ -6,16 +6,81 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <map>
 #include <optional>
 
+#include "core/random.hpp"
 #include "thermal/affine_matrix.hpp"
-#include "thermal/reduced/thermal_modes.hpp"
-#include "thermal/reduced_basis.hpp"
-#include "thermal/thermal_samples.hpp"
+#include "thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm {
 namespace {
+
+constexpr double kColdest_c = -60;
+constexpr double kHottest_c = 80;
+
+std::vector<double> evenly(double first, double last, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(first + (last - first) * i / (count - 1));
+  return values;
+}
+
+/// 0, and evenly in the logarithm between the slowest mode of such a gyro and what its thermometers hardly see.
+std::vector<double> rates(double slowest, double fastest, int count) {
+  std::vector<double> values{0};
+  for (const double exponent : evenly(std::log(slowest), std::log(fastest), count))
+    values.push_back(std::exp(exponent));
+  return values;
+}
+
+/// Conductivities of gaps that are all alike: those of the gap that conducts worst, from cold to heat, and up to
+/// 0.06 W/(m·K) at least.
+struct Interval {
+  double lowest;
+  double highest;
+  [[nodiscard]] double at(double share) const { return lowest + share * (highest - lowest); }
+};
+
+Interval alike(const ReducedModel& about) {
+  constexpr double kHighest = 0.06;
+  const auto cold = coefficients_at(about, kColdest_c, GyroFilm::still);
+  const auto hot = coefficients_at(about, kHottest_c, GyroFilm::still);
+  return {std::min({cold[0], cold[1], cold[2]}), std::max(kHighest, std::min({hot[0], hot[1], hot[2]}))};
+}
+
+double film_of(const ReducedModel& about, GyroFilm film) {
+  return film == GyroFilm::still ? about.still_film_w_per_m2_k : about.chamber_film_w_per_m2_k;
+}
+
+/// All gaps alike, at `share` of their span.
+ThermalPoint gaps_alike(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
+  const double k = alike(about).at(share);
+  return {{k, k, k, film_of(about, film)}, rate_per_s};
+}
+
+/// Under both films: the air's own coefficients at some temperatures, and all gaps alike at some shares of their span.
+std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<double>& air_c,
+                                 const std::vector<double>& shares, const std::vector<double>& rates_per_s) {
+  std::vector<ThermalPoint> found;
+  for (const double s : rates_per_s) {
+    for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
+      for (const double t : air_c) found.push_back({coefficients_at(about, t, film), s});
+      for (const double share : shares) found.push_back(gaps_alike(about, share, film, s));
+    }
+  }
+  return found;
+}
+
+constexpr std::uint64_t kSums = 1024;  ///< spread of a squared norm: sqrt(2 / 1024), 4 %
+constexpr double kNewest = 1e-6;       ///< a field with less than this of itself outside the basis brings nothing
+
+void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
+  const auto before = matrix.rows();
+  matrix.conservativeResize(size, size);
+  matrix.rightCols(size - before).setZero();
+  matrix.bottomRows(size - before).setZero();
+}
 
 using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
 
@@ -265,6 +330,127 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
 }
 
 }  // namespace
+
+std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
+}
+
+std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
+}
+
+std::vector<ThermalPoint> check_points(const ReducedModel& about) {
+  return {gaps_alike(about, 0.05, GyroFilm::still, 0),
+          gaps_alike(about, 0.9, GyroFilm::chamber, 0),
+          gaps_alike(about, 0.2, GyroFilm::still, 5e-4),
+          gaps_alike(about, 0.63, GyroFilm::chamber, 3e-3),
+          {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3},
+          {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
+}
+
+ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel about, Eigen::VectorXd weights,
+                           Eigen::Index most_states)
+    : system_(system), weights_(weights.cwiseSqrt()), model_(std::move(about)) {
+  const auto unknowns = system.capacity.rows();
+  assert(weights_.size() == unknowns && most_states >= 1);
+  sums_.resize(static_cast<std::size_t>(unknowns));
+  for (Eigen::Index i = 0; i < unknowns; ++i) {
+    const auto bits = splitmix64(static_cast<std::uint64_t>(i));
+    sums_[static_cast<std::size_t>(i)] = static_cast<int>(bits % kSums);
+    if ((bits >> 63U) != 0) weights_[i] = -weights_[i];
+  }
+  basis_.resize(unknowns, most_states);
+  model_.conduction.resize(0, 0);
+  for (auto& matrix : model_.conduction_per) matrix.resize(0, 0);
+  for (auto& matrix : sketched_parts_) matrix.resize(kSums, most_states);
+  sketched_inputs_.resize(kSums, kThermalInputs);
+  for (Eigen::Index i = 0; i < sketched_inputs_.cols(); ++i) sketched_inputs_.col(i) = sketch(system.inputs.col(i));
+  sketched_film_ = sketch(system.film_ambient);
+  grow(Eigen::MatrixXd::Ones(unknowns, 1));
+}
+
+const SparseMatrix& ReducedBasis::part(std::size_t index) const {
+  if (index == 0) return system_.capacity;
+  return index == 1 ? system_.conduction : system_.conduction_per[index - 2];
+}
+
+Eigen::VectorXd ReducedBasis::sketch(const Eigen::VectorXd& residual) const {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(kSums);
+  for (Eigen::Index i = 0; i < residual.size(); ++i)
+    sums[sums_[static_cast<std::size_t>(i)]] += weights_[i] * residual[i];
+  return sums;
+}
+
+bool ReducedBasis::append(Eigen::VectorXd field) {
+  if (states_ == basis_.cols()) return false;
+  const double size = std::sqrt(field.dot(system_.capacity * field));
+  if (!(size > 0)) return false;
+  field /= size;
+  // Gram and Schmidt twice: the second pass takes away what rounding left of the first.
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::VectorXd stored = system_.capacity * field;
+    const Eigen::VectorXd known = basis().transpose() * stored;
+    field -= basis() * known;
+  }
+  const double rest = std::sqrt(field.dot(system_.capacity * field));
+  if (!(rest > kNewest)) return false;
+  basis_.col(states_++) = field / rest;
+  return true;
+}
+
+Eigen::Index ReducedBasis::grow(Eigen::MatrixXd fields) {
+  const auto before = states_;
+  for (Eigen::Index i = 0; i < fields.cols(); ++i) (void)append(fields.col(i));
+  if (states_ > before) project(before);
+  return states_ - before;
+}
+
+void ReducedBasis::project(Eigen::Index from) {
+  const auto added = states_ - from;
+  const Eigen::MatrixXd fields = basis_.middleCols(from, added);
+  for (std::size_t p = 0; p < kParts; ++p) {
+    const Eigen::MatrixXd product = part(p) * fields;
+    for (Eigen::Index i = 0; i < added; ++i) sketched_parts_[p].col(from + i) = sketch(product.col(i));
+    if (p == 0) continue;  // VᵀCV = I by construction
+    auto& matrix = p == 1 ? model_.conduction : model_.conduction_per[p - 2];
+    grow_square(matrix, states_);
+    matrix.rightCols(added) = basis().transpose() * product;
+    matrix.bottomRows(added) = matrix.rightCols(added).transpose().eval();
+    matrix.bottomRightCorner(added, added) =
+        ((matrix.bottomRightCorner(added, added) + matrix.bottomRightCorner(added, added).transpose()) / 2).eval();
+  }
+  model_.inputs.conservativeResize(states_, kThermalInputs);
+  model_.inputs.bottomRows(added) = fields.transpose() * system_.inputs;
+  model_.film_ambient.conservativeResize(states_);
+  model_.film_ambient.tail(added) = fields.transpose() * system_.film_ambient;
+  model_.outputs.conservativeResize(kThermalOutputs, states_);
+  model_.outputs.rightCols(added) = system_.outputs * fields;
+}
+
+Eigen::VectorXd ReducedBasis::residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const {
+  const auto& c = point.coefficients;
+  Eigen::MatrixXd balance = sketched_parts_[1].leftCols(states_);
+  if (point.rate_per_s != 0) balance += point.rate_per_s * sketched_parts_[0].leftCols(states_);
+  for (std::size_t m = 0; m < kThermalCoefficients; ++m) balance += c[m] * sketched_parts_[2 + m].leftCols(states_);
+  Eigen::MatrixXd residual = sketched_inputs_;
+  residual.col(0) += c[static_cast<std::size_t>(ThermalCoefficient::film)] * sketched_film_;
+  residual -= balance * states_at(model_, c, point.rate_per_s);
+  return (residual * loads).colwise().norm();
+}
+
+ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
+  ReducedModel smaller = model;
+  const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd square = directions.transpose() * matrix * directions;
+    return (square + square.transpose()) / 2;
+  };
+  smaller.conduction = onto(model.conduction);
+  for (auto& matrix : smaller.conduction_per) matrix = onto(matrix);
+  smaller.inputs = directions.transpose() * model.inputs;
+  smaller.film_ambient = directions.transpose() * model.film_ambient;
+  smaller.outputs = model.outputs * directions;
+  return smaller;
+}
 
 Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about) {
   Loads loads = Loads::Zero();

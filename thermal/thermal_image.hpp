@@ -1,14 +1,40 @@
 /// The thermal image of the gyro: a plane through it with isotherms and thermometers, as the paper's Figures 1 and 2.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "plot/axis.hpp"
 #include "plot/isotherms.hpp"
+#include "plot/plot.hpp"
+#include "plot/png.hpp"
+#include "thermal/gyro_parts.hpp"
+#include "thermal/mesh.hpp"
 
 namespace gyrotherm {
+
+/// Keeps references: model, mesh and field must outlive it. Coordinates in m, in the cabinet's axes.
+class ThermalField {
+ public:
+  ThermalField(const GyroModel& model, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
+
+  /// As the elements interpolate it, °C; NaN outside of the mesh.
+  [[nodiscard]] double temperature_at(double x, double y, double z) const;
+
+  /// By the parts' true shapes, not by the bricks; nothing outside of everything.
+  [[nodiscard]] std::optional<GyroPart> part_at(double x, double y, double z) const;
+
+ private:
+  const GyroModel& model_;
+  const GyroMesh& mesh_;
+  const Eigen::VectorXd& field_c_;
+  GyroParts parts_;
+};
+
+/// Temperature at a point of the mesh, as above.
+[[nodiscard]] double temperature_at(const GyroMesh& mesh, const Eigen::VectorXd& field_c, double x, double y, double z);
 
 /// A thermometer on the plane.
 struct ThermalMark {
@@ -34,5 +60,15 @@ struct ThermalImage {
 
 /// As the bytes of a PNG, one point per sample: colours, parts, isotherms, and the thermometers with their letters.
 [[nodiscard]] std::string png_of(const ThermalImage& image);
+
+/// The temperatures' colours, white where there is none, and the outlines of the parts.
+[[nodiscard]] Picture coloured(const ThermalImage& image);
+
+/// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
+[[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
+
+/// Draws the isotherms into the picture, then a dot and a letter at each thermometer.
+void draw_isotherms(Picture& picture, const ThermalImage& image);
+void draw_marks(Picture& picture, const ThermalImage& image);
 
 }  // namespace gyrotherm

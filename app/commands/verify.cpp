@@ -6,7 +6,7 @@
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
-#include "plot/format.hpp"
+#include "plot/svg.hpp"
 #include "report/json_pieces.hpp"
 
 namespace gyrotherm {

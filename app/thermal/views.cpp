@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "thermal/thermal_field.hpp"
+#include "thermal/thermal_image.hpp"
 
 namespace gyrotherm {
 namespace {

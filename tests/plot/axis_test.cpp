@@ -1,9 +1,9 @@
-#include "plot/axis.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "plot/plot.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,10 +1,10 @@
-#include "plot/decimate.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "plot/plot.hpp"
 
 namespace gyrotherm {
 namespace {

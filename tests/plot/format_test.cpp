@@ -1,8 +1,8 @@
-#include "plot/format.hpp"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "plot/svg.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,10 +1,9 @@
-#include "simulator/flicker.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "simulator/gyro_readout.hpp"
 #include "tests/support/statistics.hpp"
 
 namespace gyrotherm {

@@ -1,10 +1,9 @@
-#include "simulator/hysteresis.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "core/random.hpp"
+#include "simulator/gyro_bias.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,12 +1,11 @@
 /// The anchors of the reference simulation: set point = air, each cycle started at rest at 20 °C, the value of a second
 /// taken before its step.
-#include "simulator/thermal_network.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "simulator/lumped_gyro.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/statistics.hpp"
 

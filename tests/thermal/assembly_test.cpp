@@ -9,7 +9,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/hex20.hpp"
-#include "thermal/thermal_field.hpp"
+#include "thermal/thermal_image.hpp"
 
 namespace gyrotherm {
 namespace {

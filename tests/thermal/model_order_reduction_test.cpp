@@ -8,7 +8,6 @@
 #include "tests/thermal/box_gyro.hpp"
 #include "thermal/affine_matrix.hpp"
 #include "thermal/model_order_reduction_error.hpp"
-#include "thermal/reduced_basis.hpp"
 
 namespace gyrotherm {
 namespace {

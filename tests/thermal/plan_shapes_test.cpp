@@ -1,11 +1,11 @@
-#include "thermal/plan_shapes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+
+#include "thermal/gyro_parts.hpp"
 
 namespace gyrotherm {
 namespace {

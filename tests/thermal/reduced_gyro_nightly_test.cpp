@@ -10,7 +10,6 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "thermal/assembly.hpp"
-#include "thermal/full_transient.hpp"
 #include "thermal/gyro_file.hpp"
 #include "thermal/gyro_reduction.hpp"
 #include "thermal/model_order_reduction_error.hpp"

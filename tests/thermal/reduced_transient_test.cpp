@@ -10,9 +10,7 @@
 #include <vector>
 
 #include "tests/thermal/box_gyro.hpp"
-#include "thermal/full_transient.hpp"
-#include "thermal/reduced/step_table.hpp"
-#include "thermal/reduced/thermal_modes.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 
 namespace gyrotherm {
 namespace {

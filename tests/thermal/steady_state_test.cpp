@@ -6,7 +6,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/difference_fit.hpp"
-#include "thermal/thermal_field.hpp"
+#include "thermal/thermal_image.hpp"
 
 namespace gyrotherm {
 namespace {

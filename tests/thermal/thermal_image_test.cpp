@@ -7,7 +7,6 @@
 
 #include "plot/png.hpp"
 #include "tests/support/markup.hpp"
-#include "thermal/thermal_picture.hpp"
 
 namespace gyrotherm {
 namespace {

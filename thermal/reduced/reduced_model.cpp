@@ -1,9 +1,183 @@
 #include "thermal/reduced/reduced_model.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm {
+namespace {
+
+constexpr std::string_view kSchema = "gyrotherm-reduced-gyro/1";
+constexpr std::array<const char*, kThermalCoefficients> kCoefficientNames{"air_lid", "air_side", "air_base", "film"};
+constexpr Eigen::Index kMostStates = 200;
+
+/// TOML tells a float from an integer by its point or exponent, and an integer has no −0.
+std::string number(double value) {
+  auto text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+template <class Vector>
+std::string numbers(const Vector& values) {
+  std::string text = "[";
+  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + number(values[i]);
+  return text + "]";
+}
+
+std::string lower_triangle(const Eigen::MatrixXd& symmetric) {
+  std::string text = "[\n";
+  for (Eigen::Index i = 0; i < symmetric.rows(); ++i) text += numbers(symmetric.row(i).head(i + 1)) + ",\n";
+  return text + "]";
+}
+
+std::string toml_text(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    else
+      out += c;
+  }
+  return out + "\"";
+}
+
+using Inserter = std::back_insert_iterator<std::string>;
+
+void write_gap(Inserter out, std::string_view name, const AirGap& gap) {
+  fmt::format_to(out, "\n[air.{}]\nnusselt = {}\nemissivity = {}\nwidth_m = {}\n", name, number(gap.nusselt),
+                 number(gap.emissivity), number(gap.width_m));
+}
+
+void write_head(Inserter out, const ReducedModel& model) {
+  fmt::format_to(out,
+                 "# Made from the gyro's file by gyrotherm-thermal reduce; not for editing.\n"
+                 "schema = {}\ngyro = {}\nsource_sha256 = {}\nmesh = {}\n",
+                 toml_text(kSchema), toml_text(model.gyro), toml_text(model.source_sha256), toml_text(model.mesh));
+  fmt::format_to(out, "states = {}\nfilm_ambient = {}\nstill_film_w_per_m2_k = {}\nchamber_film_w_per_m2_k = {}\n",
+                 model.conduction.rows(), numbers(model.film_ambient), number(model.still_film_w_per_m2_k),
+                 number(model.chamber_film_w_per_m2_k));
+  fmt::format_to(out, "\n[error]  # against the full model\ntransfer_k = {}\nramp_k = {}\nswitch_on_k = {}\n",
+                 number(model.error.transfer_k), number(model.error.ramp_k), number(model.error.switch_on_k));
+  write_gap(out, "lid", model.air.lid);
+  write_gap(out, "side", model.air.side);
+  write_gap(out, "base", model.air.base);
+  fmt::format_to(out, "\n[powers_w]\n");
+  for (std::size_t i = 1; i < kThermalInputs; ++i)
+    fmt::format_to(out, "{} = {}\n", kThermalInputNames[i], number(model.powers_w[i - 1]));
+}
+
+/// As many numbers as there are states; on a mistake that many zeros.
+Eigen::VectorXd read_vector(const TomlTable& table, std::string_view key, Eigen::Index states) {
+  auto values = table.numbers(key);
+  if (std::ssize(values) != states)
+    table.mistake(key, fmt::format("\"{}\": {} numbers, expected {}", key, values.size(), states));
+  values.resize(static_cast<std::size_t>(states));
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), states);
+}
+
+Eigen::MatrixXd read_triangle(const TomlTable& table, std::string_view key, Eigen::Index states) {
+  const auto rows = table.number_rows(key);
+  Eigen::MatrixXd symmetric = Eigen::MatrixXd::Zero(states, states);
+  if (std::ssize(rows) != states)
+    table.mistake(key, fmt::format("\"{}\": {} rows, expected {}", key, rows.size(), states));
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(states, std::ssize(rows)); ++i) {
+    const auto& row = rows[static_cast<std::size_t>(i)];
+    if (std::ssize(row) != i + 1) {
+      table.mistake(key, fmt::format("\"{}\": row {} has {} numbers, expected {}", key, i + 1, row.size(), i + 1));
+      break;
+    }
+    for (Eigen::Index j = 0; j <= i; ++j) symmetric(i, j) = symmetric(j, i) = row[static_cast<std::size_t>(j)];
+  }
+  return symmetric;
+}
+
+double not_below(const TomlTable& table, const char* key, double least, bool least_itself) {
+  const double value = table.number(key);
+  if (table.has(key) && !(value > least || (least_itself && value == least)))
+    table.mistake(key, fmt::format("{} = {}, expected {} {}", key, value, least_itself ? "at least" : "above", least));
+  return value;
+}
+
+AirGap read_gap(const TomlTable& table) {
+  return {.nusselt = not_below(table, "nusselt", 0, false),
+          .emissivity = not_below(table, "emissivity", 0, true),
+          .width_m = not_below(table, "width_m", 0, false)};
+}
+
+void read_head(const TomlTable& root, ReducedModel& model) {
+  root.expect("schema", kSchema);
+  model.gyro = root.text("gyro");
+  model.source_sha256 = root.text("source_sha256");
+  const bool hexadecimal = model.source_sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (root.has("source_sha256") && (model.source_sha256.size() != 64 || !hexadecimal))
+    root.mistake("source_sha256", "expected 64 hexadecimal digits in small letters");
+  model.mesh = root.text("mesh");
+  model.still_film_w_per_m2_k = not_below(root, "still_film_w_per_m2_k", 0, false);
+  model.chamber_film_w_per_m2_k = not_below(root, "chamber_film_w_per_m2_k", 0, false);
+  const auto error = root.table("error");
+  model.error.transfer_k = not_below(error, "transfer_k", 0, true);
+  model.error.ramp_k = not_below(error, "ramp_k", 0, true);
+  model.error.switch_on_k = not_below(error, "switch_on_k", 0, true);
+  const auto air = root.table("air");
+  model.air.lid = read_gap(air.table("lid"));
+  model.air.side = read_gap(air.table("side"));
+  model.air.base = read_gap(air.table("base"));
+  const auto powers = root.table("powers_w");
+  for (std::size_t i = 1; i < kThermalInputs; ++i)
+    model.powers_w[i - 1] = not_below(powers, kThermalInputNames[i].data(), 0, true);
+}
+
+void read_matrices(const TomlTable& root, Eigen::Index states, ReducedModel& model) {
+  const auto inputs = root.table("inputs");
+  model.inputs.resize(states, kThermalInputs);
+  for (std::size_t i = 0; i < kThermalInputs; ++i)
+    model.inputs.col(static_cast<Eigen::Index>(i)) = read_vector(inputs, kThermalInputNames[i], states);
+  model.film_ambient = read_vector(root, "film_ambient", states);
+  const auto outputs = root.table("outputs");
+  model.outputs.resize(kThermalOutputs, states);
+  for (std::size_t i = 0; i < kThermalOutputs; ++i)
+    model.outputs.row(static_cast<Eigen::Index>(i)) = read_vector(outputs, kThermalOutputNames[i], states);
+  const auto conduction = root.table("conduction");
+  model.conduction = read_triangle(conduction, "fixed", states);
+  for (std::size_t m = 0; m < kThermalCoefficients; ++m)
+    model.conduction_per[m] = read_triangle(conduction, kCoefficientNames[m], states);
+}
+
+/// What the numbers together must be to be a body that cools to its surroundings.
+void expect_sound(const TomlTable& root, const ReducedModel& model) {
+  constexpr double kTolerance = 1e-6;  // of the ambient
+  constexpr double kHottest_k = 200;
+  for (const double air_c : {-60.0, 20.0, 80.0}) {
+    for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
+      const auto c = coefficients_at(model, air_c, film);
+      const Eigen::LLT<Eigen::MatrixXd> factor(conduction_at(model, c));
+      if (factor.info() != Eigen::Success || !factor.matrixLLT().allFinite())
+        return root.mistake("conduction", fmt::format("not positive definite with the air at {} °C", air_c));
+      const Eigen::VectorXd rest = model.outputs * factor.solve(inputs_at(model, c).col(0));
+      const double off = (rest.array() - 1).abs().maxCoeff();
+      if (!(off <= kTolerance))
+        return root.mistake("film_ambient", fmt::format("without power an output rests at {:.3g} of the ambient's "
+                                                        "temperature beside it, expected at most {:.0e}",
+                                                        off, kTolerance));
+      const Eigen::VectorXd above_k = model.outputs * factor.solve(inputs_at(model, c) * switched_on(model, 0));
+      const double hottest_k = above_k.cwiseAbs().maxCoeff();
+      if (!(hottest_k <= kHottest_k))
+        return root.mistake("powers_w",
+                            fmt::format("switched on, an output rests {:.3g} K beside the ambient, expected "
+                                        "at most {} K",
+                                        hottest_k, kHottest_k));
+    }
+  }
+}
+
+}  // namespace
 
 ThermalCoefficients coefficients_at(const ReducedModel& model, double air_c, GyroFilm film) {
   return coefficients_at(model.air, std::clamp(air_c, kColdestGapAir_c, kHottestGapAir_c),
@@ -34,6 +208,39 @@ Eigen::Vector<double, kThermalInputs> switched_on(const ReducedModel& model, dou
   u[0] = air_c;
   for (std::size_t i = 1; i < kThermalInputs; ++i) u[static_cast<Eigen::Index>(i)] = model.powers_w[i - 1];
   return u;
+}
+
+std::string reduced_model_text(const ReducedModel& model) {
+  std::string text;
+  const Inserter out(text);
+  write_head(out, model);
+  fmt::format_to(out, "\n[inputs]\n");
+  for (std::size_t i = 0; i < kThermalInputs; ++i)
+    fmt::format_to(out, "{} = {}\n", kThermalInputNames[i], numbers(model.inputs.col(static_cast<Eigen::Index>(i))));
+  fmt::format_to(out, "\n[outputs]\n");
+  for (std::size_t i = 0; i < kThermalOutputs; ++i)
+    fmt::format_to(out, "{} = {}\n", kThermalOutputNames[i], numbers(model.outputs.row(static_cast<Eigen::Index>(i))));
+  fmt::format_to(out, "\n[conduction]  # lower triangles\nfixed = {}\n", lower_triangle(model.conduction));
+  for (std::size_t m = 0; m < kThermalCoefficients; ++m)
+    fmt::format_to(out, "{} = {}\n", kCoefficientNames[m], lower_triangle(model.conduction_per[m]));
+  return text;
+}
+
+Result<ReducedModel> parse_reduced_model(std::string_view text, const std::string& file) {
+  const auto root = TomlTable::parse(text, file);
+  if (!root) return failure(root.error());
+  ReducedModel model;
+  read_head(*root, model);
+  const auto states = root->integer("states");
+  if (states < 1 || states > kMostStates) {
+    root->mistake("states", fmt::format("{} states, expected 1 … {}", states, kMostStates));
+    for (const auto* key : {"inputs", "film_ambient", "outputs", "conduction"}) root->ignore(key);
+  } else {
+    read_matrices(*root, states, model);
+    if (root->verdict()) expect_sound(*root, model);
+  }
+  if (const auto sound = root->verdict(); !sound) return failure(sound.error());
+  return model;
 }
 
 }  // namespace gyrotherm

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "core/result.hpp"
-#include "thermal/reduced/air.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {

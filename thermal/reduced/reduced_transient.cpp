@@ -1,14 +1,93 @@
 #include "thermal/reduced/reduced_transient.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 #include <variant>
 
-#include "thermal/reduced/step_table.hpp"
-#include "thermal/reduced/thermal_modes.hpp"
-
 namespace gyrotherm {
+namespace {
+
+// The coefficients are analytic inside the ellipse through −273 °C, of parameter ρ = 5.9: error about ρ^−17.
+constexpr Eigen::Index kNodes = 18;
+
+/// Values at `x` of the polynomials that are 1 at one node and 0 at the others.
+Eigen::VectorXd cardinal(const Eigen::VectorXd& nodes, const Eigen::VectorXd& weights, double x) {
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(nodes.size());
+  for (Eigen::Index i = 0; i < nodes.size(); ++i) {
+    if (x == nodes[i]) return Eigen::VectorXd::Unit(nodes.size(), i);
+    values[i] = weights[i] / (x - nodes[i]);
+  }
+  return values / values.sum();
+}
+
+}  // namespace
+
+ThermalModes modes_of(const ReducedModel& model, const ThermalCoefficients& c) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at(model, c));
+  assert(eigen.info() == Eigen::Success && eigen.eigenvalues()[0] > 0);
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
+ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
+  constexpr double kSeries = 1e-3;  // below, the closed form loses more digits than the series leaves out
+  ModalWeights w{Eigen::ArrayXd(rates_per_s.size()), Eigen::ArrayXd(rates_per_s.size()),
+                 Eigen::ArrayXd(rates_per_s.size())};
+  for (Eigen::Index i = 0; i < rates_per_s.size(); ++i) {
+    const double z = rates_per_s[i] * step_s;
+    const double lost = -std::expm1(-z);
+    w.decay[i] = std::exp(-z);
+    w.after[i] =
+        z < kSeries ? step_s * (1.0 / 2 - z * (1.0 / 6 - z * (1.0 / 24 - z / 120))) : step_s * (1 - lost / z) / z;
+    w.before[i] = step_s * lost / z - w.after[i];
+  }
+  return w;
+}
+
+OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c) {
+  const auto modes = modes_of(model, c);
+  const auto weights = modal_weights(modes.rates_per_s, 1);
+  const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
+  const auto at = [&](const Eigen::ArrayXd& amplitudes) -> Eigen::VectorXd {
+    return modes.shapes * amplitudes.matrix();
+  };
+  const Eigen::ArrayXd powers = inputs * switched_on(model, 0);
+  return {.carry = modes.shapes * weights.decay.matrix().asDiagonal() * modes.shapes.transpose(),
+          .before = at(weights.before * inputs.col(0).array()),
+          .after = at(weights.after * inputs.col(0).array()),
+          .powers = at((weights.before + weights.after) * powers)};
+}
+
+StepTable::StepTable(const ReducedModel& model, GyroFilm film) : nodes_c_(kNodes), weights_(kNodes) {
+  const auto states = model.conduction.rows();
+  table_.resize(states * states + 3 * states, kNodes);
+  for (Eigen::Index i = 0; i < kNodes; ++i) {
+    const double angle = (2.0 * static_cast<double>(i) + 1) * std::numbers::pi / (2.0 * kNodes);
+    nodes_c_[i] =
+        (kColdestGapAir_c + kHottestGapAir_c) / 2 + (kHottestGapAir_c - kColdestGapAir_c) / 2 * std::cos(angle);
+    weights_[i] = (i % 2 == 0 ? 1 : -1) * std::sin(angle);
+    const auto second = one_second(model, coefficients_at(model, nodes_c_[i], film));
+    table_.col(i) << second.carry.reshaped(), second.before, second.after, second.powers;
+  }
+  next_.resize(states);
+}
+
+void StepTable::update(double air_c) {
+  now_.noalias() = table_ * cardinal(nodes_c_, weights_, std::clamp(air_c, kColdestGapAir_c, kHottestGapAir_c));
+}
+
+void StepTable::step(Eigen::VectorXd& states, double from_c, double to_c) {
+  assert(now_.size() > 0);
+  const auto r = states.size();
+  const Eigen::Map<const Eigen::MatrixXd> carry(now_.data(), r, r);
+  const Eigen::Map<const Eigen::MatrixXd> inputs(now_.data() + r * r, r, 3);
+  next_ = inputs.col(0) * from_c + inputs.col(1) * to_c + inputs.col(2);
+  next_.noalias() += carry * states;
+  states.swap(next_);
+}
 
 double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c) {
   return (outputs_c[static_cast<Eigen::Index>(ThermalOutput::block)] +

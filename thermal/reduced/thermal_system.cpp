@@ -1,4 +1,4 @@
-#include "thermal/reduced/air.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 #include <cmath>
 

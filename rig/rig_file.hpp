@@ -1,6 +1,7 @@
 /// A rig in words: which instruments, on which lines, with which calibrations and limits. One TOML file per rig.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,9 +10,11 @@
 #include "acquisition/record/run_info.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "rig/gyro_settings.hpp"
-#include "rig/limiter.hpp"
+#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/instruments.hpp"
+#include "drivers/line/line_address.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/interlocks/limits.hpp"
@@ -19,6 +22,41 @@
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
+
+struct Limiter {
+  std::string protection_class;            ///< DIN 12880: "1", "2", "3.1" (over), "3.2" (under), "3.3" (both)
+  std::optional<Celsius> lowest, highest;  ///< what it is set to; nothing: it does not look to that side
+};
+
+/// Of the table [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits of the
+/// rig: a limiter set inside them would trip in a run, and is a mistake.
+[[nodiscard]] std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest);
+
+/// "class 3.3, below -50 °C, above 75 °C": when it trips.
+[[nodiscard]] std::string in_words(const Limiter& limiter);
+
+struct GyroSettings {
+  std::string line;
+  FrameFormat frame;
+  std::optional<GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
+  GyroInfo info;
+};
+
+/// Either [gyro.frame], or `stream`, a description's path relative to `rig_file`, with the `axis` wanted;
+/// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees.
+/// `known`: the description's text where it is known already. Mistakes of the rig file are noted in the table; fails
+/// with bad_file if the description cannot be read or has mistakes of its own.
+[[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
+                                             const std::optional<std::string>& known);
+
+/// The driver on `line`; one read may take `within`. A real gyro is sent the stream's commands, and its line is read
+/// all the time; a simulated one sends one frame a second by itself.
+[[nodiscard]] std::unique_ptr<Gyro> make_gyro(const GyroSettings& settings, const Line& line, Duration within,
+                                              bool simulated);
+/// The driver of a simulated one whose wire is there already; `clock`: of a wire with a time of its own.
+[[nodiscard]] std::unique_ptr<Gyro> make_simulated_gyro(const GyroSettings& settings,
+                                                        std::unique_ptr<ByteStream> stream, Duration within,
+                                                        const Clock* clock = nullptr);
 
 struct RigFile {
   std::string name;

@@ -1,20 +1,109 @@
-/// The virtual chamber as its register map shows it.
+/// The virtual chamber as its register map shows it: the words of its registers, its profile memory, and the program
+/// that it carries out by itself.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "simulator/memory_image.hpp"
-#include "simulator/program_run.hpp"
-#include "simulator/register_image.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
+
+class RegisterImage {
+ public:
+  /// `map` outlives it. Holds the map's fingerprint and initial values, zeros otherwise.
+  explicit RegisterImage(const RegisterMap& map);
+
+  [[nodiscard]] std::uint16_t word(int address) const;
+  void set_word(int address, std::uint16_t word) { words_[address] = word; }
+  [[nodiscard]] std::vector<std::uint16_t> words(int address, int count) const;
+
+  /// As the controller shows it, with its decimals and unit.
+  [[nodiscard]] double value(const RegisterItem& item) const;
+  void set_value(const RegisterItem& item, double value);
+  [[nodiscard]] RegisterItem in_its_context(const RegisterItem& item) const;
+
+  /// The words of `item` at `value`; of a bit field with the other bits as they are.
+  [[nodiscard]] std::vector<std::uint16_t> words_at(const RegisterItem& item, double value) const;
+
+ private:
+  const RegisterMap& map_;
+  std::map<int, std::uint16_t> words_;
+};
+
+/// Coils and registers have addresses of their own: those of coils are this much higher in an image.
+inline constexpr int kCoils = 0x10000;
+[[nodiscard]] int image_address(const RegisterItem& item);
+
+class MemoryImage {
+ public:
+  /// Both outlive it.
+  MemoryImage(const RegisterMap& map, RegisterImage& registers);
+
+  [[nodiscard]] bool holds(int address) const;
+  [[nodiscard]] std::uint16_t word(int address) const;
+  void set_word(int address, std::uint16_t word);
+
+  /// The edit window's content is kept, or comes back.
+  void clear() { window_.clear(); }
+  void store() { stored_ = window_; }
+  void load() { window_ = stored_; }
+
+  [[nodiscard]] Result<ChamberProgram> program(Celsius from) const;
+
+ private:
+  struct Range {
+    int first{}, last{};
+    bool windowed{};  ///< shows the step that is selected
+  };
+  using Place = std::pair<int, int>;  ///< step (of a window; else 0), address
+
+  [[nodiscard]] const Range* range_of(int address) const;
+  [[nodiscard]] int selected_step() const;
+  [[nodiscard]] std::uint16_t word_at(const Place& place) const;
+
+  const RegisterMap& map_;
+  RegisterImage& registers_;
+  std::vector<Range> ranges_;
+  std::map<Place, std::uint16_t> window_, stored_;
+  int step_selector_ = -1;              ///< address of the register that chooses the step of a window
+  std::map<int, std::uint16_t> fresh_;  ///< what a step that was never written shows, by address: that it is the end
+};
+
+class ProgramRun {
+ public:
+  enum class Stage { none, ramping, soaking, held, done };
+
+  /// From the step `first` (from 0) on; a program without it is done at once.
+  void start(ChamberProgram program, int first);
+  void hold();
+  void resume();
+  void end() { stage_ = Stage::none; }
+
+  [[nodiscard]] Stage stage() const { return stage_; }
+  [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
+  [[nodiscard]] int step() const { return static_cast<int>(step_); }  ///< from 0
+  [[nodiscard]] const ChamberProgram& program() const { return program_; }
+
+  /// The set point of the second that begins now; only while it runs. Then that second is over, unless a guaranteed
+  /// soak waits for the air.
+  [[nodiscard]] Celsius next_set_point(Celsius air);
+
+ private:
+  void enter(std::size_t step);
+
+  ChamberProgram program_;
+  std::size_t step_{};
+  Duration elapsed_{};
+  Stage stage_ = Stage::none;
+};
 
 /// Codes of a Modbus exception reply (Modbus Application Protocol V1.1b3, section 7).
 enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_address = 2, illegal_value = 3 };

@@ -13,7 +13,7 @@
 #include "app/command.hpp"
 #include "app/places.hpp"
 #include "drivers/line/hid_line.hpp"
-#include "drivers/line/serial_port.hpp"
+#include "drivers/line/serial_stream.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "report/json_pieces.hpp"
 

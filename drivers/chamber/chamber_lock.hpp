@@ -10,12 +10,24 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 
 #include "core/result.hpp"
 #include "drivers/line/descriptor.hpp"
 #include "drivers/line/line_address.hpp"
 
 namespace gyrotherm {
+
+/// The name of that place, as long as the descriptor is open. Fails with errno, EADDRINUSE if another process has it.
+[[nodiscard]] tl::expected<Descriptor, int> take_name(const std::string& place);
+
+/// The process that has a name, by the kernel's word; zeros where it cannot be told.
+struct NameOwner {
+  std::int64_t pid = 0;
+  std::int64_t uid = -1;
+};
+/// Nothing if no process has the name.
+[[nodiscard]] std::optional<NameOwner> owner_of_name(const std::string& place);
 
 /// The chamber at the end of a line, however the line is written: "tcp-10.0.0.7-502-1" (with the unit's number, for
 /// several chambers may be behind one address), "tcp-this.machine-502-1" (of any address of this machine's own),

@@ -2,16 +2,25 @@
 /// write seen to take effect.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "drivers/chamber/pauses.hpp"
-#include "drivers/chamber/read_plan.hpp"
+#include "core/result.hpp"
+#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/register_item.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/chamber/status_turns.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
+
+using ValueOf = std::function<Result<double>(const RegisterItem&)>;
+
+/// The context of `item` as the registers that it names say it; empty if it names none. `value_of` gives such a
+/// register's value. Fails as that does, or with corrupted if the value is no count of decimals from 0 to 6 or no unit.
+[[nodiscard]] Result<ItemContext> context_of(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of);
 
 /// The finest step that the controller keeps, in this program's units.
 [[nodiscard]] double finest_step(const RegisterItem& item);

@@ -11,12 +11,108 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "drivers/chamber/conditions.hpp"
-#include "drivers/chamber/profile_memory.hpp"
+#include "core/sample.hpp"
+#include "core/toml_reader.hpp"
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm {
+
+/// What an item must hold: one of some codes, one of some bits, or more than a number.
+struct Condition {
+  std::string item;
+  std::vector<std::string> meanings;  ///< in words; empty: any
+  std::vector<std::int64_t> codes;
+  std::uint32_t bits{};  ///< any of them set
+  bool not_these{};      ///< true if it holds none of the codes and bits
+  std::optional<double> above;
+};
+/// `value`: as decode() gives it; finite.
+[[nodiscard]] bool holds(const Condition& condition, double value);
+
+/// What the chamber is doing if a condition holds; the first that does decides.
+struct StateRule {
+  ChamberActivity activity{};
+  Condition when;
+};
+
+struct AlarmRule {
+  AlarmSeverity severity{};
+  std::string text;  ///< empty: the names of the codes or bits
+  Condition when;
+};
+
+/// One step of a command.
+struct SequenceStep {
+  enum class Kind { write, wait, pause };
+  enum class Source { number, program, step, date };
+  Kind kind{};
+  std::string item;  ///< that is written or waited for
+  Source source = Source::number;
+  double value{};                    ///< written
+  std::string date_of;               ///< item of type date_time that is read; `duration` later is written
+  Condition until;                   ///< of a wait
+  Duration duration{};               ///< of a pause, or the longest of a wait
+  std::optional<Condition> only_if;  ///< the step is left out unless this holds
+};
+using Sequence = std::vector<SequenceStep>;
+
+enum class StepKind { ramp, soak, end };
+
+/// Where the value of a cell comes from.
+enum class CellSource {
+  constant,
+  name,             ///< of the program
+  number,           ///< of the program
+  step_count,       ///< the end step included, where there is one
+  step,             ///< number of this one, from 1
+  kind,             ///< of this one, by the codes of the cell
+  start,            ///< set point at the beginning of this one, °C
+  target,           ///< … at its end
+  rate,             ///< K/min, magnitude
+  hours,            ///< of the step's time
+  minutes,          ///< … within the hour
+  seconds,          ///< … within the minute
+  total_seconds,    ///< the whole time
+  guaranteed_soak,  ///< whether time counts only inside the band: codes "off" and "on"
+  soak_band,        ///< K
+};
+
+struct MemoryCell {
+  std::uint16_t at{};  ///< register of its block
+  CellSource source{};
+  double constant{};
+  RegisterItem form;  ///< type, order, scale, codes
+};
+
+/// Registers that are written by one exchange.
+struct MemoryBlock {
+  std::uint16_t address{};  ///< on the wire; of the first step, in a block of steps
+  std::uint16_t count{};
+  std::optional<WriteFunction> function;
+  std::vector<StepKind> kinds;  ///< written for steps of these alone; empty: for every step
+  bool select{};                ///< chooses program or step: written before reading too, and not read itself
+  bool read_back = true;        ///< the controller gives back what was written
+  std::vector<MemoryCell> cells;
+};
+
+struct ProfileMemory {
+  int steps_at_most{};
+  int programs = 1;
+  int first_program = 1;  ///< number of the first one
+  int first_step = 1;
+  std::uint16_t stride{};   ///< registers from one step to the next; 0: all steps in one window
+  bool ramps_by_rate{};     ///< else by time
+  bool end_step{};          ///< the last step says that there are no more
+  Duration end_time{};      ///< that the end step is given
+  Duration longest_step{};  ///< a longer one is written as several
+  Duration finest{};        ///< times are multiples of it
+  Duration pause{};         ///< between writes
+  Duration recovery{};      ///< after a write that failed, before the whole is sent again
+  std::string number_from;  ///< item that says which number the controller gave the program; empty: we choose
+  std::vector<MemoryBlock> header, step, footer;
+  Confidence confidence = Confidence::unverified;
+};
 
 enum class LinkKind { tcp, rtu, rtu_over_tcp };
 
@@ -119,5 +215,21 @@ struct RegisterMap {
 /// "tcp", "rtu", "rtu_over_tcp", as files say it.
 [[nodiscard]] const char* name(LinkKind kind);
 [[nodiscard]] const char* name(Confidence confidence);
+
+inline constexpr Vocabulary<WordOrder, 4> kWordOrders{
+    {{"abcd", WordOrder::abcd}, {"cdab", WordOrder::cdab}, {"badc", WordOrder::badc}, {"dcba", WordOrder::dcba}}};
+inline constexpr Vocabulary<LinkKind, 3> kLinkKinds{
+    {{"tcp", LinkKind::tcp}, {"rtu", LinkKind::rtu}, {"rtu_over_tcp", LinkKind::rtu_over_tcp}}};
+inline constexpr Vocabulary<ReadFunction, 4> kReadFunctions{{{"coils", ReadFunction::coils},
+                                                             {"discrete_inputs", ReadFunction::discrete_inputs},
+                                                             {"holding_registers", ReadFunction::holding_registers},
+                                                             {"input_registers", ReadFunction::input_registers}}};
+inline constexpr Vocabulary<WriteFunction, 3> kWriteFunctions{{{"coil", WriteFunction::coil},
+                                                               {"one_register", WriteFunction::one_register},
+                                                               {"registers", WriteFunction::registers}}};
+inline constexpr Vocabulary<Confidence, 4> kConfidences{{{"verified", Confidence::verified},
+                                                         {"manual", Confidence::manual},
+                                                         {"secondary", Confidence::secondary},
+                                                         {"unverified", Confidence::unverified}}};
 
 }  // namespace gyrotherm

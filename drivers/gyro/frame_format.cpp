@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/toml_reader.hpp"
-#include "drivers/gyro/frame_field_reader.hpp"
 
 namespace gyrotherm {
-
 namespace {
 
 constexpr std::size_t kMostSyncBytes = 8;
@@ -130,6 +129,179 @@ void choose_axis(const TomlTable& table, const std::string& wanted, FrameFormat&
     if (is_gyro(field.role) && field.axis != format.axis) field.role = FieldRole::value;
 }
 
+constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
+
+constexpr Vocabulary<FieldRole, 9> kRoles{{{"pulse_count", FieldRole::pulse_count},
+                                           {"increment", FieldRole::increment},
+                                           {"rate", FieldRole::rate},
+                                           {"integrated_angle", FieldRole::integrated_angle},
+                                           {"sequence", FieldRole::sequence},
+                                           {"timestamp", FieldRole::timestamp},
+                                           {"status", FieldRole::status},
+                                           {"temperature", FieldRole::temperature},
+                                           {"value", FieldRole::value}}};
+constexpr Vocabulary<FieldType, 12> kFieldTypes{{{"u8", FieldType::u8},
+                                                 {"u16", FieldType::u16},
+                                                 {"u24", FieldType::u24},
+                                                 {"u32", FieldType::u32},
+                                                 {"u64", FieldType::u64},
+                                                 {"i8", FieldType::i8},
+                                                 {"i16", FieldType::i16},
+                                                 {"i24", FieldType::i24},
+                                                 {"i32", FieldType::i32},
+                                                 {"i64", FieldType::i64},
+                                                 {"f32", FieldType::f32},
+                                                 {"f64", FieldType::f64}}};
+constexpr Vocabulary<FieldType, 4> kWordTypes{{{"hexadecimal", FieldType::hexadecimal},
+                                               {"signed_hexadecimal", FieldType::signed_hexadecimal},
+                                               {"integer", FieldType::integer},
+                                               {"decimal", FieldType::decimal}}};
+constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
+constexpr Vocabulary<StatusMeaning, 3> kMeanings{
+    {{"invalid", StatusMeaning::invalid}, {"warning", StatusMeaning::warning}, {"reject", StatusMeaning::reject}}};
+
+/// Where the bits are.
+void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
+  if (format.line) {
+    field.type = one_of(kWordTypes, table, "type");
+    field.offset = bounded<std::ptrdiff_t>(table, "word", table.integer("word"), 0,
+                                           static_cast<std::int64_t>(format.line->words) - 1);
+    field.bits = 64;
+  } else {
+    field.type = one_of(kFieldTypes, table, "type");
+    field.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kLongestFrame, kLongestFrame);
+    field.big_endian = one_of(kEndians, table, "endian", "little");
+    field.bits_per_byte = bounded<unsigned>(table, "bits_per_byte", table.integer("bits_per_byte", 8), 7, 8);
+    const auto size = static_cast<std::int64_t>(byte_count(field.type));
+    field.bytes =
+        bounded<std::size_t>(table, "bytes", table.integer("bytes", size), 1, field.bits_per_byte == 7 ? 9 : 8);
+    field.bits =
+        static_cast<unsigned>(std::min<std::size_t>(field.bits_per_byte * field.bytes, 8 * byte_count(field.type)));
+  }
+  if (is_real(field.type)) {
+    if (field.bits_per_byte != 8 || (!format.line && field.bytes != byte_count(field.type)))
+      table.mistake("type", "a floating-point number is made of whole bytes, expected an integer type");
+    return;
+  }
+  const auto whole = static_cast<std::int64_t>(field.bits);
+  field.low_bit = bounded<unsigned>(table, "bit", table.integer("bit", 0), 0, whole - 1);
+  field.bits = bounded<unsigned>(table, "bits", table.integer("bits", whole - field.low_bit), 1, whole - field.low_bit);
+}
+
+/// When the field is there.
+void read_presence(const TomlTable& table, const FrameFormat& format, FrameField& field) {
+  field.ids = read_whole_numbers(table, "ids", 0xFFFFFFFF, "message ids");
+  if (!field.ids.empty() && !format.id) table.mistake("ids", "the messages have no id, expected a table [frame.id]");
+  for (const auto id : field.ids)
+    if (!format.variants.empty() && std::none_of(format.variants.begin(), format.variants.end(),
+                                                 [&](const auto& variant) { return variant.id == id; }))
+      table.mistake("ids", fmt::format("no message has the id {:#x}", id));
+  field.every = bounded<std::uint32_t>(table, "every", table.integer("every", 1), 1, 65536);
+  field.turn = bounded<std::uint32_t>(table, "turn", table.integer("turn", 0), 0, field.every - 1);
+}
+
+void check_place(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
+  if (format.line) return;
+  bool fits = field.offset < 0 || static_cast<std::size_t>(field.offset) >= format.sync.size();
+  const auto fits_in = [&](std::size_t length) {
+    const auto place = place_of(field, length);
+    return place && *place >= format.sync.size();
+  };
+  if (format.variants.empty()) fits = fits && fits_in(format.length);
+  for (const auto& variant : format.variants)
+    if (field.ids.empty() || std::find(field.ids.begin(), field.ids.end(), variant.id) != field.ids.end())
+      fits = fits && fits_in(variant.length != 0 ? variant.length : format.length);
+  if (!fits) table.mistake("offset", "the field lies outside the frame, or over its sync bytes");
+}
+
+ExactScale read_scale(const TomlTable& table) {
+  ExactScale scale;
+  scale.numerator = bounded<std::int64_t>(table, "numerator", table.integer("numerator", 1), -kMostCounts, kMostCounts);
+  scale.denominator = bounded<std::int64_t>(table, "denominator", table.integer("denominator", 1), 1, kMostCounts);
+  scale.power_of_two = bounded<int>(table, "power_of_two", table.integer("power_of_two", 0), -200, 200);
+  if (scale.numerator == 0) table.mistake("numerator", "the scale is zero, expected another number");
+  return scale;
+}
+
+void read_status(const TomlTable& table, FrameField& field) {
+  const bool ruled = table.has("rule");
+  field.mask = word32(table, "mask", ruled && !table.has("good") ? 0 : 0xFFFFFFFF);
+  field.good = word32(table, "good", 0);
+  if (field.bits < 32) field.mask &= (std::uint32_t{1} << field.bits) - 1;
+  for (const auto& each : table.tables("rule")) {
+    StatusRule rule;
+    rule.mask = word32(each, "mask", 0);
+    rule.good = word32(each, "good", 0);
+    rule.verdict = one_of(kMeanings, each, "verdict", "invalid");
+    rule.meaning = each.text("meaning");
+    if (rule.mask == 0 || (rule.good & ~rule.mask) != 0)
+      each.mistake("mask", "the mask is empty, or does not hold what is good");
+    field.rules.push_back(std::move(rule));
+  }
+  if ((field.good & ~field.mask) != 0)
+    table.mistake("good", "\"good\" has bits that \"mask\" does not hold: no frame would be good");
+}
+
+/// Values of a counter before it wraps.
+std::uint64_t read_range(const TomlTable& table, const FrameField& field, double counts_per_unit) {
+  const auto modulus = table.integer("modulus", 0);
+  if (table.has("modulus") && modulus < 2) table.mistake("modulus", "expected a whole number from 2");
+  if (modulus >= 2) return static_cast<std::uint64_t>(std::min(static_cast<double>(modulus) * counts_per_unit, 9e18));
+  return field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
+}
+
+void read_time(const TomlTable& table, FrameField& field) {
+  const double unit_s = one_of(kTimes, table, "unit", "us");
+  if (is_real(field.type)) {
+    field.scale.denominator = 1;
+    field.unit_s = 1e-9;
+    field.range = read_range(table, field, unit_s / field.unit_s);
+    if (unit_s != 1) table.mistake("unit", "a time of floating point is in seconds, expected \"s\"");
+    return;
+  }
+  field.unit_s = field.scale.of(unit_s);
+  if (field.unit_s <= 0) table.mistake("scale", "time runs backwards, expected a positive scale");
+  field.range = read_range(table, field, 1);
+}
+
+void read_gyro_field(const TomlTable& table, FrameField& field) {
+  field.axis = table.text("axis", "");
+  field.unit = table.text("unit", "");
+  const bool angle_or_rate = arcsec_per(field.unit, field.role).has_value();
+  const bool pulses = field.unit.empty() && !is_real(field.type) &&
+                      (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
+  if (!angle_or_rate && !pulses)
+    table.mistake("unit", field.role == FieldRole::rate ? "expected \"rad/s\", \"deg/s\" or \"deg/h\""
+                                                        : "expected \"rad\", \"deg\" or \"arcsec\"");
+  field.range = field.bits >= 63 || is_real(field.type) ? 0 : std::uint64_t{1} << field.bits;
+  if (field.role == FieldRole::pulse_count) {
+    field.range = read_range(table, field, 1);
+    if (is_real(field.type)) table.mistake("type", "expected an integer type for a count of pulses");
+  }
+  if (field.role != FieldRole::integrated_angle) return;
+  field.wraps_at = table.number("wraps_at", is_real(field.type) ? 0 : field.scale.of(static_cast<double>(field.range)));
+  if (!(field.wraps_at > 0)) table.mistake("wraps_at", "expected the angle, in its unit, after which it starts again");
+}
+
+void read_meaning(const TomlTable& table, FrameField& field) {
+  if (is_gyro(field.role)) return read_gyro_field(table, field);
+  const bool whole = !is_real(field.type) && !(is_signed(field.type) && !is_word(field.type)) && field.bits <= 32;
+  switch (field.role) {
+    case FieldRole::sequence:
+      field.range = read_range(table, field, 1);
+      field.step = bounded<std::uint64_t>(table, "step", table.integer("step", 1), 1, 65536);
+      break;
+    case FieldRole::timestamp: read_time(table, field); break;
+    case FieldRole::status: read_status(table, field); break;
+    default: field.unit = table.text("unit", ""); break;
+  }
+  const bool counted = field.role == FieldRole::sequence || field.role == FieldRole::status;
+  const bool timed = field.role == FieldRole::timestamp && !is_real(field.type);
+  if ((counted && !whole && !is_word(field.type)) || (counted && is_real(field.type)) ||
+      (timed && is_signed(field.type) && !is_word(field.type)))
+    table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
+}
+
 }  // namespace
 
 const FrameField* FrameFormat::find(FieldRole role) const {
@@ -162,6 +334,37 @@ FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
   choose_axis(table, axis, format);
   check_roles(table, format);
   return format;
+}
+
+const char* name(FieldRole role) {
+  for (const auto& [word, value] : kRoles)
+    if (value == role) return word;
+  return "";
+}
+
+std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
+                                              const char* what) {
+  std::vector<std::uint32_t> found;
+  for (const double value : table.numbers(key)) {
+    if (!(value >= 0 && value <= highest) || value != std::floor(value))
+      table.mistake(key, fmt::format("\"{}\" holds {}, expected {} 0 to {:.0f}", key, value, what, highest));
+    else
+      found.push_back(static_cast<std::uint32_t>(value));
+  }
+  return found;
+}
+
+FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
+  FrameField field{.role = one_of(kRoles, table, "role")};
+  read_place(table, format, field);
+  read_presence(table, format, field);
+  check_place(table, format, field);
+  if (table.has("scale")) field.scale = read_scale(table.table("scale"));
+  field.zero = table.number("zero", 0);
+  read_meaning(table, field);
+  field.name = table.text("name", field.axis.empty() ? name(field.role) : "gyro_" + field.axis);
+  table.ignore("confidence");
+  return field;
 }
 
 }  // namespace gyrotherm

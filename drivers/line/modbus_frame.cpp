@@ -1,11 +1,110 @@
 #include "drivers/line/modbus_frame.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
-namespace gyrotherm {
+#include "drivers/checksum.hpp"
 
+namespace gyrotherm {
 namespace {
+
+constexpr std::size_t kShortRequest = 5;  ///< function, address, count or value
+constexpr std::size_t kWordsAt = 6;
+constexpr std::uint16_t kMostRead = 125, kMostWritten = 123;
+constexpr std::uint8_t kExceptionFlag = 0x80;
+constexpr std::uint16_t kCoilOn = 0xFF00;
+
+std::uint8_t code(ModbusFunction function) { return static_cast<std::uint8_t>(function); }
+
+bool known(ModbusFunction function) {
+  switch (function) {
+    case ModbusFunction::read_coils:
+    case ModbusFunction::read_discrete_inputs:
+    case ModbusFunction::read_holding:
+    case ModbusFunction::read_input:
+    case ModbusFunction::write_coil:
+    case ModbusFunction::write_single:
+    case ModbusFunction::loop_back:
+    case ModbusFunction::write_multiple: return true;
+  }
+  return false;
+}
+
+/// Bytes after the byte count of a read's reply.
+std::size_t data_size(const ModbusRequest& request) {
+  return reads_bits(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
+}
+
+/// What stands where a short request has its count or value.
+std::uint16_t count_or_value(const ModbusRequest& request) {
+  switch (request.function) {
+    case ModbusFunction::write_coil: return request.words.front() != 0 ? kCoilOn : std::uint16_t{0};
+    case ModbusFunction::write_single:
+    case ModbusFunction::loop_back: return request.words.front();
+    default: return request.count;
+  }
+}
+
+tl::unexpected<Fault> answer_with(const char* exception) {
+  return failure(FaultKind::refused, "modbus request", exception);
+}
+
+/// 0 or 1.
+std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size_t bit) {
+  return (byte_at(bytes, at) >> bit & 1) != 0 ? 1 : 0;
+}
+
+Result<ModbusAnswer> decode_data(const ModbusRequest& request, std::span<const std::byte> reply) {
+  if (const auto found = byte_at(reply, 1); found != data_size(request))
+    return wrong_field("byte count", found, data_size(request));
+  if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
+  ModbusAnswer answer{.words = std::vector<std::uint16_t>(request.count)};
+  for (std::size_t i = 0; i < answer.words.size(); ++i)
+    answer.words[i] = reads_bits(request.function) ? bit_at(reply, 2 + i / 8, i % 8) : word_at(reply, 2 + 2 * i);
+  return answer;
+}
+
+Result<ModbusAnswer> check_echo(const ModbusRequest& request, std::span<const std::byte> reply) {
+  if (reply.size() != reply_size(request)) return wrong_field("size", reply.size(), reply_size(request));
+  if (const auto found = word_at(reply, 1); found != request.address)
+    return wrong_field("address", found, request.address);
+  const bool multiple = request.function == ModbusFunction::write_multiple;
+  if (const auto found = word_at(reply, 3); found != count_or_value(request))
+    return wrong_field(multiple ? "count" : "value", found, count_or_value(request));
+  return ModbusAnswer{};
+}
+
+/// Count and words of a request whose function and size are right.
+Result<void> take_contents(ModbusRequest& request, std::span<const std::byte> bytes) {
+  const auto last = word_at(bytes, 3);
+  request.words.clear();
+  request.count = 1;
+  switch (request.function) {
+    case ModbusFunction::write_coil:
+      if (last != kCoilOn && last != 0) return answer_with("3");
+      request.words.push_back(last == kCoilOn);
+      return {};
+    case ModbusFunction::write_single: request.words.push_back(last); return {};
+    case ModbusFunction::loop_back:
+      if (request.address != 0) return answer_with("1");
+      request.words.push_back(last);
+      return {};
+    case ModbusFunction::write_multiple:
+      request.count = last;
+      if (last < 1 || last > kMostWritten || byte_at(bytes, kShortRequest) != 2 * last ||
+          bytes.size() != kWordsAt + 2u * last)
+        return answer_with("3");
+      for (std::size_t i = 0; i < last; ++i) request.words.push_back(word_at(bytes, kWordsAt + 2 * i));
+      return {};
+    default:
+      request.count = last;
+      if (last < 1 || last > (reads_bits(request.function) ? kMostBits : kMostRead)) return answer_with("3");
+      return {};
+  }
+}
 
 // The header is transaction, protocol, length and unit; the protocol data unit follows.
 constexpr std::size_t kLengthAt = 4, kUnitAt = 6, kFunctionAt = 7;
@@ -42,7 +141,139 @@ Result<void> check_header(const ModbusRequest& request, std::span<const std::byt
   return {};
 }
 
+constexpr Crc kCrc{.width = 16, .polynomial = 0x8005, .initial = 0xFFFF, .reflected = true};
+constexpr std::size_t kAround = 3;  ///< bytes of unit and CRC
+constexpr std::size_t kLeast = kAround + 1;
+
+std::uint32_t crc_of(std::span<const std::byte> bytes) { return crc(kCrc, bytes); }
+
+std::vector<std::byte> begin_frame(std::uint8_t unit) {
+  std::vector<std::byte> frame;
+  frame.reserve(16);
+  append_byte(frame, unit);
+  return frame;
+}
+
+std::vector<std::byte> with_crc(std::vector<std::byte> frame) {
+  append_rtu_crc(frame);
+  return frame;
+}
+
+/// The CRC's bytes as they stand at the end of `frame`.
+bool crc_fits(std::span<const std::byte> frame) {
+  const auto last = frame.size() - 2;
+  return crc_of(frame.first(last)) == (byte_at(frame, last) | unsigned{byte_at(frame, last + 1)} << 8);
+}
+
+std::span<const std::byte> pdu(std::span<const std::byte> frame) { return frame.subspan(1, frame.size() - kAround); }
+
 }  // namespace
+
+tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
+  return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
+}
+
+std::string exception_meaning(std::uint8_t exception) {
+  switch (exception) {
+    case 1: return "illegal function";
+    case 2: return "illegal data address";
+    case 3: return "illegal data value";
+    case 4: return "server device failure";
+    case 5: return "acknowledge, still at work";
+    case 6: return "server device busy";
+    case 8: return "memory parity error";
+    case 10: return "gateway path unavailable";
+    case 11: return "gateway target did not respond";
+    default: return "of the vendor's own";
+  }
+}
+
+Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer) {
+  if (answer.exception == 0) return std::move(answer.words);
+  return failure(FaultKind::refused, "",
+                 fmt::format("exception {}, {}", answer.exception, exception_meaning(answer.exception)));
+}
+
+void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes) {
+  assert(reads(request.function) || request.words.size() == request.count);
+  append_byte(bytes, code(request.function));
+  append_word(bytes, request.address);
+  append_word(bytes, count_or_value(request));
+  if (request.function != ModbusFunction::write_multiple) return;
+  append_byte(bytes, 2 * request.words.size());
+  for (const auto word : request.words) append_word(bytes, word);
+}
+
+std::size_t reply_size(const ModbusRequest& request) {
+  return reads(request.function) ? 2 + data_size(request) : kShortRequest;
+}
+
+bool answers(const ModbusRequest& request, std::uint8_t function) {
+  if (function == code(request.function)) return true;
+  const bool registers = reads(request.function) && !reads_bits(request.function);
+  return request.either_read_function && registers && (function == 3 || function == 4);
+}
+
+bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
+  return (function & kExceptionFlag) != 0 && answers(request, function & ~kExceptionFlag & 0xFF);
+}
+
+Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
+  if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+  const auto function = byte_at(reply, 0);
+  if (answers_by_exception(request, function)) {
+    if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+    if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which is none");
+    return ModbusAnswer{.exception = byte_at(reply, 1)};
+  }
+  if (!answers(request, function)) return wrong_field("function", function, code(request.function));
+  return reads(request.function) ? decode_data(request, reply) : check_echo(request, reply);
+}
+
+Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes) {
+  request.function = bytes.empty() ? ModbusFunction{} : static_cast<ModbusFunction>(byte_at(bytes, 0));
+  if (!known(request.function)) return answer_with("1");
+  const bool multiple = request.function == ModbusFunction::write_multiple;
+  if (bytes.size() < kShortRequest + multiple || (!multiple && bytes.size() != kShortRequest)) return answer_with("3");
+  request.address = word_at(bytes, 1);
+  if (auto taken = take_contents(request, bytes); !taken) return taken;
+  if (request.address + request.count > 0x10000) return answer_with("2");
+  return {};
+}
+
+std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
+  if (bytes.empty()) return std::nullopt;
+  const auto function = static_cast<ModbusFunction>(byte_at(bytes, 0));
+  if (!known(function)) return 0;
+  if (function != ModbusFunction::write_multiple) return kShortRequest;
+  if (bytes.size() <= kShortRequest) return std::nullopt;
+  return kWordsAt + byte_at(bytes, kShortRequest);
+}
+
+void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
+  append_byte(bytes, code(request.function));
+  if (!reads(request.function)) {
+    append_word(bytes, request.address);
+    append_word(bytes, count_or_value(request));
+    return;
+  }
+  assert(words.size() == request.count);
+  append_byte(bytes, data_size(request));
+  if (!reads_bits(request.function)) {
+    for (const auto word : words) append_word(bytes, word);
+    return;
+  }
+  for (std::size_t first = 0; first < words.size(); first += 8) {
+    unsigned bits = 0;
+    for (std::size_t i = first; i < std::min(first + 8, words.size()); ++i) bits |= (words[i] & 1u) << (i - first);
+    append_byte(bytes, bits);
+  }
+}
+
+void append_exception(std::byte function, std::uint8_t exception, std::vector<std::byte>& bytes) {
+  bytes.push_back(function | std::byte{kExceptionFlag});
+  append_byte(bytes, exception);
+}
 
 std::vector<std::byte> encode_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.transaction, request.unit);
@@ -90,6 +321,69 @@ std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame
   auto frame = begin_frame(word_at(request_frame, 0), byte_at(request_frame, kUnitAt));
   append_exception(request_frame[kFunctionAt], code, frame);
   return with_length(std::move(frame));
+}
+
+void append_rtu_crc(std::vector<std::byte>& frame) {
+  const auto value = crc_of(frame);
+  append_byte(frame, value & 0xFF);
+  append_byte(frame, value >> 8);
+}
+
+std::vector<std::byte> encode_rtu_request(const ModbusRequest& request) {
+  auto frame = begin_frame(request.unit);
+  append_request(request, frame);
+  return with_crc(std::move(frame));
+}
+
+Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request, std::span<const std::byte> bytes) {
+  if (!bytes.empty() && byte_at(bytes, 0) != request.unit) return wrong_field("unit", byte_at(bytes, 0), request.unit);
+  if (bytes.size() < 2) return std::nullopt;
+  const auto function = byte_at(bytes, 1);
+  if (answers_by_exception(request, function)) return kAround + kExceptionReplySize;
+  if (!answers(request, function))
+    return wrong_field("function", function, static_cast<std::uint8_t>(request.function));
+  const auto size = kAround + reply_size(request);
+  if (reads(request.function) && bytes.size() > 2 && byte_at(bytes, 2) + kAround + 2u != size)
+    return wrong_field("byte count", byte_at(bytes, 2), size - kAround - 2);
+  return size;
+}
+
+Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame) {
+  const auto size = rtu_answer_size(request, frame);
+  if (!size) return failure(size.error());
+  const auto expected = size->value_or(kAround + kExceptionReplySize);
+  if (frame.size() != expected) return wrong_field("size", frame.size(), expected);
+  if (!crc_fits(frame)) return failure(FaultKind::corrupted, "", "the CRC of the reply does not fit");
+  return decode_answer_of(request, pdu(frame));
+}
+
+Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> bytes) {
+  const auto size = bytes.empty() ? std::nullopt : request_size(bytes.subspan(1));
+  if (!size) return std::nullopt;
+  if (*size == 0) return failure(FaultKind::corrupted, "modbus request", "an unknown function");
+  return bytes.size() < kAround + *size ? std::nullopt : std::optional(kAround + *size);
+}
+
+Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame) {
+  if (frame.size() < kLeast || frame.size() > kLongestRtuFrame)
+    return failure(FaultKind::corrupted, "modbus request", "not one whole frame");
+  if (!crc_fits(frame)) return failure(FaultKind::corrupted, "modbus request", "the CRC does not fit");
+  ModbusRequest request{.unit = byte_at(frame, 0)};
+  if (auto decoded = decode_request_into(request, pdu(frame)); !decoded) return failure(std::move(decoded.error()));
+  return request;
+}
+
+std::vector<std::byte> encode_rtu_reply(const ModbusRequest& request, std::span<const std::uint16_t> words) {
+  auto frame = begin_frame(request.unit);
+  append_reply(request, words, frame);
+  return with_crc(std::move(frame));
+}
+
+std::vector<std::byte> encode_rtu_exception(std::span<const std::byte> request_frame, std::uint8_t code) {
+  assert(request_frame.size() >= 2);
+  auto frame = begin_frame(byte_at(request_frame, 0));
+  append_exception(request_frame[1], code, frame);
+  return with_crc(std::move(frame));
 }
 
 }  // namespace gyrotherm

@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "drivers/line/modbus_rtu_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 
 namespace gyrotherm {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "drivers/line/modbus_exchange.hpp"
+#include "drivers/line/modbus.hpp"
 
 namespace gyrotherm {
 

@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "drivers/line/descriptor.hpp"
-#include "drivers/line/half_open.hpp"
 #include "drivers/line/modbus_frame.hpp"
+#include "drivers/line/tcp_stream.hpp"
 
 namespace gyrotherm {
 

@@ -1,17 +1,133 @@
 #include "drivers/line/serial_stream.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <libserialport.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <utility>
 
+#include "core/file.hpp"
 #include "drivers/line/backoff.hpp"
 #include "drivers/line/descriptor.hpp"
-#include "drivers/line/serial_port.hpp"
 
 namespace gyrotherm {
-
 namespace {
+
+namespace fs = std::filesystem;
+
+struct FreePort {
+  void operator()(sp_port* port) const {
+    sp_close(port);
+    sp_free_port(port);
+  }
+};
+using Port = std::unique_ptr<sp_port, FreePort>;
+
+struct FreeConfig {
+  void operator()(sp_port_config* config) const { sp_free_config(config); }
+};
+using Config = std::unique_ptr<sp_port_config, FreeConfig>;
+
+tl::unexpected<Fault> refused(std::string what) { return failure(FaultKind::disconnected, "", std::move(what)); }
+
+std::string reason(int error) {
+  if (error == EACCES) return "permission denied; \"gyrotherm devices\" tells how to allow it";
+  if (error == EBUSY) return "in use by another program";
+  return std::strerror(error);
+}
+
+/// libserialport keeps the reason in errno when the system refused.
+std::string reason(sp_return code) { return code == SP_ERR_FAIL ? reason(errno) : "it is not a serial port"; }
+
+/// Others are kept out by the kernel, and those that the kernel lets in (root, who had it open before) by a lock.
+Result<void> claim(int descriptor) {
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return refused("in use by another program");
+  if (ioctl(descriptor, TIOCEXCL) != 0) return refused(reason(errno));
+  return {};
+}
+
+constexpr sp_parity kParities[] = {SP_PARITY_NONE, SP_PARITY_ODD, SP_PARITY_EVEN};
+
+std::optional<SerialFormat> format_of(sp_port* port) {
+  sp_port_config* raw = nullptr;
+  if (sp_new_config(&raw) != SP_OK) return {};
+  const Config config(raw);
+  SerialFormat found;
+  sp_parity parity{};
+  if (sp_get_config(port, raw) != SP_OK || sp_get_config_baudrate(raw, &found.baud) != SP_OK ||
+      sp_get_config_bits(raw, &found.data_bits) != SP_OK || sp_get_config_parity(raw, &parity) != SP_OK ||
+      sp_get_config_stopbits(raw, &found.stop_bits) != SP_OK)
+    return {};
+  const auto* known = std::ranges::find(kParities, parity);
+  if (known == std::end(kParities)) return {};
+  found.parity = static_cast<SerialParity>(known - std::begin(kParities));
+  return found;
+}
+
+Result<void> configure(sp_port* port, const SerialFormat& format) {
+  const bool set = sp_set_baudrate(port, format.baud) == SP_OK && sp_set_bits(port, format.data_bits) == SP_OK &&
+                   sp_set_parity(port, kParities[static_cast<std::size_t>(format.parity)]) == SP_OK &&
+                   sp_set_stopbits(port, format.stop_bits) == SP_OK &&
+                   sp_set_flowcontrol(port, SP_FLOWCONTROL_NONE) == SP_OK;
+  if (!set) return refused(fmt::format("cannot be set to {}", text(format)));
+  const auto found = format_of(port);
+  if (found != format)
+    return refused(fmt::format("set to {}, the port is at {}", text(format), found ? text(*found) : "something else"));
+  return {};
+}
+
+/// The instrument shall not see its modem lines drop, which some take for a reset, when the port is closed.
+void keep_modem_lines(int descriptor) {
+  termios settings{};
+  if (tcgetattr(descriptor, &settings) != 0) return;
+  settings.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
+  tcsetattr(descriptor, TCSANOW, &settings);
+}
+
+Result<Descriptor> open_port(const std::string& device, const SerialFormat& format) {
+  sp_port* raw = nullptr;
+  if (const auto found = sp_get_port_by_name(device.c_str(), &raw); found != SP_OK) return refused(reason(found));
+  const Port port(raw);
+  if (const auto opened = sp_open(raw, SP_MODE_READ_WRITE); opened != SP_OK) return refused(reason(opened));
+  int handle = kNoDescriptor;
+  sp_get_port_handle(raw, &handle);
+  if (auto mine = claim(handle); !mine) return failure(std::move(mine.error()));
+  if (auto set = configure(raw, format); !set) return failure(std::move(set.error()));
+  keep_modem_lines(handle);
+  tcflush(handle, TCIOFLUSH);
+  return Descriptor(fcntl(handle, F_DUPFD_CLOEXEC, 0));  // the port's own goes with it
+}
+
+/// libserialport takes none of these.
+Result<Descriptor> open_pseudo_terminal(const std::string& device) {
+  Descriptor line(open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!line.is_open()) return refused(reason(errno));
+  if (auto mine = claim(line.number()); !mine) return failure(std::move(mine.error()));
+  termios settings{};
+  if (tcgetattr(line.number(), &settings) != 0) return refused(reason(errno));
+  cfmakeraw(&settings);
+  if (tcsetattr(line.number(), TCSANOW, &settings) != 0) return refused(reason(errno));
+  tcflush(line.number(), TCIOFLUSH);
+  return line;
+}
+
+std::string stable_name(const std::string& device) {
+  std::error_code none;
+  for (const auto& link : entries_of("/dev/serial/by-id"))
+    if (fs::canonical(link, none) == device) return link.string();
+  return {};
+}
+
+std::string words(const char* text) { return text == nullptr ? "" : text; }
 
 class SerialStream final : public ByteStream {
  public:
@@ -80,6 +196,31 @@ Result<void> SerialStream::write(std::span<const std::byte> bytes, Duration with
 }
 
 }  // namespace
+
+Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format) {
+  std::error_code missing;
+  const auto real = fs::canonical(device, missing).string();
+  if (missing) return refused("there is no such device");
+  return real.starts_with("/dev/pts/") ? open_pseudo_terminal(real) : open_port(real, format);
+}
+
+std::vector<SerialPortFound> serial_ports() {
+  std::vector<SerialPortFound> found;
+  sp_port** ports = nullptr;
+  if (sp_list_ports(&ports) != SP_OK) return found;
+  for (auto** port = ports; *port != nullptr; ++port) {
+    SerialPortFound entry{.device = words(sp_get_port_name(*port)),
+                          .description = words(sp_get_port_description(*port)),
+                          .serial = words(sp_get_port_usb_serial(*port)),
+                          .stable_name = {}};
+    entry.stable_name = stable_name(entry.device);
+    sp_get_port_usb_vid_pid(*port, &entry.vendor, &entry.product);
+    found.push_back(std::move(entry));
+  }
+  sp_free_port_list(ports);
+  std::ranges::sort(found, {}, &SerialPortFound::device);
+  return found;
+}
 
 std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format) {
   return std::make_unique<SerialStream>(std::move(device), format);

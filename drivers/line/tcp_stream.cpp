@@ -11,10 +11,8 @@
 
 #include "drivers/line/backoff.hpp"
 #include "drivers/line/descriptor.hpp"
-#include "drivers/line/half_open.hpp"
 
 namespace gyrotherm {
-
 namespace {
 
 class TcpStream final : public ByteStream {

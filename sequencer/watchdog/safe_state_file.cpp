@@ -12,7 +12,7 @@
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
 #include "core/toml_text.hpp"
-#include "drivers/chamber/register_map_words.hpp"
+#include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm {
 namespace {

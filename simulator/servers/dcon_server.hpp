@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/thermometer/dcon_codec.hpp"
-#include "simulator/servers/text_session.hpp"
+#include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {

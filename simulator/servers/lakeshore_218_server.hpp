@@ -2,7 +2,7 @@
 #pragma once
 
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
-#include "simulator/servers/text_session.hpp"
+#include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {

@@ -2,12 +2,34 @@
 /// serial line.
 #pragma once
 
-#include "drivers/line/modbus_pdu.hpp"
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/line/modbus_frame.hpp"
 #include "simulator/chamber_registers.hpp"
-#include "simulator/link_addresses.hpp"
 #include "simulator/servers/session.hpp"
 
 namespace gyrotherm {
+
+class LinkAddresses {
+ public:
+  /// `map` with its link in use, by which the registers are kept; `kind`: the link that is served. A map that does not
+  /// describe such a link is served as it is in use.
+  LinkAddresses(const RegisterMap& map, LinkKind kind);
+
+  [[nodiscard]] std::uint8_t unit() const { return link_.unit; }
+  [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
+  /// Where the map in use has the register that this link has at `address`; nothing if it has none there.
+  [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
+
+ private:
+  ModbusLink link_;
+  std::map<std::uint16_t, std::uint16_t> moved_;  ///< on this link → in use
+  std::set<std::uint16_t> away_;                  ///< in use, and elsewhere on this link
+};
 
 /// Carries out what is asked at the addresses of one link. `words`: what a read found. Fails with the exception that
 /// answers it. Function 4 reads the same registers as 3; coils are read by 1 and 2.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "drivers/thermometer/pt12_codec.hpp"
-#include "simulator/servers/text_session.hpp"
+#include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {

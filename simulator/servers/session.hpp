@@ -1,10 +1,14 @@
 /// One client's conversation with a virtual instrument, as a function of bytes: no socket, no clock.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace gyrotherm {
@@ -18,5 +22,29 @@ class Session {
 };
 
 using MakeSession = std::function<std::unique_ptr<Session>()>;
+
+/// Which of the world's thermometers are on an instrument's inputs, by index; nothing: no thermometer.
+template <std::size_t kCount>
+using Inputs = std::array<std::optional<std::size_t>, kCount>;
+
+/// A command of more than 64 characters is skipped to its end.
+class TextSession : public Session {
+ public:
+  [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) final;
+
+ protected:
+  /// Commands end with `end`; blanks, CR and LF around them do not count.
+  explicit TextSession(char end) : end_(end) {}
+
+ private:
+  /// The whole reply with its terminator; "": there is none.
+  [[nodiscard]] virtual std::string answer(std::string_view command) const = 0;
+
+  char end_;
+  std::string line_;      ///< the beginning of a command
+  bool line_too_long_{};  ///< what is left of it is skipped
+};
+
+[[nodiscard]] std::string_view without_blanks(std::string_view text);
 
 }  // namespace gyrotherm

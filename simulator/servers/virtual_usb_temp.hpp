@@ -11,7 +11,7 @@
 
 #include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 #include "drivers/wires.hpp"
-#include "simulator/servers/text_session.hpp"
+#include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {

@@ -33,7 +33,7 @@ MUTANTS = [
      "void StatusTurns::begin_anew() {\n  so_far_.clear();\n  at_ = 0;", "void StatusTurns::begin_anew() {",
      "drivers_test", "StatusTurns.WhatWasFoundBeforeASilenceIsForgotten"),
     ("a reading has no end", "drivers/chamber/modbus_chamber.cpp",
-     "if (before - began >= kReading && !unhurried_)", "if (false)",
+     "if (before - began >= kLongestReading && !unhurried_)", "if (false)",
      "drivers_test", "ChamberCommands.AReadingIsLeftWhenItsSecondIsOver"),
     ("an activity outlives a silence", "drivers/chamber/modbus_chamber.cpp",
      "  status_.activity = ChamberActivity::unknown;\n", "",
@@ -187,7 +187,7 @@ MUTANTS = [
 
     # What is not seen, or not meant.
     ("a lost reading is a good one", "sequencer/interlocks/interlocks.cpp",
-     "if (!finding && findings.hidden[index] && memory.samples > 0)", "if (false)",
+     "if (!found && unread && watch.samples > 0)", "if (false)",
      "run_test", "Interlocks.ALostReadingIsNoSignThatALimitIsKept"),
     ("a removed safe-state file calls the guard off", "sequencer/watchdog/trail.cpp",
      "return by_another ? kFulfilled : kGone;", "return kFulfilled;",

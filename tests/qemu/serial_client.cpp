@@ -2,7 +2,7 @@
 #include <chrono>
 
 #include "drivers/line/line_address.hpp"
-#include "drivers/line/serial_port.hpp"
+#include "drivers/line/serial_stream.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "tests/qemu/checks.hpp"
 

@@ -17,7 +17,6 @@
 #include <functional>
 
 #include "core/process.hpp"
-#include "drivers/chamber/chamber_name.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdlib>
 
 #include "core/file.hpp"
-#include "drivers/chamber/chamber_status.hpp"
 #include "drivers/chamber/map_confidence.hpp"
-#include "drivers/chamber/read_plan.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/status_turns.hpp"
 #include "drivers/chamber/word_order_probe.hpp"
 
 namespace gyrotherm {

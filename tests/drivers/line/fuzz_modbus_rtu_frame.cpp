@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "drivers/line/modbus_rtu_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 
 namespace gyrotherm {
 

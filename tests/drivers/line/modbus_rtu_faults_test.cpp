@@ -13,8 +13,8 @@
 
 #include <map>
 
+#include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_rtu.hpp"
-#include "drivers/line/modbus_rtu_frame.hpp"
 #include "tests/drivers/line/faults.hpp"
 #include "tests/support/simulated_line.hpp"
 

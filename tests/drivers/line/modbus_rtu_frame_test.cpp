@@ -1,9 +1,8 @@
-#include "drivers/line/modbus_rtu_frame.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "drivers/line/modbus_frame.hpp"
 #include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm {

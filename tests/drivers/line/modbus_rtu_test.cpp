@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/line/modbus_rtu_frame.hpp"
+#include "drivers/line/modbus_frame.hpp"
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
 

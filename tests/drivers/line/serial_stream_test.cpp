@@ -11,7 +11,6 @@
 #include <csignal>
 #include <filesystem>
 
-#include "drivers/line/serial_port.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
 #include "tests/support/fakes.hpp"
 

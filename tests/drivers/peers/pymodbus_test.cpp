@@ -11,7 +11,6 @@
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
-#include "drivers/line/modbus_rtu_frame.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
 #include "tests/drivers/peers/faulty_relay.hpp"
 #include "tests/drivers/peers/python_server.hpp"

@@ -5,7 +5,6 @@
 
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus_frame.hpp"
-#include "drivers/line/modbus_rtu_frame.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "drivers/line/modbus_rtu.hpp"
-#include "rig/wires.hpp"
+#include "rig/rig.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 
 namespace gyrotherm {

@@ -12,7 +12,7 @@
 #include "simulator/chamber_registers.hpp"
 #include "simulator/laboratory_faults.hpp"
 #include "simulator/laboratory_parameters.hpp"
-#include "simulator/servers/stream_writer.hpp"
+#include "simulator/servers/gyro_server.hpp"
 #include "simulator/virtual_laboratory.hpp"
 #include "tests/sequencer/faults/chamber_port.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "drivers/line/modbus_frame.hpp"
-#include "drivers/line/modbus_rtu_frame.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 

@@ -1,6 +1,4 @@
 /// Every shipped gyro stream from both ends: what the virtual gyro writes, the driver adds up to the same angle.
-#include "simulator/servers/stream_writer.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include "core/random.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
+#include "simulator/servers/gyro_server.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 

@@ -1,13 +1,14 @@
+#include "drivers/chamber/register_map_reader.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <set>
 
-#include "drivers/chamber/register_map_parts.hpp"
-
 namespace gyrotherm {
-
 namespace {
 
 constexpr double kFinestOfFloat = 0.001;
@@ -207,6 +208,135 @@ void check_sizes(const TomlTable& table, const RegisterItem& item, const Registe
                                         word_count(item), link.modbus.read_at_most));
 }
 
+constexpr Vocabulary<CellSource, 15> kSources{{{"name", CellSource::name},
+                                               {"number", CellSource::number},
+                                               {"step_count", CellSource::step_count},
+                                               {"step", CellSource::step},
+                                               {"kind", CellSource::kind},
+                                               {"start", CellSource::start},
+                                               {"target", CellSource::target},
+                                               {"rate", CellSource::rate},
+                                               {"hours", CellSource::hours},
+                                               {"minutes", CellSource::minutes},
+                                               {"seconds", CellSource::seconds},
+                                               {"total_seconds", CellSource::total_seconds},
+                                               {"guaranteed_soak", CellSource::guaranteed_soak},
+                                               {"soak_band", CellSource::soak_band},
+                                               {"constant", CellSource::constant}}};
+constexpr Vocabulary<StepKind, 3> kKinds{{{"ramp", StepKind::ramp}, {"soak", StepKind::soak}, {"end", StepKind::end}}};
+
+void check_codes(const TomlTable& table, const MemoryCell& cell) {
+  const auto must_have = [&](std::initializer_list<const char*> names) {
+    for (const auto* name : names)
+      if (!cell.form.codes.contains(name)) table.mistake("codes", fmt::format("no code is named \"{}\"", name));
+  };
+  if (cell.source == CellSource::kind) must_have({"ramp", "soak"});
+  if (cell.source == CellSource::guaranteed_soak) must_have({"off", "on"});
+}
+
+MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
+  MemoryCell cell;
+  cell.at = bounded<std::uint16_t>(table, "at", table.integer("at", 0), 0, 122);
+  cell.source = one_of(kSources, table, "holds", "constant");
+  if (cell.source == CellSource::constant) cell.constant = table.number("value");
+  read_form(table, defaults.order, cell.form);
+  const bool is_text = cell.form.type == RegisterType::text;
+  if (is_text != (cell.source == CellSource::name) || cell.form.type == RegisterType::date_time)
+    table.mistake("type", "a program's name, and nothing else, is of type text; no cell is a date");
+  check_codes(table, cell);
+  return cell;
+}
+
+MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, const RegisterMap& map) {
+  MemoryBlock block;
+  block.address = read_address(table, "address", defaults.address_base);
+  if (table.has("write_function")) block.function = one_of(kWriteFunctions, table, "write_function");
+  for (const auto& word : table.texts("for"))
+    for (const auto& [known, kind] : kKinds)
+      if (word == known) block.kinds.push_back(kind);
+  if (block.kinds.size() != table.texts("for").size()) table.mistake("for", "expected ramp, soak or end");
+  block.select = table.boolean("select", false);
+  block.read_back = !block.select && table.boolean("read_back", true);
+  int end = 0;
+  for (const auto& one : table.tables("cell")) {
+    block.cells.push_back(read_cell(one, defaults));
+    end = std::max(end, block.cells.back().at + word_count(block.cells.back().form));
+  }
+  if (block.cells.empty()) table.mistake("cell", "a block has at least one cell");
+  block.count = bounded<std::uint16_t>(table, "count", table.integer("count", std::max(end, 1)), std::max(end, 1), 123);
+  for (const auto& link : map.links)
+    if (block.count > link.modbus.write_at_most)
+      table.mistake("count", fmt::format("{} registers, of which at most {} can be written at once", block.count,
+                                         link.modbus.write_at_most));
+  if (block.address + block.count > 0x10000) table.mistake("address", "the block does not fit below address 65536");
+  return block;
+}
+
+void check_steps(const TomlTable& table, const ProfileMemory& memory) {
+  const auto has = [&](CellSource source) {
+    return std::ranges::any_of(memory.step, [&](const auto& block) {
+      return std::ranges::any_of(block.cells, [&](const auto& cell) { return cell.source == source; });
+    });
+  };
+  if (!has(CellSource::target) && !has(CellSource::start))
+    table.mistake("step", "no cell of a step holds its target or its start");
+  const bool timed = has(CellSource::total_seconds) || (has(CellSource::hours) && has(CellSource::minutes));
+  if (!timed) table.mistake("step", "the cells of a step do not hold its time");
+  if (memory.ramps_by_rate && !has(CellSource::rate)) table.mistake("step", "no cell of a step holds the rate");
+  for (const auto& block : memory.step)
+    if (block.address + (memory.steps_at_most - 1) * memory.stride + block.count > 0x10000)
+      table.mistake("steps_at_most", "the last step does not fit below address 65536");
+}
+
+constexpr Duration kUsualPatience = std::chrono::seconds(5);
+const std::vector<std::string> kCommands{"start",   "stop",          "pause",        "resume",       "acknowledge",
+                                         "advance", "start_program", "stop_program", "begin_upload", "end_upload"};
+
+/// What is written: a number, the code of a meaning, a parameter of the command, or another item's time.
+void read_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
+  if (table.has("code")) {
+    const auto meaning = table.text("code");
+    const auto code = item ? code_of(*item, meaning) : std::nullopt;
+    if (item && !code)
+      table.mistake("code", fmt::format("register \"{}\" has no code named \"{}\"", item->name, meaning));
+    step.value = code.value_or(0);
+  } else if (table.has("of")) {
+    step.source = table.choice("of", {"program", "step"}) == "program" ? SequenceStep::Source::program
+                                                                       : SequenceStep::Source::step;
+    step.value = table.number("plus", 0);
+  } else if (table.has("date_of")) {
+    step.source = SequenceStep::Source::date;
+    step.date_of = table.text("date_of");
+    step.duration = table.duration("later", {});
+    const auto* clock = named_item(map, table, "date_of", step.date_of);
+    if ((clock && clock->type != RegisterType::date_time) || (item && item->type != RegisterType::date_time))
+      table.mistake("date_of", "both registers must be of type date_time");
+  } else {
+    step.value = table.number("value");
+  }
+}
+
+SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
+  SequenceStep step;
+  if (table.has("when")) step.only_if = read_condition(table.table("when"), map);
+  if (table.has("write")) {
+    step.kind = SequenceStep::Kind::write;
+    step.item = table.text("write");
+    const auto* item = named_item(map, table, "write", step.item);
+    if (item && !item->writable) table.mistake("write", fmt::format("register \"{}\" is not writable", item->name));
+    read_value(table, map, item, step);
+  } else if (table.has("wait")) {
+    step.kind = SequenceStep::Kind::wait;
+    step.until = read_condition(table.table("wait"), map);
+    step.item = step.until.item;
+    step.duration = table.duration("within", kUsualPatience);
+  } else {
+    step.kind = SequenceStep::Kind::pause;
+    step.duration = table.duration("pause");
+  }
+  return step;
+}
+
 }  // namespace
 
 std::uint16_t read_address(const TomlTable& table, const char* key, std::int64_t base) {
@@ -239,6 +369,83 @@ void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap
     }
   for (const auto& table : tables)
     if (const auto* item = map.find(table.text("name", ""))) check_references(table, *item, map);
+}
+
+void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterMap& map) {
+  ProfileMemory memory;
+  memory.steps_at_most = bounded<int>(table, "steps_at_most", table.integer("steps_at_most"), 1, 1000);
+  memory.programs = bounded<int>(table, "programs", table.integer("programs", 1), 1, 1000);
+  memory.first_program = bounded<int>(table, "first_program", table.integer("first_program", 1), 0, 1);
+  memory.first_step = bounded<int>(table, "first_step", table.integer("first_step", 1), 0, 1);
+  memory.stride = bounded<std::uint16_t>(table, "stride", table.integer("stride", 0), 0, 1000);
+  memory.ramps_by_rate = table.choice("ramps_by", {"time", "rate"}, "time") == "rate";
+  memory.end_step = table.boolean("end_step", false);
+  memory.end_time = table.duration("end_time", {});
+  memory.longest_step = table.duration("longest_step");
+  memory.finest = table.duration("finest", std::chrono::seconds(1));
+  if (memory.finest <= Duration{} || memory.longest_step < memory.finest)
+    table.mistake("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
+  memory.pause = table.duration("pause", {});
+  memory.recovery = table.duration("recovery", {});
+  memory.number_from = table.text("number_from", "");
+  if (!memory.number_from.empty()) (void)named_item(map, table, "number_from", memory.number_from);
+  memory.confidence = one_of(kConfidences, table, "confidence", "unverified");
+  for (const auto& block : table.tables("header")) memory.header.push_back(read_block(block, defaults, map));
+  for (const auto& block : table.tables("step")) memory.step.push_back(read_block(block, defaults, map));
+  for (const auto& block : table.tables("footer")) memory.footer.push_back(read_block(block, defaults, map));
+  check_steps(table, memory);
+  map.memory = std::move(memory);
+}
+
+void read_sequences(const TomlTable& table, RegisterMap& map) {
+  for (const auto& name : table.keys()) {
+    if (std::find(kCommands.begin(), kCommands.end(), name) == kCommands.end())
+      table.mistake(name, fmt::format("\"{}\" is none of {}", name, fmt::join(kCommands, ", ")));
+    auto& steps = map.sequences[name];
+    for (const auto& step : table.tables(name)) steps.push_back(read_step(step, map));
+    if (steps.empty()) table.mistake(name, fmt::format("\"{}\" has no steps", name));
+  }
+}
+
+void read_simulated(const TomlTable& table, RegisterMap& map) {
+  auto& unit = map.simulated;
+  const auto conditions = [&](const char* key, std::vector<Condition>& all) {
+    for (const auto& one : table.tables(key)) all.push_back(read_condition(one, map));
+  };
+  conditions("turns_on", unit.turns_on);
+  conditions("turns_off", unit.turns_off);
+  conditions("starts_program", unit.starts_program);
+  conditions("holds_program", unit.holds_program);
+  conditions("resumes_program", unit.resumes_program);
+  conditions("ends_program", unit.ends_program);
+  conditions("creates_program", unit.creates_program);
+  conditions("stores_program", unit.stores_program);
+  conditions("loads_program", unit.loads_program);
+  unit.program_number = table.text("program_number", "");
+  unit.program_step = table.text("program_step", "");
+  for (const auto& one : table.tables("shows")) {
+    SimulatedUnit::Shows shows{.item = one.text("register"), .values = {}};
+    const auto* item = named_item(map, one, "register", shows.item);
+    for (const auto* state : {"off", "on", "running", "ramping", "soaking", "held", "done"}) {
+      if (!one.has(state)) continue;
+      const auto code = item && !item->codes.empty() ? code_of(*item, one.text(state)) : one.number(state);
+      if (!code) one.mistake(state, fmt::format("register \"{}\" has no such code", shows.item));
+      shows.values[state] = code.value_or(0);
+    }
+    unit.shows.push_back(std::move(shows));
+  }
+  for (const auto& one : table.tables("initial")) {
+    const auto name = one.text("register");
+    (void)named_item(map, one, "register", name);
+    if (one.has("text"))
+      unit.initial_texts.emplace_back(name, one.text("text"));
+    else
+      unit.initial.emplace_back(name, one.number("value"));
+  }
+  unit.when_off = table.texts("sentinel_when_off");
+  for (const auto& name : unit.when_off) (void)named_item(map, table, "sentinel_when_off", name);
+  unit.silent_exceptions = table.boolean("silent_exceptions", false);
+  unit.ignores_blocks_elsewhere = table.boolean("ignores_blocks_elsewhere", false);
 }
 
 }  // namespace gyrotherm

@@ -1,4 +1,4 @@
-#include "simulator/servers/text_session.hpp"
+#include "simulator/servers/session.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/chamber/register_map_words.hpp"
 
 namespace gyrotherm {
 

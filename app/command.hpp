@@ -82,23 +82,4 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
 /// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 
-void add_check(Program& program);
-void add_compensate(Program& program);
-void add_devices(Program& program);
-void add_export(Program& program);
-void add_export_model(Program& program);
-void add_import(Program& program);
-void add_placement(Program& program);
-void add_qualify(Program& program);
-void add_reduce(Program& program);
-void add_report(Program& program);
-void add_resume(Program& program);
-void add_run(Program& program);
-void add_simulate(Program& program);
-void add_status(Program& program);
-void add_tell(Program& program);
-void add_thermal(Program& program);
-void add_train(Program& program);
-void add_verify(Program& program);
-
 }  // namespace gyrotherm

@@ -2,28 +2,32 @@
 #include "app/command.hpp"
 
 namespace gyrotherm {
+
+// A command is a file of app/commands that defines one of these, and its name in the list below.
+void add_qualify(Program& program);
+void add_run(Program& program);
+void add_resume(Program& program);
+void add_status(Program& program);
+void add_tell(Program& program);
+void add_simulate(Program& program);
+void add_check(Program& program);
+void add_devices(Program& program);
+void add_import(Program& program);
+void add_export(Program& program);
+void add_thermal(Program& program);
+void add_train(Program& program);
+void add_verify(Program& program);
+void add_placement(Program& program);
+void add_reduce(Program& program);
+void add_compensate(Program& program);
+void add_export_model(Program& program);
+void add_report(Program& program);
+
 namespace {
 
-void add_commands(Program& program) {
-  add_qualify(program);
-  add_run(program);
-  add_resume(program);
-  add_status(program);
-  add_tell(program);
-  add_simulate(program);
-  add_check(program);
-  add_devices(program);
-  add_import(program);
-  add_export(program);
-  add_thermal(program);
-  add_train(program);
-  add_verify(program);
-  add_placement(program);
-  add_reduce(program);
-  add_compensate(program);
-  add_export_model(program);
-  add_report(program);
-}
+constexpr auto kCommands = {add_qualify, add_run,       add_resume, add_status,     add_tell,         add_simulate,
+                            add_check,   add_devices,   add_import, add_export,     add_thermal,      add_train,
+                            add_verify,  add_placement, add_reduce, add_compensate, add_export_model, add_report};
 
 }  // namespace
 }  // namespace gyrotherm
@@ -31,6 +35,6 @@ void add_commands(Program& program) {
 int main(int argc, char** argv) {
   gyrotherm::Program program(
       "gyrotherm", "gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
-  gyrotherm::add_commands(program);
+  for (const auto add : gyrotherm::kCommands) add(program);
   return run(program, argc, argv);
 }

@@ -302,10 +302,59 @@ TEST(House, ScriptsCanBeRun) {
   }
 }
 
+/// What a pattern finds in a text, its first group of each.
+std::set<std::string> found_in(const std::string& text, const char* pattern) {
+  std::set<std::string> found;
+  const std::regex one(pattern);
+  for (std::sregex_iterator match(text.begin(), text.end(), one), end; match != end; ++match)
+    found.insert((*match)[1].str());
+  return found;
+}
+
+std::string text_of(const fs::path& path) { return fmt::format("{}", fmt::join(lines_of(path), "\n")); }
+
+/// Sections of docs/errata.md, rows of docs/invariants.md and numbers of docs/decisions that sources speak of.
+TEST(House, EveryReferenceToAnErratumAnInvariantOrADecisionResolves) {
+  const auto sections = found_in(text_of(kRoot / "docs/errata.md"), R"((?:^|\n)##+ (\d+(?:\.\d+)?)\.? )");
+  const auto invariants = found_in(text_of(kRoot / "docs/invariants.md"), R"(\n\| (I\d+) \|)");
+  std::set<std::string> decisions;
+  for (const auto& entry : fs::directory_iterator(kRoot / "docs/decisions"))
+    decisions.insert(entry.path().filename().string().substr(0, 4));
+  EXPECT_GT(sections.size(), 10u);
+  EXPECT_EQ(invariants.size(), 23u);
+  for (fs::recursive_directory_iterator entry(kRoot), end; entry != end; ++entry) {
+    const auto path = fs::relative(entry->path(), kRoot).generic_string();
+    const auto ending = entry->path().extension();
+    if (path == "build" || path == "out" || path == ".git") entry.disable_recursion_pending();
+    if (ending != ".cpp" && ending != ".hpp" && ending != ".py" && ending != ".md") continue;
+    const auto text = text_of(entry->path());
+    for (const auto& section : found_in(text, R"(\berrata (\d+(?:\.\d+)?))"))
+      EXPECT_TRUE(sections.contains(section)) << path << ": errata " << section;
+    for (const auto& number : found_in(text, R"(decisions?[ /](\d{4})\b)"))
+      EXPECT_TRUE(decisions.contains(number)) << path << ": decision " << number;
+    if (!path.starts_with("tests/sequencer") && !path.starts_with("tests/mutants")) continue;
+    for (const auto& invariant : found_in(text, R"(\b(I\d{1,2})\b)"))
+      EXPECT_TRUE(invariants.contains(invariant)) << path << ": " << invariant;
+  }
+}
+
+/// The last column of docs/glossary.md.
+TEST(House, NamesAreThoseOfTheGlossary) {
+  std::set<std::string> losers;
+  for (const auto& line : lines_of(kRoot / "docs/glossary.md"))
+    if (line.starts_with("| ")) losers.merge(found_in(line.substr(line.rfind('|', line.size() - 2)), R"(`(\w+)`)"));
+  EXPECT_GT(losers.size(), 20u);
+  const std::regex loser(fmt::format("\\b(?:{})\\b", fmt::join(losers, "|")));
+  for (const auto& source : all_sources())
+    for (std::size_t i = 0; i < source.lines.size(); ++i)
+      EXPECT_FALSE(std::regex_search(source.lines[i], loser)) << source.at(i) << ": see docs/glossary.md";
+}
+
 TEST(House, TopLevelHoldsTheRoomsAndNothingElse) {
   std::set<std::string> allowed{
-      "CMakeLists.txt", "CMakePresets.json", "README.md", "CHANGELOG.md", "LICENSE", "cmake", "debian",
-      "docs",           "profiles",          "tests",     "bench",        "monitor"};
+      "ARCHITECTURE.md", "CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "CMakePresets.json",
+      "CONTRIBUTING.md", "LICENSE",      "README.md",    "SECURITY.md",    "bench",
+      "cmake",           "debian",       "docs",         "profiles",       "tests"};
   allowed.insert(kRooms.begin(), kRooms.end());
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const auto name = entry.path().filename().string();

@@ -1,5 +1,5 @@
 /// The record of a run being written: one SQLite file, one connection, nothing acknowledged that is not synced
-/// (reliability rules: exclusive locking before WAL, synchronous FULL, each setting read back).
+/// (exclusive locking before WAL, synchronous FULL, each setting read back).
 #pragma once
 
 #include <cstdint>

@@ -40,7 +40,7 @@ class Invariants {
   void life_begins(std::int64_t last_recorded);
   /// The world stands as the tick will find it.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
-  /// `witness` has what this tick brought.
+  /// `recording` has what this tick brought.
   void after_tick(std::int64_t second, const RecordingStore& recording);
   /// Seconds that passed without a program, or without a tick.
   void no_tick() { quiet_ticks_ = {}; }

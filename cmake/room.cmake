@@ -1,14 +1,16 @@
 # One library per room, or per floor of one: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
-# makes gyrotherm::NAME. The rooms in USES are public, third parties stay private to the room. A unity build compiles
-# those of the SOURCES that are named in ALONE too by themselves: their own names are another file's as well.
+# makes gyrotherm::NAME, which is installed for others to build on (package.cmake), unless it is one of the programs' own:
+# INTERNAL. The rooms in USES are public, third parties stay private to the room. A unity build compiles those of the
+# SOURCES that are named in ALONE too by themselves: their own names are another file's as well.
 # GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset watches for the real ones.
 function(gyrotherm_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>)
-  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/gyrotherm>)
 endfunction()
 
 function(gyrotherm_room name)
-  cmake_parse_arguments(room "" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(room "INTERNAL" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(gyrotherm_${name} STATIC ${room_SOURCES})
   add_library(gyrotherm::${name} ALIAS gyrotherm_${name})
   set_source_files_properties(${room_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -17,8 +19,11 @@ function(gyrotherm_room name)
   target_link_libraries(gyrotherm_${name} PRIVATE ${room_PRIVATE})
   target_link_libraries(gyrotherm_${name} PUBLIC fmt::fmt ${room_PUBLIC})
   foreach(other IN LISTS room_USES)
-    target_link_libraries(gyrotherm_${name} PUBLIC gyrotherm_${other})
+    target_link_libraries(gyrotherm_${name} PUBLIC gyrotherm::${other})
   endforeach()
+  if(NOT room_INTERNAL)
+    gyrotherm_package_room(${name} USES ${room_USES} THIRD_PARTIES fmt::fmt ${room_PUBLIC} ${room_PRIVATE})
+  endif()
 endfunction()
 
 # A test that computes nothing itself compiles in half the time when it is not optimised; the rooms that it tests are.

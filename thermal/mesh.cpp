@@ -356,7 +356,7 @@ class FilmOfWalls {
   std::vector<double> area_;  // mm², by brick and face
 };
 
-constexpr int kSteps = 512;  // of a share
+constexpr int kShareSteps = 512;  // of a share
 
 /// Of the shares, and of the direction across: 0 none, 1 upright, from 2 on angles in the plan.
 using Steps = std::array<int, kGyroParts + 1>;
@@ -377,12 +377,12 @@ Steps steps_of(const BrickContents& contents, bool fills) {
   Steps steps{};
   int sum = 0;
   for (std::size_t part = 0; part < kGyroParts; ++part) {
-    steps[part] = static_cast<int>(std::floor(contents.share[part] * kSteps + 0.5 + 1e-6));
+    steps[part] = static_cast<int>(std::floor(contents.share[part] * kShareSteps + 0.5 + 1e-6));
     sum += steps[part];
   }
   if (fills && sum > 0) {
     const auto largest = std::max_element(steps.begin(), steps.begin() + kGyroParts);
-    *largest += kSteps - sum;
+    *largest += kShareSteps - sum;
   }
   steps.back() = direction_step(contents.across);
   return steps;
@@ -406,7 +406,7 @@ void classify(const std::vector<BrickContents>& contents, bool fills, GyroMesh& 
       BrickClass made;
       for (std::size_t part = 0; part < kGyroParts; ++part)
         if (steps[part] > 0)
-          made.shares.push_back({static_cast<GyroPart>(part), static_cast<double>(steps[part]) / kSteps});
+          made.shares.push_back({static_cast<GyroPart>(part), static_cast<double>(steps[part]) / kShareSteps});
       if (made.shares.size() > 1) made.across = direction(steps.back());
       mesh.classes.push_back(std::move(made));
     }

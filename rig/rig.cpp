@@ -66,7 +66,7 @@ class DriversOnLines final : public Drivers {
   std::unique_ptr<Pauses> pauses() override { return laboratory_ ? virtual_pauses() : real_pauses(); }
   std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
     const auto& settings = file.thermometers[index];
-    if (laboratory_ && settings.kind == VirtualThermometerKind::mcc_usb_temp)
+    if (laboratory_ && settings.kind == ThermometerKind::mcc_usb_temp)
       return make_usb_temp(settings, place, laboratory_->usb_temp(index));
     return make_thermometer(settings, place, lines_.thermometers[index], file.simulated);
   }
@@ -87,7 +87,7 @@ class DriversOnWires final : public Drivers {
   std::unique_ptr<Pauses> pauses() override { return wires_.pauses(); }
   std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
     const auto& settings = file.thermometers[index];
-    if (settings.kind == VirtualThermometerKind::mcc_usb_temp) {
+    if (settings.kind == ThermometerKind::mcc_usb_temp) {
       auto wire = wires_.usb_temp(index);
       return make_usb_temp(settings, place, std::move(wire.line), wire.clock);
     }

@@ -38,29 +38,13 @@ float number(const TomlTable& table, const char* key, float fallback) {
   return table.has(key) ? number(table, key) : fallback;
 }
 
-using Kind = VirtualThermometerKind;
+using Kind = ThermometerKind;
 
-constexpr Vocabulary<Kind, 4> kDrivers{{{"lakeshore_218", Kind::lakeshore_218},
-                                        {"dcon", Kind::dcon},
-                                        {"pt12", Kind::pt12},
-                                        {"mcc_usb_temp", Kind::mcc_usb_temp}}};
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
 constexpr std::size_t kMostCoefficients = 10;
 
-/// Where the line does not say it: the Lake Shore's is fixed (user's manual, chapter 6), the others' as delivered.
-SerialFormat serial_format(Kind kind) {
-  if (kind == Kind::lakeshore_218) return {.baud = 9600, .data_bits = 7, .parity = SerialParity::odd, .stop_bits = 1};
-  return {};
-}
-
 std::size_t inputs_of(const ThermometerSettings& settings) {
-  switch (settings.kind) {
-    case Kind::lakeshore_218: return kLakeshore218Inputs;
-    case Kind::mcc_usb_temp: return kMccInputs;
-    case Kind::dcon: return kDconInputs * settings.addresses.size();
-    case Kind::pt12: return kPt12Inputs;
-  }
-  return 0;
+  return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
 }
 
 /// Notes a mistake if the instrument cannot be on it.
@@ -185,8 +169,8 @@ void check_line(const TomlTable& table, const std::string& line) {
 ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
   ThermometerSettings settings;
   settings.place = table.place();
-  settings.kind = one_of(kDrivers, table, "driver");
-  settings.driver = kDrivers[static_cast<std::size_t>(settings.kind)].first;
+  settings.kind = one_of(kThermometerDrivers, table, "driver");
+  settings.driver = row_of(settings.kind).name;
   settings.line = table.text("line");
   check_line_of(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
@@ -202,7 +186,7 @@ std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& setting
                                               const Line& line, bool simulated) {
   if (const auto* hid = std::get_if<HidLine>(&line))
     return make_usb_temp(settings, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
-  return make_thermometer(settings, place, make_stream(line, {.serial = serial_format(settings.kind)}, kConnectWithin),
+  return make_thermometer(settings, place, make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin),
                           simulated);
 }
 

@@ -14,7 +14,7 @@
 #include "drivers/line/line_address.hpp"
 #include "drivers/thermometer/dcon_codec.hpp"
 #include "drivers/thermometer/mcc_usb_temp_setup.hpp"
-#include "simulator/virtual_instruments.hpp"
+#include "drivers/thermometer/thermometer_kinds.hpp"
 
 namespace gyrotherm {
 
@@ -28,8 +28,8 @@ inline constexpr std::string_view kVirtualLine = "virtual";
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
 
 struct ThermometerSettings {
-  std::string driver;             ///< "lakeshore_218", "dcon", "pt12", "mcc_usb_temp"
-  VirtualThermometerKind kind{};  ///< the same
+  std::string driver;  ///< the name of its kind
+  ThermometerKind kind{};
   std::string line;
   std::vector<std::string> channels;       ///< in the order of the instrument's inputs
   std::vector<Channel> calibrated;         ///< the same, as the record keeps them

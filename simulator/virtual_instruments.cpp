@@ -24,13 +24,8 @@ namespace {
 using Places = std::vector<std::size_t>;
 
 std::size_t inputs_of(const VirtualThermometer& thermometer) {
-  switch (thermometer.kind) {
-    case VirtualThermometerKind::lakeshore_218: return kLakeshore218Inputs;
-    case VirtualThermometerKind::dcon: return kDconInputs * thermometer.addresses.size();
-    case VirtualThermometerKind::pt12: return kPt12Inputs;
-    case VirtualThermometerKind::mcc_usb_temp: return kMccInputs;
-  }
-  return 0;
+  const auto modules = thermometer.kind == ThermometerKind::dcon ? thermometer.addresses.size() : 1;
+  return row_of(thermometer.kind).inputs * modules;
 }
 
 Result<Places> places_of(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
@@ -71,19 +66,19 @@ std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const 
 MakeSession session_of(const VirtualThermometer& thermometer, const Places& places,
                        const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
-    case VirtualThermometerKind::lakeshore_218:
+    case ThermometerKind::lakeshore_218:
       return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
         return std::make_unique<Lakeshore218Session>(laboratory, inputs);
       };
-    case VirtualThermometerKind::pt12:
+    case ThermometerKind::pt12:
       return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(places)] {
         return std::make_unique<Pt12Session>(laboratory, inputs);
       };
-    case VirtualThermometerKind::dcon:
+    case ThermometerKind::dcon:
       return [&laboratory, modules = modules_of(thermometer, places)] {
         return std::make_unique<DconSession>(laboratory, modules);
       };
-    case VirtualThermometerKind::mcc_usb_temp: return {};
+    case ThermometerKind::mcc_usb_temp: return {};
   }
   return {};
 }
@@ -254,7 +249,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
     auto found = places_of(thermometer, laboratory);
     if (!found) return failure(std::move(found.error()));
     places.push_back(std::move(*found));
-    servers += thermometer.kind == VirtualThermometerKind::mcc_usb_temp ? 0 : 1;
+    servers += thermometer.kind == ThermometerKind::mcc_usb_temp ? 0 : 1;
   }
   auto listeners = listen_all(options.first_port, servers);
   if (!listeners) return failure(std::move(listeners.error()));

@@ -10,18 +10,16 @@
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/frame_stream.hpp"
-#include "drivers/thermometer/dcon_codec.hpp"
+#include "drivers/thermometer/thermometer_kinds.hpp"
 #include "drivers/wires.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
 
-enum class VirtualThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp };
-
 /// One thermometer of the virtual rig: which of the world's are on its inputs, in order; on DCON modules eight to each.
 struct VirtualThermometer {
   std::vector<std::string> channels;
-  VirtualThermometerKind kind{};
+  ThermometerKind kind{};
   std::vector<std::uint8_t> addresses{1};  ///< DCON: of the modules on the line
   std::uint8_t type = 0x10;                ///< DCON: of all their inputs
   DconChecksum checksum{};

@@ -13,12 +13,6 @@
 
 namespace gyrotherm {
 
-/// A record's samples and their 100-s means.
-struct RecordedRun {
-  Dataset dataset;
-  Clusters clusters;
-};
-
 /// First and one past the last cluster, of those that a record has.
 struct ClusterRange {
   Eigen::Index first{}, end{};

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <nlohmann/json.hpp>
+#include "core/json.hpp"
 
 namespace gyrotherm {
 double peak_memory_mb() {
@@ -26,7 +26,7 @@ void Timings::end() {
 }
 
 std::string Timings::to_json() const {
-  nlohmann::ordered_json json{{"schema", "gyrotherm-timings/1"}, {"stages", nlohmann::ordered_json::array()}};
+  Json json{{"schema", "gyrotherm-timings/1"}, {"stages", Json::array()}};
   double total = 0;
   for (const auto& [stage, seconds] : stages_) {
     json["stages"].push_back({{"stage", stage}, {"wall_s", seconds}});

@@ -26,6 +26,7 @@ std::string place_of_byte(std::string_view text, std::size_t byte, const std::st
 
 struct JsonPlace::Document {
   std::string file;
+  Nulls nulls;
   Json root;
   std::optional<Fault> mistake;
 };
@@ -33,7 +34,7 @@ struct JsonPlace::Document {
 JsonPlace::JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path)
     : document_(std::move(document)), node_(node), path_(std::move(path)) {}
 
-Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file) {
+Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file, Nulls nulls) {
   auto document = std::make_shared<Document>();
   try {
     document->root = Json::parse(text);
@@ -43,6 +44,7 @@ Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file) {
     return failure(FaultKind::bad_file, file, error.what());
   }
   document->file = std::move(file);
+  document->nulls = nulls;
   const void* root = &document->root;
   return JsonPlace(std::move(document), root, "");
 }
@@ -58,12 +60,16 @@ Result<void> JsonPlace::verdict() const {
   return {};
 }
 
+bool JsonPlace::has(std::string_view key) const {
+  const Json* node = as_json(node_);
+  return node != nullptr && node->is_object() && node->contains(key);
+}
+
 JsonPlace JsonPlace::operator[](std::string_view key) const {
   const std::string path = path_.empty() ? std::string(key) : path_ + "." + std::string(key);
   const Json* node = as_json(node_);
-  const bool is_there = node != nullptr && node->is_object() && node->contains(key);
-  const JsonPlace there(document_, is_there ? &*node->find(key) : nullptr, path);
-  if (node != nullptr && !is_there) there.mistake("missing, expected a value");
+  const JsonPlace there(document_, has(key) ? &*node->find(key) : nullptr, path);
+  if (node != nullptr && !has(key)) there.mistake("missing, expected a value");
   return there;
 }
 
@@ -95,9 +101,12 @@ bool JsonPlace::is_null() const {
 double JsonPlace::number() const {
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   const Json* node = as_json(node_);
-  if (node == nullptr || node->is_null()) return kNothing;
-  if (!node->is_number()) return mistake("wrong type, expected a number or null"), kNothing;
-  return node->get<double>();
+  if (node == nullptr) return kNothing;
+  if (node->is_number()) return node->get<double>();
+  const bool may_be_null = document_->nulls == Nulls::are_nan;
+  if (!node->is_null() || !may_be_null)
+    mistake(may_be_null ? "wrong type, expected a number or null" : "wrong type, expected a number");
+  return kNothing;
 }
 
 int JsonPlace::integer() const {
@@ -123,14 +132,17 @@ std::string JsonPlace::text() const {
   return node->get<std::string>();
 }
 
-std::string JsonPlace::digits() const {
+std::uint64_t JsonPlace::whole() const {
   const Json* node = as_json(node_);
-  if (node == nullptr) return {};
-  if (!node->is_number_integer()) return mistake("wrong type, expected a whole number"), std::string{};
-  return node->dump();
+  if (node == nullptr) return 0;
+  if (!node->is_number_unsigned()) return mistake("wrong type, expected a whole number not below 0"), 0;
+  return node->get<std::uint64_t>();
 }
 
 std::vector<double> JsonPlace::numbers() const {
+  const Json* node = as_json(node_);
+  const bool plain = node != nullptr && node->is_array() && std::ranges::all_of(*node, &Json::is_number);
+  if (plain) return node->get<std::vector<double>>();
   std::vector<double> all;
   for (const JsonPlace& element : elements()) all.push_back(element.number());
   return all;

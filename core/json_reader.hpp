@@ -2,6 +2,7 @@
 /// place, so that a parser reads straight on and asks verdict() once.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,19 +16,23 @@ namespace gyrotherm {
 /// A place in a document; copies share the document and its one mistake.
 class JsonPlace {
  public:
+  /// Whether a number may be null, which is NaN then.
+  enum class Nulls { are_nan, are_mistakes };
   /// Fails with bad_file on a syntax error; the place is file:line:column.
-  [[nodiscard]] static Result<JsonPlace> parse(std::string_view text, std::string file);
+  [[nodiscard]] static Result<JsonPlace> parse(std::string_view text, std::string file, Nulls nulls = Nulls::are_nan);
+
+  [[nodiscard]] bool has(std::string_view key) const;  ///< an object with that key
 
   [[nodiscard]] JsonPlace operator[](std::string_view key) const;                ///< of an object
   [[nodiscard]] std::vector<JsonPlace> elements() const;                         ///< of an array
   [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  ///< of an object, in order of the file
 
-  [[nodiscard]] bool is_null() const;   ///< there, and null
-  [[nodiscard]] double number() const;  ///< null is NaN
+  [[nodiscard]] bool is_null() const;  ///< there, and null
+  [[nodiscard]] double number() const;
   [[nodiscard]] int integer() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
-  [[nodiscard]] std::string digits() const;  ///< of a whole number that may need 64 bits
+  [[nodiscard]] std::uint64_t whole() const;  ///< a whole number not below 0
   [[nodiscard]] std::vector<double> numbers() const;
   [[nodiscard]] std::vector<std::string> texts() const;
 

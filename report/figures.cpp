@@ -1,13 +1,13 @@
-#include "report/figures.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
+#include "core/quantity.hpp"
 #include "plot/heat_map.hpp"
 #include "plot/plot.hpp"
 #include "plot/svg.hpp"
-#include "report/allan_figure.hpp"
+#include "report/views.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -17,18 +17,25 @@ constexpr const char* kErrorTitle = "Residual, °/h";
 
 AxisStyle time_axis() { return {.title = "Time since the start of the run, h"}; }
 
-std::vector<Stretch> cycle_stretches(const RunView& run) {
+std::vector<Stretch> cycle_stretches(const ReportedRun& run) {
   std::vector<Stretch> all;
-  for (const auto& cycle : run.series.cycles) all.push_back({cycle.name, {cycle.start_h, cycle.end_h}});
+  for (const auto& cycle : run.series.cycles)
+    all.push_back({cycle.name, {cycle.start_s / kSecondsPerHour, cycle.end_s / kSecondsPerHour}});
   return all;
 }
 
-Curve over_time(const RunView& run, const std::vector<double>& values, const char* name, const char* colour) {
-  return {.name = name, .colour = colour, .x = run.series.time_h, .y = values};
+Curve over_time(const ReportedRun& run, const std::vector<double>& values, const char* name, const char* colour) {
+  Curve curve{.name = name, .colour = colour, .x = run.series.time_s, .y = values};
+  for (double& x : curve.x) x /= kSecondsPerHour;
+  return curve;
 }
 
-Plot time_plot(const ReportView& view, const RunView& run, const std::string& id, const std::string& title) {
-  return {.id = id, .title = title, .x = time_axis(), .stretches = cycle_stretches(run), .simulated = view.simulated};
+Plot time_plot(const Report& report, const ReportedRun& run, const std::string& id, const std::string& title) {
+  return {.id = id,
+          .title = title,
+          .x = time_axis(),
+          .stretches = cycle_stretches(run),
+          .simulated = report.rig.is_virtual};
 }
 
 Panel panel(std::string title, const char* left_title, std::vector<Curve> curves, double height_px) {
@@ -40,8 +47,8 @@ Panel panel(std::string title, const char* left_title, std::vector<Curve> curves
   return made;
 }
 
-std::vector<Band> floor_band(const RunView& run) {
-  const double floor = run.noise_floor_deg_per_h;
+std::vector<Band> floor_band(const ReportedRun& run) {
+  const double floor = run.floor.deg_per_h;
   if (!std::isfinite(floor)) return {};
   return {{"± noise floor", {-floor, floor}}};
 }
@@ -53,7 +60,7 @@ struct Drawn {
   const std::vector<double>& residual;
 };
 
-Panel error_panel(const RunView& run, const std::string& title, const Drawn& drawn, std::optional<Range> range,
+Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn& drawn, std::optional<Range> range,
                   double height_px) {
   Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
@@ -61,10 +68,10 @@ Panel error_panel(const RunView& run, const std::string& title, const Drawn& dra
   return made;
 }
 
-ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const std::string& id,
+ReportFigure before_and_after(const Report& report, const Drawn& drawn, const std::string& id,
                               const std::string& heading) {
-  const RunView& run = view.rate;
-  Plot plot = time_plot(view, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
+  const ReportedRun& run = report.rate;
+  Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
   Panel both = panel("(a) Before and after", kBiasTitle,
                      {over_time(run, run.series.raw, "before", colour::kRaw),
                       over_time(run, drawn.residual, drawn.name, drawn.colour)},
@@ -78,7 +85,7 @@ ReportFigure before_and_after(const ReportView& view, const Drawn& drawn, const 
 
 constexpr std::size_t kMarkers = 4;
 
-Curve correlation_curve(const CorrelationView& correlation, std::size_t row) {
+Curve correlation_curve(const ReportedCorrelation& correlation, std::size_t row) {
   Curve curve{.name = correlation.names[row], .colour = palette(row), .width_px = 1.4};
   for (std::size_t column = 0; column < correlation.names.size(); ++column) {
     if (column == row) continue;
@@ -98,18 +105,16 @@ std::vector<double> roots(std::vector<double> squares) {
   return squares;
 }
 
-Curve history_curve(const ModelView& model, const char* name, const char* colour) {
-  Curve curve{.name = name, .colour = colour, .y = roots(model.history), .width_px = 1.6, .steps = true};
-  for (std::size_t k = 0; k < model.history.size(); ++k) curve.x.push_back(static_cast<double>(k));
+Curve history_curve(const ReportedModel& model, const char* name, const char* colour) {
+  Curve curve{.name = name, .colour = colour, .y = roots(model.tuning.swarm.history), .width_px = 1.6, .steps = true};
+  for (std::size_t k = 0; k < model.tuning.swarm.history.size(); ++k) curve.x.push_back(static_cast<double>(k));
   return curve;
 }
 
-}  // namespace
-
-ReportFigure temperature_figure(const ReportView& view, const RunView& run, const std::string& id,
+ReportFigure temperature_figure(const Report& report, const ReportedRun& run, const std::string& id,
                                 const std::string& heading) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
-  Plot plot = time_plot(view, run, id, "Set point, block temperature and bias over time");
+  Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
   Curve bias = over_time(run, run.series.raw, "bias", colour::kBias);
   bias.side = Side::right;
   Curve set_point = over_time(run, run.series.set_point_c, "set point", colour::kSetPoint);
@@ -122,18 +127,18 @@ ReportFigure temperature_figure(const ReportView& view, const RunView& run, cons
   plot.panels = {only};
   return {id, heading,
           fmt::format("Chamber set point, block temperature (thermometer {}) and bias in the {} run; means over {} s.",
-                      first_name, run.profile, decimal(view.cluster_length_s, 0)),
+                      first_name, run.profile, decimal(report.cluster_length_s, 0)),
           svg_of(plot)};
 }
 
-ReportFigure correlation_array(const ReportView& view) {
-  const CorrelationView& correlation = view.correlation;
+ReportFigure correlation_array(const Report& report) {
+  const ReportedCorrelation& correlation = report.correlation;
   const HeatMap map{.title = "Correlation of the bias with every temperature gradient",
                     .names = correlation.names,
                     .values = correlation.magnitude,
                     .threshold = correlation.threshold,
                     .caption = fmt::format("|r|; framed: above {}", decimal(correlation.threshold, 2)),
-                    .simulated = view.simulated};
+                    .simulated = report.rig.is_virtual};
   return {"table-3", "Table 3",
           "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
           "alone. "
@@ -141,8 +146,8 @@ ReportFigure correlation_array(const ReportView& view) {
           svg_of(map)};
 }
 
-ReportFigure correlation_curves(const ReportView& view) {
-  const CorrelationView& correlation = view.correlation;
+ReportFigure correlation_curves(const Report& report) {
+  const ReportedCorrelation& correlation = report.correlation;
   const Rule threshold{"threshold " + decimal(correlation.threshold, 2), correlation.threshold};
   Panel whole = panel("(a)", "|r|", {}, 200), enlarged = panel("(b) Enlarged", "|r|", {}, 170);
   for (std::size_t row = 0; row < correlation.names.size(); ++row) {
@@ -158,29 +163,29 @@ ReportFigure correlation_curves(const ReportView& view) {
                   .title = "Correlation of the bias with the gradients of each thermometer",
                   .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
                   .panels = {whole, enlarged},
-                  .simulated = view.simulated};
+                  .simulated = report.rig.is_virtual};
   return {plot.id, "Figure 5",
           "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
           svg_of(plot)};
 }
 
-std::vector<ReportFigure> rate_figures(const ReportView& view) {
-  const auto& residual = view.rate.series.compensated;
-  return {before_and_after(view, {"three-point", colour::kThreePoint, residual.three_point}, "figure-6", "Figure 6"),
-          before_and_after(view, {"multi-point", colour::kMultiPoint, residual.multi_point}, "figure-7", "Figure 7"),
-          before_and_after(view, {"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t},
+std::vector<ReportFigure> rate_figures(const Report& report) {
+  const auto& residual = report.rate.series.residual;
+  return {before_and_after(report, {"three-point", colour::kThreePoint, residual.three_point}, "figure-6", "Figure 6"),
+          before_and_after(report, {"multi-point", colour::kMultiPoint, residual.multi_point}, "figure-7", "Figure 7"),
+          before_and_after(report, {"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t},
                            "figure-7-with-temperature", "Figure 7, with temperature")};
 }
 
-ReportFigure random_figure(const ReportView& view) {
-  const RunView& run = view.random;
-  const auto& residual = run.series.compensated;
+ReportFigure random_figure(const Report& report) {
+  const ReportedRun& run = report.random;
+  const auto& residual = run.series.residual;
   const Drawn three{"three-point", colour::kThreePoint, residual.three_point};
   const Drawn multi{"multi-point", colour::kMultiPoint, residual.multi_point};
   const Drawn multi_t{"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t};
   Range range = joined(joined(range_of(three.residual), range_of(multi.residual)), range_of(multi_t.residual));
   range = rounded_out(range, 3);
-  Plot plot = time_plot(view, run, "figure-8", "Bias of the random run before and after compensation");
+  Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {panel("(a) Before and after", kBiasTitle,
                        {over_time(run, run.series.raw, "before", colour::kRaw),
                         over_time(run, multi.residual, multi.name, multi.colour),
@@ -196,12 +201,12 @@ ReportFigure random_figure(const ReportView& view) {
       svg_of(plot)};
 }
 
-ReportFigure tuning_figure(const ReportView& view) {
-  const auto& models = view.models;
+ReportFigure tuning_figure(const Report& report) {
+  const auto& models = report.models;
   Plot plot{.id = "tuning",
             .title = "Best fitness of the swarm over its iterations",
             .x = {.title = "Iteration (0: the initial swarm)"},
-            .simulated = view.simulated};
+            .simulated = report.rig.is_virtual};
   plot.panels = {panel("", "RMSE on held-out cycles, °/h",
                        {history_curve(models.three_point, "three-point", colour::kThreePoint),
                         history_curve(models.multi_point, "multi-point", colour::kMultiPoint),
@@ -211,14 +216,103 @@ ReportFigure tuning_figure(const ReportView& view) {
           "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
 }
 
-std::vector<ReportFigure> all_figures(const ReportView& view) {
-  std::vector<ReportFigure> all = {temperature_figure(view, view.rate, "figure-4", "Figure 4"), correlation_array(view),
-                                   correlation_curves(view)};
-  for (ReportFigure& figure : rate_figures(view)) all.push_back(std::move(figure));
-  all.push_back(allan_figure(view));
-  all.push_back(temperature_figure(view, view.random, "figure-8-program", "Figure 8, its program"));
-  all.push_back(random_figure(view));
-  all.push_back(tuning_figure(view));
+Curve curve_of(const AllanCurve& points, const char* name, const char* colour) {
+  Curve curve{.name = name, .colour = colour};
+  for (const AllanPoint& point : points) {
+    curve.x.push_back(point.tau_s);
+    curve.y.push_back(point.deviation_deg_per_h);
+  }
+  return curve;
+}
+
+/// Markers and error bars, without a line between them.
+Curve measured(const AllanCurve& points, const char* name, const char* colour) {
+  Curve curve = curve_of(points, name, colour);
+  for (const AllanPoint& point : points) curve.error.push_back(point.error_deg_per_h);
+  curve.marker = Marker::circle;
+  curve.line = false;
+  return curve;
+}
+
+/// σ of one term over the span of the points.
+Curve term_line(const NoiseCoefficient& noise, const AllanCurve& points) {
+  Curve line{.name = {}, .colour = colour::kFaintInk, .dashed = true};
+  for (const AllanPoint& point : points) {
+    line.x.push_back(point.tau_s);
+    line.y.push_back(deviation_of(noise, point.tau_s));
+  }
+  return line;
+}
+
+Curve fit_line(const HoldNoise& holds) {
+  Curve line = curve_of(holds.curve, "fit", colour::kInk);
+  line.y = fitted_deg_per_h(holds);
+  line.width_px = 1.4;
+  return line;
+}
+
+/// All but the lines of single terms, which may leave the panel.
+Range range_of_points(const std::vector<Curve>& curves) {
+  std::vector<double> ends;
+  for (const Curve& curve : curves) {
+    for (std::size_t k = 0; k < curve.y.size(); ++k) {
+      const double error = curve.error.empty() ? 0 : curve.error[k];
+      ends.insert(ends.end(), {curve.y[k], curve.y[k] + error});
+    }
+  }
+  return logarithmically_rounded_out(positive_range_of(ends));
+}
+
+Panel panel_of(const ReportedRun& run, const std::string& title) {
+  Panel panel;
+  panel.title = title;
+  panel.left = {.title = "Allan deviation, °/h", .logarithmic = true};
+  panel.height_px = 210;
+  const HoldNoise& holds = run.noise.compensated_holds;
+  Curve raw = curve_of(run.noise.raw, "run, raw", colour::kRaw);
+  raw.marker = Marker::square;
+  raw.hollow = true;
+  Curve compensated = curve_of(run.noise.compensated.multi_point_t, "run, compensated", colour::kMultiPointT);
+  compensated.marker = Marker::diamond;
+  Curve raw_holds = measured(run.noise.holds.curve, "holds, raw", colour::kThreePoint);
+  raw_holds.hollow = true;
+  panel.curves = {std::move(raw), std::move(compensated), std::move(raw_holds), fit_line(holds),
+                  measured(holds.curve, "holds, compensated", colour::kTemperature)};
+  panel.left.range = range_of_points(panel.curves);
+  bool named = false;
+  for (const NoiseCoefficient& noise : holds.fit.coefficients) {
+    if (!noise.seen) continue;
+    panel.curves.push_back(term_line(noise, holds.curve));
+    panel.curves.back().name = named ? "" : "its terms";
+    named = true;
+  }
+  return panel;
+}
+
+ReportFigure allan_figure(const Report& report) {
+  const Plot plot{.id = "allan",
+                  .title = "Allan deviation of the holds and of the whole runs",
+                  .x = {.title = "Averaging time τ, s", .logarithmic = true},
+                  .panels = {panel_of(report.rate, "(a) rate"), panel_of(report.random, "(b) random")},
+                  .simulated = report.rig.is_virtual};
+  return {
+      plot.id, "Allan deviation",
+      "Overlapping Allan deviation. Circles: the last hour of the holds with standard errors, hollow raw, full after "
+      "compensation by the multi-point model with temperature; line: the fit to the latter, dashed its terms one by "
+      "one. Squares: cluster means of the whole run before compensation; diamonds: after it, by the same model.",
+      svg_of(plot)};
+}
+
+}  // namespace
+
+std::vector<ReportFigure> all_figures(const Report& report) {
+  std::vector<ReportFigure> all = {temperature_figure(report, report.rate, "figure-4", "Figure 4"),
+                                   correlation_array(report), correlation_curves(report)};
+  for (ReportFigure& figure : rate_figures(report)) all.push_back(std::move(figure));
+  all.push_back(allan_figure(report));
+  all.push_back(temperature_figure(report, report.random, "figure-8-program", "Figure 8, its program"));
+  all.push_back(random_figure(report));
+  all.push_back(tuning_figure(report));
   return all;
 }
 

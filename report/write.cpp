@@ -1,12 +1,8 @@
-#include "report/write.hpp"
-
 #include <filesystem>
 #include <system_error>
 
 #include "core/file.hpp"
-#include "report/figures.hpp"
-#include "report/html.hpp"
-#include "report/report_view.hpp"
+#include "report/views.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -22,15 +18,15 @@ Result<void> make_folder(const fs::path& folder) {
 
 /// The views without report.json itself.
 Result<void> write_views(const std::string& report_json_text, const fs::path& folder) {
-  const auto view = read_report(report_json_text, (folder / "report.json").string());
-  if (!view) return failure(view.error());
-  const auto figures = all_figures(*view);
+  const auto report = read_report(report_json_text, (folder / "report.json").string());
+  if (!report) return failure(report.error());
+  const auto figures = all_figures(*report);
   if (auto made = make_folder(folder / "figures"); !made) return made;
   for (const ReportFigure& figure : figures) {
     if (auto written = replace_text_file((folder / "figures" / (figure.id + ".svg")).string(), figure.svg); !written)
       return written;
   }
-  return replace_text_file((folder / "report.html").string(), html_of(*view, figures));
+  return replace_text_file((folder / "report.html").string(), html_of(*report, figures));
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
@@ -12,12 +10,11 @@
 #include "acquisition/record/sqlite.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 
 namespace gyrotherm {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json to_value(const std::optional<FrameCount>& frames) {
   return frames ? Json{{"seen", frames->seen}, {"lost", frames->lost}, {"bad", frames->bad}} : Json(nullptr);

@@ -376,6 +376,13 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
 
 const NoiseTermInfo& info(NoiseTerm term) { return kInfo[static_cast<std::size_t>(term)]; }
 
+std::array<NoiseCoefficient, kNoiseTerms> nothing_seen() {
+  std::array<NoiseCoefficient, kNoiseTerms> coefficients;
+  for (std::size_t k = 0; k < kNoiseTerms; ++k)
+    coefficients[k] = {.term = static_cast<NoiseTerm>(k), .at_most = std::numeric_limits<double>::quiet_NaN()};
+  return coefficients;
+}
+
 const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term) {
   return fit.coefficients[static_cast<std::size_t>(term)];
 }

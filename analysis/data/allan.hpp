@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/form.hpp"
+
 namespace gyrotherm {
 
 /// Rates in °/h, evenly spaced in time, cut where a sample is missing: no difference is taken across two stretches.
@@ -30,6 +32,13 @@ struct AllanPoint {
   int differences{};         ///< overlapping differences averaged
 };
 using AllanCurve = std::vector<AllanPoint>;
+
+void describe(auto& form, Like<AllanPoint> auto& point) {
+  form("tau_s", point.tau_s);
+  form("deviation_deg_per_h", point.deviation_deg_per_h);
+  form("error_deg_per_h", point.error_deg_per_h);
+  form("differences", point.differences);
+}
 
 /// The overlapping Allan deviation at averaging `m`, which is at least 1; a stretch has at least 2m values. With θ_0 =
 /// 0 and θ_i = θ_{i−1} + value_i it is σ² = Σ_i (θ_{i+2m} − 2θ_{i+m} + θ_i)²/(2m²(n + 1 − 2m)) (NIST SP 1065, eq. 11);
@@ -77,11 +86,32 @@ struct NoiseCoefficient {
   double at_most{};  ///< upper limit of 95 %, the terms that are seen held to their form
 };
 
+/// The coefficients in the order of NoiseTerm when nothing is seen, nor a limit known.
+[[nodiscard]] std::array<NoiseCoefficient, kNoiseTerms> nothing_seen();
+
 struct AllanFit {
-  std::array<NoiseCoefficient, kNoiseTerms> coefficients;  ///< in the order of NoiseTerm
-  double misfit{};                                         ///< of σ, relative; 0: sampling explains what is left
-  double lowest_tau_s{};                                   ///< where the fitted σ is least among the curve's τ
+  std::array<NoiseCoefficient, kNoiseTerms> coefficients = nothing_seen();  ///< in the order of NoiseTerm
+  double misfit{};        ///< of σ, relative; 0: sampling explains what is left
+  double lowest_tau_s{};  ///< where the fitted σ is least among the curve's τ
 };
+
+/// The form of the coefficients, each under its symbol.
+void describe(auto& form, Like<AllanFit> auto& fit) {
+  for (std::size_t k = 0; k < kNoiseTerms; ++k) {
+    auto& coefficient = fit.coefficients[k];
+    const NoiseTermInfo& about = info(static_cast<NoiseTerm>(k));
+    form.object(about.symbol, [&](auto& form_of_one) {
+      form_of_one.derived("name", about.name);
+      form_of_one.derived("unit", about.unit);
+      form_of_one.derived("formula", about.formula);
+      form_of_one.derived("read_off_s", about.read_off_s);
+      form_of_one("seen", coefficient.seen);
+      form_of_one("value", known(coefficient.value));
+      form_of_one("error", known(coefficient.error));
+      form_of_one("at_most", coefficient.at_most);
+    });
+  }
+}
 
 /// The coefficient of a term.
 [[nodiscard]] const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term);

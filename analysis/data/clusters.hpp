@@ -34,6 +34,12 @@ struct Clusters {
 /// missing reading or no row at all drops the cluster. Fails with usage if no whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
+/// A record's samples and their means.
+struct RecordedRun {
+  Dataset dataset;
+  Clusters clusters;
+};
+
 /// The clusters at these rows, in order.
 [[nodiscard]] Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows);
 

@@ -78,14 +78,6 @@ Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
   return {first, end - first};
 }
 
-AllanFit nothing_seen() {
-  AllanFit fit;
-  for (std::size_t k = 0; k < kNoiseTerms; ++k) {
-    fit.coefficients[k] = {.term = static_cast<NoiseTerm>(k), .at_most = std::numeric_limits<double>::quiet_NaN()};
-  }
-  return fit;
-}
-
 /// The prediction at each sample: straight lines between the middles of neighbouring clusters, NaN elsewhere.
 Eigen::VectorXd at_samples(const Dataset& dataset, const Clusters& clusters, const Eigen::VectorXd& predicted) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(dataset.time_s.size(), std::numeric_limits<double>::quiet_NaN());
@@ -112,7 +104,7 @@ std::string statement_of(const HoldNoise& noise, const char* bias, const char* c
 }
 
 HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
-  HoldNoise noise{.curve = {}, .fit = nothing_seen(), .statement = {}};
+  HoldNoise noise{.curve = {}, .fit = {}, .statement = {}};
   noise.interval_s = sample_interval_s(dataset);
   RateStretches rates{.interval_s = noise.interval_s, .values = {}};
   for (const Rows& hold : noise.interval_s > 0 ? holds_of(dataset) : std::vector<Rows>{}) {
@@ -132,6 +124,12 @@ HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h
 }
 
 }  // namespace
+
+std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
+  std::vector<double> fitted;
+  for (const AllanPoint& point : noise.curve) fitted.push_back(deviation_of(noise.fit, point.tau_s));
+  return fitted;
+}
 
 NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments) {
   assert(clusters.last_segment.size() == clusters.segment.size());

@@ -47,6 +47,22 @@ struct HoldNoise {
   std::string statement;  ///< what was used, in words
 };
 
+/// The σ of the fit at each point of the curve.
+[[nodiscard]] std::vector<double> fitted_deg_per_h(const HoldNoise& noise);
+
+void describe(auto& form, Like<HoldNoise> auto& noise) {
+  form("statement", noise.statement);
+  form("interval_s", noise.interval_s);
+  form("holds", noise.holds);
+  form("stretches", noise.stretches);
+  form("seconds", noise.seconds);
+  form("curve", noise.curve);
+  form("coefficients", noise.fit);
+  form.derived("fitted_deg_per_h", fitted_deg_per_h(noise));
+  form("lowest_tau_s", noise.fit.lowest_tau_s);
+  form("misfit", noise.fit.misfit);
+}
+
 /// The noise of the raw bias, sample by sample, in the last hour of each hold; a record without segments is one hold. A
 /// missing sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in a
 /// hold is seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.

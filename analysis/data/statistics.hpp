@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
+#include "core/form.hpp"
 
 namespace gyrotherm {
 
@@ -41,6 +42,19 @@ struct Figures {
 /// known.
 [[nodiscard]] double std_error(const Figures& figures);
 [[nodiscard]] double mean_error(const Figures& figures);
+
+/// The form of figures wherever they are written: in the model, the report and what verify says.
+void describe(auto& form, Like<Figures> auto& figures) {
+  form("std_deg_per_h", figures.std);
+  form("mean_deg_per_h", figures.mean);
+  form("rmse_deg_per_h", figures.rmse);
+  form("max_abs_deg_per_h", figures.max_abs);
+  form("count", figures.count);
+  form("effective_count", known(figures.effective.of_std));
+  form("effective_count_of_mean", known(figures.effective.of_mean));
+  form.derived("std_error_deg_per_h", std_error(figures));
+  form.derived("mean_error_deg_per_h", mean_error(figures));
+}
 
 /// Both ways of saying "improvement" (errata 1.1).
 struct Improvement {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -112,6 +113,7 @@ struct Method {
   std::string_view title;     ///< for the report
   std::string_view citation;  ///< of its published form
   std::string_view inputs;    ///< what it takes in where the user does not say: a word of --inputs
+  std::array<std::string_view, 4> compared_on = {};  ///< what else it is compared on in the qualification; "": nothing
   /// Hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty span
   /// is an error for a method that has something to choose.
   Result<Choice> (*choose)(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress);

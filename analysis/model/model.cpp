@@ -38,6 +38,12 @@ Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs) {
   return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
 }
 
+int stored_numbers(const Model& model) {
+  const auto inputs = static_cast<int>(model.terms.size());
+  constexpr int kPerInput = 2, kOfTarget = 2;  // mean and STD each
+  return numbers_in(model.function) + kPerInput * inputs + kOfTarget;
+}
+
 const char* name(Outside outside) {
   switch (outside) {
     case Outside::clamp: return "clamp";

@@ -68,6 +68,9 @@ struct Model {
   std::vector<std::string> warnings;
 };
 
+/// The numbers that the model's function, the scaling of its inputs and its target store.
+[[nodiscard]] int stored_numbers(const Model& model);
+
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters);
 /// Predicted bias of each row of unscaled inputs (rows × terms), °/h; NaN where an input is not finite.

@@ -10,6 +10,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/model.hpp"
+#include "core/form.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -32,6 +33,13 @@ struct OutsideTheRange {
   std::string farthest_term;  ///< "A-D": farthest outside as a part of its range; empty if none is
   double farthest{};          ///< how far: 0.1 is a tenth of its trained range
 };
+
+void describe(auto& form, Like<OutsideTheRange> auto& outside) {
+  form("policy", one_of(outside.policy, {Outside::clamp, Outside::refuse, Outside::extrapolate}));
+  form("clusters", outside.clusters);
+  form("farthest_term", outside.farthest_term);
+  form("farthest", outside.farthest);
+}
 
 struct VerifyOptions {
   Outside outside = Outside::clamp;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct SwarmBox {
 };
 
 enum class SwarmEnd { was_not_run, iterations_done, stalled };
+inline constexpr std::initializer_list<SwarmEnd> kSwarmEnds = {SwarmEnd::was_not_run, SwarmEnd::iterations_done,
+                                                               SwarmEnd::stalled};
 
 /// What a swarm found, and why it ended.
 struct SwarmSummary {

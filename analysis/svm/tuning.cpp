@@ -87,11 +87,11 @@ Result<double> mean_squared_error(std::span<const PreparedFold> folds, const Svr
 }
 
 SwarmBox box_of(const TuningOptions& options) {
-  SwarmBox box{.lower = {options.log2_c_min, options.log2_sigma_min},
-               .upper = {options.log2_c_max, options.log2_sigma_max}};
+  SwarmBox box{.lower = {options.log2_c.first, options.log2_sigma.first},
+               .upper = {options.log2_c.second, options.log2_sigma.second}};
   if (options.fixed_epsilon > 0) return box;
-  box.lower.push_back(options.log2_epsilon_min);
-  box.upper.push_back(options.log2_epsilon_max);
+  box.lower.push_back(options.log2_epsilon.first);
+  box.upper.push_back(options.log2_epsilon.second);
   return box;
 }
 

@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/svm/svr.hpp"
 #include "analysis/svm/swarm.hpp"
+#include "core/form.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm {
@@ -30,13 +32,18 @@ struct TuningFold {
 
 /// The box of errata 4, in log2, and how it is searched.
 struct TuningOptions {
-  double log2_c_min = -2, log2_c_max = 12;
-  double log2_sigma_min = -2, log2_sigma_max = 3.5;
-  double log2_epsilon_min = -8, log2_epsilon_max = -1;
+  std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};  ///< lower and upper bounds
   double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
   SwarmOptions swarm;
   SvrOptions svr;
 };
+
+void describe_bounds(auto& form, Like<TuningOptions> auto& options) {
+  form("log2_c", options.log2_c);
+  form("log2_sigma", options.log2_sigma);
+  form("log2_epsilon", options.log2_epsilon);
+  form("fixed_epsilon", not_negative(options.fixed_epsilon));
+}
 
 /// What the tuning found, and how sure it is.
 struct TuningSummary {

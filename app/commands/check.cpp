@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -9,8 +8,8 @@
 #include "app/run/carry_out.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "drivers/chamber/map_confidence.hpp"
-#include "report/json_pieces.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/profile/timeline.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
@@ -76,13 +75,13 @@ std::string rig_lines(const RigFile& rig) {
          thermometer_lines(rig) + gyro_line(rig);
 }
 
-nlohmann::ordered_json calibrations_json(const RigFile& rig) {
-  auto json = nlohmann::ordered_json::object();
+Json calibrations_json(const RigFile& rig) {
+  auto json = Json::object();
   for (const auto& channel : channels_of(rig)) json[channel.name] = calibration_in_words(channel);
   return json;
 }
 
-nlohmann::ordered_json rig_json(const RigFile& rig) {
+Json rig_json(const RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return {{"file", rig.file},
           {"simulated", rig.simulated},
@@ -104,15 +103,14 @@ nlohmann::ordered_json rig_json(const RigFile& rig) {
           {"gyro_film", rig.gyro_model.film}};
 }
 
-nlohmann::ordered_json timeline_json(const Profile& profile, const Timeline& timeline) {
+Json timeline_json(const Profile& profile, const Timeline& timeline) {
   const auto total = [](const CycleTotal& cycle) {
-    return nlohmann::ordered_json{{"name", cycle.name},
-                                  {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
-                                  {"clusters", cycle.clusters}};
+    return Json{{"name", cycle.name},
+                {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
+                {"clusters", cycle.clusters}};
   };
-  nlohmann::ordered_json json{
-      {"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
-  json["cycles"] = nlohmann::ordered_json::array();
+  Json json{{"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
+  json["cycles"] = Json::array();
   for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
   return json;
 }
@@ -142,7 +140,7 @@ Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile
 /// What was found, for people and for programs.
 struct Findings {
   std::string words;
-  nlohmann::ordered_json json;
+  Json json;
   SetPointRange controller;  ///< where it was asked
 };
 

@@ -6,16 +6,15 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "app/command.hpp"
 #include "app/places.hpp"
+#include "core/json.hpp"
 #include "drivers/line/hid_line.hpp"
 #include "drivers/line/serial_stream.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
-#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -51,7 +50,7 @@ struct Device {
   std::string line;  ///< for a rig file; empty if no driver speaks to it
   std::string description;
   std::string fix;  ///< commands that allow its use, if it is not allowed
-  nlohmann::ordered_json facts;
+  Json facts;
 };
 
 /// Ports of some adapters belong to root alone until a rule says otherwise.
@@ -121,9 +120,9 @@ std::string in_words(const std::vector<Device>& devices) {
 
 Result<Exit> list_devices(Console& console) {
   const auto devices = all_devices();
-  auto json = nlohmann::ordered_json::array();
+  auto json = Json::array();
   for (const auto& device : devices) json.push_back(device.facts);
-  console.data(console.json ? text_of(nlohmann::ordered_json{{"devices", json}}) + "\n" : in_words(devices));
+  console.data(console.json ? text_of(Json{{"devices", json}}) + "\n" : in_words(devices));
   return Exit::done;
 }
 

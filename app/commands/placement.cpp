@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "analysis/model/training.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
-#include "report/json_pieces.hpp"
+#include "core/json.hpp"
 
 namespace gyrotherm {
 namespace {
@@ -125,18 +123,12 @@ std::string words(const Records& records, const Placement& placement, const std:
                             placement.all.kept.size(), list(enough.kept));
 }
 
-nlohmann::ordered_json json_of(const Figures& figures) {
-  return {{"std_deg_per_h", figures.std},         {"std_error_deg_per_h", std_error(figures)},
-          {"mean_deg_per_h", figures.mean},       {"rmse_deg_per_h", figures.rmse},
-          {"max_abs_deg_per_h", figures.max_abs}, {"count", figures.count}};
-}
-
-nlohmann::ordered_json json_of(const LeftOut& set, const Confirmed* confirmed = nullptr) {
-  nlohmann::ordered_json json{{"left_out", set.left_out},
-                              {"kept", set.kept},
-                              {"held_out", json_of(set.held_out)},
-                              {"price_deg_per_h", set.price_deg_per_h},
-                              {"price_error_deg_per_h", set.price_error_deg_per_h}};
+Json set_json(const LeftOut& set, const Confirmed* confirmed = nullptr) {
+  Json json{{"left_out", set.left_out},
+            {"kept", set.kept},
+            {"held_out", json_of(set.held_out)},
+            {"price_deg_per_h", set.price_deg_per_h},
+            {"price_error_deg_per_h", set.price_error_deg_per_h}};
   if (set.unseen) json["unseen"] = json_of(*set.unseen);
   if (confirmed == nullptr) return json;
   json["svr"] = {{"held_out", json_of(confirmed->held_out)}};
@@ -145,18 +137,18 @@ nlohmann::ordered_json json_of(const LeftOut& set, const Confirmed* confirmed = 
 }
 
 std::string json(const Records& records, const Placement& placement, const std::vector<Confirmed>& confirmed) {
-  nlohmann::ordered_json json{{"schema", kPlacementSchema}, {"records", nlohmann::ordered_json::array()}};
+  Json json{{"schema", kPlacementSchema}, {"records", Json::array()}};
   for (const auto& dataset : records.datasets)
     json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});
   json["folds"] = placement.folds;
-  json["all"] = json_of(placement.all, confirmed.empty() ? nullptr : &confirmed.front());
-  json["elimination"] = nlohmann::ordered_json::array();
+  json["all"] = set_json(placement.all, confirmed.empty() ? nullptr : &confirmed.front());
+  json["elimination"] = Json::array();
   for (std::size_t k = 0; k < placement.elimination.size(); ++k)
-    json["elimination"].push_back(json_of(placement.elimination[k], confirmed.empty() ? nullptr : &confirmed[k + 1]));
-  json["alone"] = nlohmann::ordered_json::array();
-  for (const auto& one : placement.alone) json["alone"].push_back(json_of(one));
-  if (placement.best_pair) json["best_pair"] = json_of(*placement.best_pair);
-  if (placement.best_three) json["best_three"] = json_of(*placement.best_three);
+    json["elimination"].push_back(set_json(placement.elimination[k], confirmed.empty() ? nullptr : &confirmed[k + 1]));
+  json["alone"] = Json::array();
+  for (const auto& one : placement.alone) json["alone"].push_back(set_json(one));
+  if (placement.best_pair) json["best_pair"] = set_json(*placement.best_pair);
+  if (placement.best_three) json["best_three"] = set_json(*placement.best_three);
   json["spared"] = placement.spared;
   return text_of(json) + "\n";
 }

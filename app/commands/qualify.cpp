@@ -2,16 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 
 #include "acquisition/record/export.hpp"
 #include "acquisition/record/record.hpp"
-#include "analysis/methods/method.hpp"
-#include "analysis/model/training.hpp"
-#include "analysis/model/verification.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "analysis/model/qualification.hpp"
 #include "app/command.hpp"
-#include "app/commands/qualify_report.hpp"
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
 #include "app/recorded_run.hpp"
@@ -19,19 +16,25 @@
 #include "app/timings.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "report/write.hpp"
+#include "report/assemble.hpp"
+#include "report/views.hpp"
 
 namespace gyrotherm {
 namespace {
 
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
-  std::uint64_t seed = 0;
-  int threads = 0;
-  bool quick = false, nested = false;
+  QualificationOptions training;
 };
 
-using Run = QualificationRun;
+/// One of the two runs: its plan, its record, and what came of it.
+struct Run {
+  std::string stage;  ///< "rate" or "random"
+  std::string path;
+  Profile profile;
+  RecordedRun recorded;
+  std::string sha256;  ///< of the record's rows as `export` writes them
+};
 
 /// True if the record at `path` is (part of) this very experiment.
 bool belongs(const RunInfo& info, const Profile& profile, const RigFile& rig, std::uint64_t seed) {
@@ -65,84 +68,13 @@ Result<void> load(Console& console, Run& run) {
   return {};
 }
 
-/// What is trained, and how it is called while it is.
-struct Task {
-  std::string stage, method, inputs;
-};
-
-Result<TrainedModel> train_model(Console& console, const QualifyArguments& options, const Task& task, const Run& rate,
-                                 const Run& random) {
-  TrainingOptions training;
-  training.inputs = task.inputs;
-  training.method = task.method;
-  training.nested = options.nested;
-  training.quick = options.quick;
-  training.program_version = GYROTHERM_VERSION;
-  training.tuning.swarm.seed = options.seed;
-  training.tuning.swarm.threads = options.threads;
-  const auto sink = [&](std::string_view stage, double fraction) {
-    return console.sink()(fmt::format("{}: {}", task.stage, stage), fraction);
-  };
-  const auto began = std::chrono::steady_clock::now();
-  auto model = train({rate.recorded.dataset}, {rate.recorded.clusters}, training, sink);
-  if (!model) return failure(model.error());
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  auto on_rate = verify(*model, rate.recorded.dataset, rate.recorded.clusters);
-  if (!on_rate) return failure(on_rate.error());
-  auto on_random = verify(*model, random.recorded.dataset, random.recorded.clusters);
-  if (!on_random) return failure(on_random.error());
-  return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};
-}
-
-Result<std::vector<TrainedModel>> train_models(Console& console, const QualifyArguments& options, const Run& rate,
-                                               const Run& random) {
-  std::vector<TrainedModel> models;
-  for (const std::string inputs : {"three-point", "multi-point", "multi-point-t"}) {
-    auto model = train_model(console, options, {"training " + inputs, "svr", inputs}, rate, random);
-    if (!model) return failure(model.error());
-    if (auto written = replace_text_file(fmt::format("{}/model-{}.json", options.out, inputs), to_json(model->model));
-        !written)
-      return failure(written.error());
-    models.push_back(std::move(*model));
-  }
-  return models;
-}
-
-/// Every other method on the inputs it is published with, and those that learn quickly also on those of the model that
-/// is recommended for use; least squares on those of all three models, for what the support vectors are worth.
-std::vector<Task> tasks_of_comparison() {
-  const std::vector<std::string_view> quick{"stepwise", "ridge", "rbfnn", "kohonen-rbfnn", "ls-svm", "gp"};
-  std::vector<std::pair<std::string, std::string>> rows;
-  for (const Method& method : methods()) {
-    if (method.name != "svr") rows.emplace_back(method.name, method.inputs);
-    if (std::ranges::count(quick, method.name) > 0) rows.emplace_back(method.name, "multi-point-t");
-    if (method.name != "linear") continue;
-    for (const auto* inputs : {"three-point", "multi-point", "multi-point-t", "seven-point"})
-      rows.emplace_back(method.name, inputs);
-  }
-  std::vector<Task> tasks;
-  for (const auto& [method, inputs] : rows)
-    tasks.push_back({fmt::format("comparing {} of {}, {}", tasks.size() + 1, rows.size(), method), method, inputs});
-  return tasks;
-}
-
-/// A method that cannot be trained on this record is left out with a warning: the experiment stands without it.
-Result<std::vector<TrainedModel>> train_compared(Console& console, const QualifyArguments& options, const Run& rate,
-                                                 const Run& random, Timings& timings,
-                                                 std::vector<std::string>& warnings) {
-  std::vector<TrainedModel> compared;
-  for (const Task& task : tasks_of_comparison()) {
-    timings.begin(fmt::format("compare {} on {}", task.method, task.inputs));
-    auto model = train_model(console, options, task, rate, random);
-    if (model) {
-      compared.push_back(std::move(*model));
-      continue;
-    }
-    if (model.error().kind == FaultKind::interrupted) return failure(model.error());
-    warnings.push_back(fmt::format("{} on {} is not compared: {}", task.method, task.inputs, text(model.error())));
-    console.say(warnings.back());
-  }
-  return compared;
+/// Asked before anything moves: the [accept] table names figures of the report alone.
+Result<void> check_accept(const Profile& profile, const std::string& file) {
+  for (const AcceptLimit& limit : profile.accept)
+    if (const auto checked = check_limit(limit.key); !checked)
+      return failure(FaultKind::bad_file, file,
+                     fmt::format("[accept] names \"{}\", {}", limit.key, checked.error().what));
+  return {};
 }
 
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
@@ -154,6 +86,104 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .profile = std::move(*read),
              .recorded = {},
              .sha256 = {}};
+}
+
+Result<Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate, const Run& random,
+                                Timings& timings) {
+  timings.begin("train three models");
+  auto models = train_models(rate.recorded, random.recorded, options.training, console.sink());
+  if (!models) return failure(models.error());
+  Result<void> written;
+  for_each_model(*models, [&](const char*, const TrainedModel& trained) {
+    if (!written) return;
+    const Model& model = trained.model;
+    written = replace_text_file(fmt::format("{}/model-{}.json", options.out, model.inputs), to_json(model));
+  });
+  if (!written) return failure(written.error());
+  const auto begins = [&](std::string_view method, std::string_view inputs) {
+    timings.begin(fmt::format("compare {} on {}", method, inputs));
+  };
+  auto comparison = train_compared(rate.recorded, random.recorded, options.training, begins, console.sink());
+  if (!comparison) return failure(comparison.error());
+  for (const std::string& warning : comparison->warnings) console.say(warning);
+  return Qualification{std::move(*models), std::move(*comparison)};
+}
+
+std::string gyro_in_words(const RigFile& rig) {
+  const auto& model = rig.gyro_model;
+  const auto stream =
+      rig.gyro.stream ? fmt::format("stream {} ({}), ", rig.gyro.stream->name, rig.gyro.stream->vendor) : std::string();
+  return fmt::format("{}{}, {:g} arcsec each", stream, stream.empty() ? "pulse counts" : "counts",
+                     rig.gyro.info.scale) +
+         (model.name.empty() ? "" : fmt::format("; thermal model \"{}\", film \"{}\"", model.name, model.film));
+}
+
+ReportedRig reported(const RigFile& rig) {
+  ReportedRig reported{.name = rig.name,
+                       .title = rig.title,
+                       .gyro = gyro_in_words(rig),
+                       .sha256 = sha256(rig.text),
+                       .is_virtual = rig.simulated,
+                       .gyro_model = rig.gyro_model.name,
+                       .gyro_film = rig.gyro_model.film,
+                       .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
+                       .thermometers = {}};
+  for (const auto& channel : channels_of(rig))
+    reported.thermometers.push_back({channel.name, channel.instrument, calibration_in_words(channel)});
+  return reported;
+}
+
+Report report_of(const RigFile& rig, const Run& rate, const Run& random, const Qualification& qualification,
+                 std::uint64_t seed) {
+  Report report = make_report({.rig = reported(rig),
+                               .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
+                               .random = {random.recorded, random.sha256, sha256(random.profile.text)},
+                               .qualification = qualification,
+                               .program_version = GYROTHERM_VERSION,
+                               .seed = seed});
+  std::vector<Limit> limits;
+  for (const Run* run : {&rate, &random})
+    for (const AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
+  report.accept = held_against(report, limits);
+  return report;
+}
+
+std::string result_table(const Report& report, const Qualification& qualification) {
+  const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
+                      const std::string& random, const std::string& size, const std::string& training) {
+    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>7} {:>11}\n", what, rate, cycle, random, size, training);
+  };
+  const auto number = [](double std) { return fmt::format("{:.5f}", std); };
+  auto text = std::string(report.rig.is_virtual ? "SIMULATED\n" : "");
+  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)", "numbers", "training, s");
+  text += row("raw", number(report.rate.raw.std), "", number(report.random.raw.std), "", "");
+  const auto add = [&](const TrainedModel& trained) {
+    const Model& model = trained.model;
+    text += row(fmt::format("{:<13} {}", model.method, model.inputs), number(trained.rate.compensated.std),
+                number(model.leave_cycle_out.std), number(trained.random.compensated.std),
+                fmt::format("{}", stored_numbers(model)), fmt::format("{:.1f}", trained.training_s));
+  };
+  for_each_model(qualification.models, [&](const char*, const TrainedModel& trained) { add(trained); });
+  for (const TrainedModel& trained : qualification.comparison.models) add(trained);
+  return text +
+         row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
+}
+
+/// Writes the report and says what came out.
+Result<Exit> conclude(Console& console, const QualifyArguments& options, const Report& report,
+                      const Qualification& qualification, Timings& timings) {
+  const std::string json = to_json(report);
+  const auto folder = options.out + "/report";
+  if (auto written = write_report(json, folder); !written) return failure(written.error());
+  timings.end();
+  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
+    return failure(written.error());
+  console.data(console.json ? json : result_table(report, qualification));
+  console.say(timings.words() + folder + "/report.html");
+  for (const AcceptedLimit& limit : report.accept)
+    if (!limit.passed)
+      console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
+  return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
@@ -171,58 +201,42 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
-  if (rig->simulated) console.say(fmt::format("SIMULATED: {}, seed {}", rig->title, options.seed));
+  const std::uint64_t seed = options.training.seed;
+  if (rig->simulated) console.say(fmt::format("SIMULATED: {}, seed {}", rig->title, seed));
 
   Timings timings;
   for (auto* run : {&*rate, &*random}) {
     timings.begin("record " + run->stage);
-    if (auto recorded = record(console, *run, *rig, options.seed); !recorded) return failure(recorded.error());
+    if (auto recorded = record(console, *run, *rig, seed); !recorded) return failure(recorded.error());
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
   for (auto* run : {&*rate, &*random})
     if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
-  timings.begin("train three models");
-  auto models = train_models(console, options, *rate, *random);
-  if (!models) return failure(models.error());
-  std::vector<std::string> warnings;
-  auto compared = train_compared(console, options, *rate, *random, timings, warnings);
-  if (!compared) return failure(compared.error());
+  const auto trained = train_all(console, options, *rate, *random, timings);
+  if (!trained) return failure(trained.error());
   timings.begin("report");
-  const Qualification all{.rig = *rig,
-                          .seed = options.seed,
-                          .rate = *rate,
-                          .random = *random,
-                          .models = *models,
-                          .compared = *compared,
-                          .warnings = std::move(warnings)};
-  const auto report = assemble_report(all);
-  const auto folder = options.out + "/report";
-  if (auto written = write_report(report.json, folder); !written) return failure(written.error());
-  timings.end();
-  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
-    return failure(written.error());
-  console.data(console.json ? report.json : result_table(all));
-  console.say(timings.words() + folder + "/report.html");
-  for (const auto& missed : report.missed) console.say("FAIL: " + missed);
-  return report.missed.empty() ? Exit::done : Exit::outside_limits;
+  return conclude(console, options, report_of(*rig, *rate, *random, *trained, seed), *trained, timings);
 }
 
 }  // namespace
 
 void add_qualify(Program& program) {
   auto options = std::make_shared<QualifyArguments>();
+  options->training.program_version = GYROTHERM_VERSION;
   auto command = add_command(program, "qualify",
                              "The whole experiment: the rate program, the random program, three models, the report. "
                              "Run again, it goes on where it was.",
                              "gyrotherm qualify --out out");
   command.option("--out", options->out, "the folder for everything that is made").required();
   command.option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
-  command.option("--seed", options->seed, "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+  command
+      .option("--seed", options->training.seed,
+              "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
       .not_negative();
-  command.option("--threads", options->threads, "of the training; 0: all; the result is the same");
-  command.flag("--quick", options->quick, "a small swarm, for a try; the report says so");
-  command.flag("--nested", options->nested,
+  command.option("--threads", options->training.threads, "of the training; 0: all; the result is the same");
+  command.flag("--quick", options->training.quick, "a small swarm, for a try; the report says so");
+  command.flag("--nested", options->training.nested,
                "also choose everything anew without each held-out cycle: training takes about twice as long");
   command.option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
   command.option("--random-profile", options->random_profile, "instead of profiles/random.toml");

@@ -1,5 +1,5 @@
 #include "app/command.hpp"
-#include "report/write.hpp"
+#include "report/views.hpp"
 
 namespace gyrotherm {
 

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "acquisition/record/chain.hpp"
 #include "app/command.hpp"
 #include "core/clock.hpp"
-#include "report/json_pieces.hpp"
+#include "core/json.hpp"
 #include "sequencer/watchdog/made_safe_file.hpp"
 
 namespace gyrotherm {
@@ -75,11 +73,11 @@ std::string words(const RunStatus& status) {
 
 /// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
 std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& guard) {
-  auto json = nlohmann::ordered_json::parse(to_json(status));
+  auto json = Json::parse(to_json(status));
   const auto age = age_of(status);
   const auto does = answers(status);
-  json["written_ago_s"] = age ? nlohmann::ordered_json(to_seconds(*age)) : nullptr;
-  json["answers"] = does ? nlohmann::ordered_json(*does) : nullptr;
+  json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
+  json["answers"] = does ? Json(*does) : nullptr;
   json["made_safe"] = nullptr;
   if (guard)
     json["made_safe"] = {{"at", civil_time(guard->at)},

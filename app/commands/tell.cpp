@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "app/command.hpp"
-#include "report/json_pieces.hpp"
+#include "core/json.hpp"
 #include "sequencer/run/control_socket.hpp"
 
 namespace gyrotherm {
@@ -24,7 +22,7 @@ Result<Exit> speak(Console& console, const TellArguments& options) {
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
-    console.data(text_of(nlohmann::ordered_json{{"done", answer->text}}) + "\n");
+    console.data(text_of(Json{{"done", answer->text}}) + "\n");
   else
     console.say(options.run + ": " + answer->text);
   return Exit::done;

@@ -1,18 +1,14 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "core/json.hpp"
 #include "plot/svg.hpp"
-#include "report/json_pieces.hpp"
 
 namespace gyrotherm {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct VerifyArguments {
   std::string model, clusters, outside = "clamp";
@@ -72,19 +68,19 @@ std::string json(const std::string& run, const Verification& v, const Noises& no
   const Json object{{"run", run},
                     {"simulated", v.simulated},
                     {"trained_on_this", v.trained_on_this},
-                    {"raw", json_of<Json>(v.raw)},
-                    {"compensated", json_of<Json>(v.compensated)},
-                    {"ramps", json_of<Json>(v.ramps)},
-                    {"holds", json_of<Json>(v.holds)},
-                    {"corners", json_of<Json>(v.corners)},
+                    {"raw", json_of(v.raw)},
+                    {"compensated", json_of(v.compensated)},
+                    {"ramps", json_of(v.ramps)},
+                    {"holds", json_of(v.holds)},
+                    {"corners", json_of(v.corners)},
                     {"noise_floor_deg_per_h", v.floor.deg_per_h},
                     {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
-                    {"effective_parameters", json_if_known<Json>(v.effective_parameters)},
+                    {"effective_parameters", json_of(known(v.effective_parameters))},
                     {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
-                    {"allan", json_of<Json>(noises.raw)},
-                    {"allan_compensated", json_of<Json>(noises.compensated)},
+                    {"allan", json_of(noises.raw)},
+                    {"allan_compensated", json_of(noises.compensated)},
                     {"outside_trained_range", v.outside.clusters},
-                    {"outside", json_of<Json>(v.outside)},
+                    {"outside", json_of(v.outside)},
                     {"warnings", v.warnings}};
   return text_of(object) + "\n";
 }

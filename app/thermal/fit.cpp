@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/places.hpp"
 #include "app/thermal/commands.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_file.hpp"
 
@@ -34,11 +34,11 @@ std::string words(const std::vector<FittedDifference>& family, const FitArgument
 }
 
 std::string json(const std::vector<FittedDifference>& family, const FitArguments& options) {
-  nlohmann::ordered_json json{{"schema", kFitSchema},
-                              {"simulated", true},
-                              {"wanted_k", options.difference_k},
-                              {"ambient_c", options.ambient_c},
-                              {"calibration", nlohmann::ordered_json::array()}};
+  Json json{{"schema", kFitSchema},
+            {"simulated", true},
+            {"wanted_k", options.difference_k},
+            {"ambient_c", options.ambient_c},
+            {"calibration", Json::array()}};
   for (const auto& fit : family)
     json["calibration"].push_back({{"parameter", kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
                                    {"value", fit.value},

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/command.hpp"
@@ -12,6 +11,7 @@
 #include "app/thermal/views.hpp"
 #include "app/timings.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "thermal/calculix_input.hpp"
 #include "thermal/conjugate_gradients.hpp"
 #include "thermal/difference_fit.hpp"
@@ -112,23 +112,22 @@ std::string words(const Solved& solved, const ThermalArguments& options) {
   return text;
 }
 
-nlohmann::ordered_json json_of(const ExtremePoint& point) {
+Json json_of(const ExtremePoint& point) {
   return {{"temperature_c", point.temperature_c}, {"at_m", point.at_m}, {"part", kGyroPartNames[index(point.part)]}};
 }
 
 /// Without what varies from run to run.
-nlohmann::ordered_json json(const Solved& solved, const ThermalArguments& options) {
+Json json(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
-  nlohmann::ordered_json json{
-      {"schema", kThermalSchema},
-      {"simulated", true},
-      {"gyro", solved.model.name},
-      {"mode", kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
-      {"ballast_reading", kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
-      {"ambient_c", options.ambient_c},
-      {"film_w_per_m2_k", solved.film_w_per_m2_k},
-      {"temperatures_c", nlohmann::ordered_json::object()}};
+  Json json{{"schema", kThermalSchema},
+            {"simulated", true},
+            {"gyro", solved.model.name},
+            {"mode", kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
+            {"ballast_reading", kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
+            {"ambient_c", options.ambient_c},
+            {"film_w_per_m2_k", solved.film_w_per_m2_k},
+            {"temperatures_c", Json::object()}};
   for (std::size_t k = 0; k < kThermalOutputs; ++k)
     json["temperatures_c"][std::string(kThermalOutputNames[k])] = state.outputs_c[k];
   json["gain_mean_c"] = gain_c;

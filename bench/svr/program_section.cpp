@@ -61,9 +61,9 @@ Result<Model> designed_model(const Dataset& record) {
   TrainingOptions options;
   options.inputs = "A-B,A-C,A-D,A-E,A-F,A-G,A-H,A";
   options.program_version = "bench";
-  options.tuning.log2_c_min = options.tuning.log2_c_max = 0;
-  options.tuning.log2_sigma_min = options.tuning.log2_sigma_max = 1;
-  options.tuning.log2_epsilon_min = options.tuning.log2_epsilon_max = -8;
+  options.tuning.log2_c.first = options.tuning.log2_c.second = 0;
+  options.tuning.log2_sigma.first = options.tuning.log2_sigma.second = 1;
+  options.tuning.log2_epsilon.first = options.tuning.log2_epsilon.second = -8;
   options.tuning.swarm.particles = 1;
   options.tuning.swarm.iterations = 0;
   return train({record}, {*clusters}, options);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace gyrotherm {
@@ -54,7 +55,7 @@ std::vector<Leg> random_legs(int stretch) {
 }
 
 /// The chamber's program as clusters: set point, segment and cycle.
-void lay_out(SyntheticExperiment::Run& run, const std::vector<Leg>& legs) {
+void lay_out(RecordedRun& run, const std::vector<Leg>& legs) {
   std::vector<double> set_point;
   std::vector<int> segment, cycle;
   double from = 20;
@@ -84,7 +85,7 @@ void lay_out(SyntheticExperiment::Run& run, const std::vector<Leg>& legs) {
 
 /// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the
 /// differences.
-void heat(SyntheticExperiment::Run& run, Noise& noise) {
+void heat(RecordedRun& run, Noise& noise) {
   constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
   constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
   Clusters& clusters = run.clusters;
@@ -107,9 +108,12 @@ void heat(SyntheticExperiment::Run& run, Noise& noise) {
     clusters.bias_deg_per_h(k) = 2.6e-3 * gradients - 4e-5 * (t(0) - 20) + 1.8e-3 * noise.normal();
   }
   clusters.bias_deg_per_h.array() -= clusters.bias_deg_per_h(0);
+  clusters.rate_c_per_min.setConstant(n, 8, std::nan(""));
+  clusters.rate_c_per_min.bottomRows(n - 1) =
+      (clusters.temperature_c.bottomRows(n - 1) - clusters.temperature_c.topRows(n - 1)) / (kLength_s / 60);
 }
 
-SegmentFigures segment_figures(const SyntheticExperiment::Run& run, int index, const Eigen::VectorXd& residual) {
+SegmentFigures segment_figures(const RecordedRun& run, int index, const Eigen::VectorXd& residual) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
     if (run.clusters.segment(k) == index) rows.push_back(k);
@@ -126,7 +130,7 @@ SegmentFigures segment_figures(const SyntheticExperiment::Run& run, int index, c
 }
 
 /// A residual of the wanted size: noise, and a part of the ramps that a model may have left.
-Verification verification(const SyntheticExperiment::Run& run, double left_over, bool trained_on_this, Noise& noise) {
+Verification verification(const RecordedRun& run, double left_over, bool trained_on_this, Noise& noise) {
   Verification v;
   v.run_id = run.dataset.run_id;
   v.simulated = run.dataset.simulated;
@@ -167,26 +171,21 @@ HoldNoise hold_noise(Noise& noise) {
   return noise_of_holds(holds);
 }
 
-SyntheticExperiment::Run make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained) {
-  Noise noise(trained ? 1234567890 : 987654321);
-  SyntheticExperiment::Run run;
+RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained, Noise& noise) {
+  RecordedRun run;
   run.dataset.run_id = id;
   run.dataset.path = "/somewhere/on/this/machine/run.db";
   run.dataset.simulated = simulated;
   run.dataset.profile_name = trained ? "qualification program" : "random program";
   run.dataset.bias_zero = "earth rate removed";
-  run.dataset.thermometers = kNames;
+  run.dataset.thermometers = run.dataset.gradients = kNames;
   if (trained) run.dataset.cycles = {"1 °C/min", "2 °C/min", "3 °C/min", "5 °C/min"};
   lay_out(run, legs);
   heat(run, noise);
-  run.three_point = verification(run, trained ? 0.14 : 0.33, trained, noise);
-  run.multi_point = verification(run, trained ? 0.05 : 0.12, trained, noise);
-  run.multi_point_t = verification(run, trained ? 0.01 : 0.03, trained, noise);
-  run.noise = hold_noise(noise);
   return run;
 }
 
-Model make_model(const std::string& inputs, std::vector<Term> terms, const SyntheticExperiment::Run& rate,
+Model make_model(const std::string& inputs, std::vector<Term> terms, const RecordedRun& rate,
                  const Verification& in_sample, double worst_deg_per_h) {
   Model model;
   model.inputs = inputs;
@@ -214,76 +213,68 @@ Model make_model(const std::string& inputs, std::vector<Term> terms, const Synth
   return model;
 }
 
-Correlation made_correlation(const Clusters& clusters) {
-  Correlation correlation{kNames, Eigen::MatrixXd::Zero(8, 8), Eigen::VectorXd::Zero(8), Eigen::VectorXd::Zero(8)};
-  for (Eigen::Index i = 0; i < 8; ++i) {
-    correlation.temperature(i) = pearson(clusters.temperature_c.col(i), clusters.bias_deg_per_h);
-    correlation.rate(i) = 0.4 + 0.03 * static_cast<double>(i);
-    for (Eigen::Index j = i + 1; j < 8; ++j) {
-      const Eigen::VectorXd gradient = clusters.temperature_c.col(i) - clusters.temperature_c.col(j);
-      correlation.gradient(i, j) = pearson(gradient, clusters.bias_deg_per_h);
-      correlation.gradient(j, i) = -correlation.gradient(i, j);
-    }
-  }
-  return correlation;
-}
-
 Term gradient(const char* first, const char* second) { return gradient_term(first, second); }
+
+/// Least squares in place of a support vector machine.
+TrainedModel linear_model(const Model& like) {
+  TrainedModel trained;
+  trained.model.inputs = like.inputs;
+  trained.model.method = "linear";
+  trained.model.terms = like.terms;
+  trained.model.function = LinearModel{Eigen::VectorXd::Ones(static_cast<Eigen::Index>(like.terms.size())), 0};
+  trained.model.effective_parameters = 9;
+  trained.model.leave_cycle_out = {0.0038, 0, 0.0038, 0.013, 200};
+  trained.model.nested_leave_cycle_out = Figures{0.0039, 0, 0.0039, 0.013, 200};
+  trained.rate.compensated = {0.0037, 0, 0.0037, 0.012, 200};
+  trained.random.compensated = {0.0030, -0.0002, 0.0030, 0.011, 150};
+  return trained;
+}
 
 }  // namespace
 
-SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated)
-    : rate(make_run(rate_legs(stretch), "0123456789abcdef0123456789abcdef", simulated, true)),
-      random(make_run(random_legs(stretch), "fedcba9876543210fedcba9876543210", simulated, false)),
-      correlation(made_correlation(rate.clusters)) {
+SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated) {
+  Noise rate_noise(1234567890), random_noise(987654321);
+  rate = make_run(rate_legs(stretch), "0123456789abcdef0123456789abcdef", simulated, true, rate_noise);
+  random = make_run(random_legs(stretch), "fedcba9876543210fedcba9876543210", simulated, false, random_noise);
+  auto& [three_point, multi_point, multi_point_t] = qualification.models;
+  for (const auto& [trained, on_rate, on_random] :
+       {std::tuple{&three_point, 0.14, 0.33}, {&multi_point, 0.05, 0.12}, {&multi_point_t, 0.01, 0.03}}) {
+    trained->rate = verification(rate, on_rate, true, rate_noise);
+    trained->random = verification(random, on_random, false, random_noise);
+  }
   const std::vector<Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"), gradient("D", "E")};
   std::vector<Term> with_temperature = pairs;
   with_temperature.push_back(temperature_term("A"));
-  three_point = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate,
-                           rate.three_point, 0.0085);
-  multi_point = make_model("multi-point", pairs, rate, rate.multi_point, 0.0052);
-  multi_point.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
-  multi_point_t = make_model("multi-point-t", with_temperature, rate, rate.multi_point_t, 0.0037);
-  multi_point_t.tuning.warnings = {"log2 C = 12 lies on the edge of its box"};
-  multi_point_t.warnings = multi_point_t.tuning.warnings;
+  three_point.model = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate,
+                                 three_point.rate, 0.0085);
+  multi_point.model = make_model("multi-point", pairs, rate, multi_point.rate, 0.0052);
+  multi_point.model.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
+  multi_point_t.model = make_model("multi-point-t", with_temperature, rate, multi_point_t.rate, 0.0037);
+  multi_point_t.model.tuning.warnings = {"log2 C = 12 lies on the edge of its box"};
+  multi_point_t.model.warnings = multi_point_t.model.tuning.warnings;
+  qualification.comparison.models = {linear_model(multi_point_t.model)};
 }
 
-ReportInput SyntheticExperiment::input() const {
-  const auto reported = [](const Run& run, const char* digit) {
-    return ReportedRun{run.dataset,
-                       run.clusters,
-                       run.three_point,
-                       run.multi_point,
-                       run.multi_point_t,
-                       std::string(64, *digit),
-                       std::string(64, *(digit + 1)),
-                       run.noise,
-                       run.noise};
-  };
-  return {.rig = {.name = "virtual",
-                  .title = "Virtual rig: ring laser gyro in a climatic chamber",
-                  .gyro = "pulse counts, 0.1 arcsec each",
-                  .sha256 = std::string(64, 'e'),
-                  .is_virtual = rate.dataset.simulated},
-          .rate = reported(rate, "ab"),
-          .random = reported(random, "cd"),
-          .models = {three_point, multi_point, multi_point_t},
-          .correlation = correlation,
-          .compared = {{"linear-multi-point-t",
-                        "multi-point-t",
-                        "linear",
-                        {0.0037, 0, 0.0037, 0.012, 200},
-                        {0.0038, 0, 0.0038, 0.013, 200},
-                        {0.0030, -0.0002, 0.0030, 0.011, 150},
-                        Figures{0.0039, 0, 0.0039, 0.013, 200},
-                        9,
-                        9,
-                        "Multiple linear regression",
-                        "A. Author, J. Tests 1 (2001) <1>"}},
-          .accept = {{"random.multi_point_t.std_deg_per_h", 0.003, random.multi_point_t.compensated.std, true}},
-          .program_version = "0.1.0",
-          .seed = 1,
-          .warnings = {}};
+Report SyntheticExperiment::report() const {
+  Report report = make_report({.rig = {.name = "virtual",
+                                       .title = "Virtual rig: ring laser gyro in a climatic chamber",
+                                       .gyro = "pulse counts, 0.1 arcsec each",
+                                       .sha256 = std::string(64, 'e'),
+                                       .is_virtual = rate.dataset.simulated,
+                                       .gyro_model = {},
+                                       .gyro_film = {},
+                                       .gyro_model_sha256 = {},
+                                       .thermometers = {{"A", "t1", "none"}}},
+                               .rate = {rate, std::string(64, 'a'), std::string(64, 'b')},
+                               .random = {random, std::string(64, 'c'), std::string(64, 'd')},
+                               .qualification = qualification,
+                               .program_version = "0.1.0",
+                               .seed = 1});
+  report.accept = held_against(report, {{"random.multi_point_t.std_deg_per_h", 0.003}});
+  Noise noise(24680);
+  for (ReportedRun* run : {&report.rate, &report.random})
+    run->noise.holds = run->noise.compensated_holds = hold_noise(noise);
+  return report;
 }
 
 }  // namespace gyrotherm

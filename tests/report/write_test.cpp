@@ -1,12 +1,10 @@
-#include "report/write.hpp"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
-#include "report/report_json.hpp"
+#include "report/views.hpp"
 #include "tests/report/synthetic_experiment.hpp"
 
 namespace gyrotherm {
@@ -28,7 +26,7 @@ class WriteReport : public testing::Test {
 };
 
 TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
-  const std::string report = report_json(SyntheticExperiment().input());
+  const std::string report = to_json(SyntheticExperiment().report());
   const auto written = write_report(report, folder_.string());
   ASSERT_TRUE(written.has_value()) << text(written.error());
   EXPECT_EQ(read("report.json"), report);
@@ -39,7 +37,7 @@ TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
 }
 
 TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {
-  ASSERT_TRUE(write_report(report_json(SyntheticExperiment().input()), folder_.string()).has_value());
+  ASSERT_TRUE(write_report(to_json(SyntheticExperiment().report()), folder_.string()).has_value());
   const std::string page = read("report.html");
   fs::remove(folder_ / "report.html");
   ASSERT_TRUE(rebuild_report(folder_.string()).has_value());
@@ -55,7 +53,7 @@ TEST_F(WriteReport, WritesNothingFromABadReport) {
 
 TEST_F(WriteReport, NamesTheFolderItCannotMake) {
   std::ofstream(folder_) << "a file in the way";
-  const auto written = write_report(report_json(SyntheticExperiment().input()), folder_.string());
+  const auto written = write_report(to_json(SyntheticExperiment().report()), folder_.string());
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error().kind, FaultKind::storage);
 }

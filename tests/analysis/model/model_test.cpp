@@ -106,27 +106,27 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
   const std::string good = to_json(small_svr_model());
   const struct {
     std::string json, where;
-  } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "/schema"},
-              {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "/method"},
-              {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "/function/form"},
-              {replaced(good, "\"gradient\"", "\"slope\""), "/terms/0/factors/0/kind"},
-              {replaced(good, "\"b\": 0.125", "\"b\": null"), "/function/b"},
-              {replaced(good, "\"b\": 0.125,", ""), "/function/b"},
-              {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "/function/parameters/sigma"},
-              {replaced(good, "\"beta\": [", "\"beta\": [1,"), "/function/beta"},
-              {replaced(good, "\"support_vectors\": [", "\"support_vectors\": [[1],"), "/function/support_vectors/0"}};
+  } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "schema"},
+              {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "method"},
+              {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "function.form"},
+              {replaced(good, "\"gradient\"", "\"slope\""), "terms[0].factors[0].kind"},
+              {replaced(good, "\"b\": 0.125", "\"b\": null"), "function.b"},
+              {replaced(good, "\"b\": 0.125,", ""), "function.b"},
+              {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "function.parameters.sigma"},
+              {replaced(good, "\"beta\": [", "\"beta\": [1,"), "function.beta"},
+              {replaced(good, "\"support_vectors\": [", "\"support_vectors\": [[1],"), "function.support_vectors[0]"}};
   for (const auto& law : laws) {
     const auto model = model_from_json(law.json, "m.json");
     ASSERT_FALSE(model) << law.where;
     EXPECT_EQ(model.error().kind, FaultKind::bad_file);
-    EXPECT_EQ(model.error().where, "m.json " + law.where);
+    EXPECT_EQ(model.error().where, "m.json: " + law.where);
   }
 }
 
 TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
   Model model = small_svr_model();
   std::get<SvrModel>(model.function).beta(0) = std::nan("");
-  EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json /function/beta/0");
+  EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json: function.beta[0]");
   EXPECT_FALSE(model_from_json(replaced(to_json(small_svr_model()), "0.125", "1e999"), "m.json"));
 }
 

@@ -112,7 +112,7 @@ TEST(Tuning, SearchesTwoDimensionsAtAFixedEpsilon) {
 
 TEST(Tuning, WarnsOfABestOnTheEdgeOfItsBox) {
   TuningOptions options = quick();
-  options.log2_c_min = options.log2_c_max = -1;
+  options.log2_c.first = options.log2_c.second = -1;
   const auto summary = tune_svr(four_folds(60, 0.1), options);
   ASSERT_TRUE(summary);
   ASSERT_FALSE(summary->warnings.empty());

@@ -1,9 +1,10 @@
-#include "report/report_json.hpp"
+#include "report/report.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/report/synthetic_experiment.hpp"
 #include "tests/support/markup.hpp"
@@ -15,7 +16,7 @@ using nlohmann::json;
 
 TEST(ReportJson, HasTheStableKeys) {
   const SyntheticExperiment experiment;
-  const json report = json::parse(report_json(experiment.input()));
+  const json report = json::parse(to_json(experiment.report()));
   EXPECT_EQ(report.at("schema"), "gyrotherm-report/1");
   for (const char* pointer : {"/rig/virtual",
                               "/clusters/rate",
@@ -83,7 +84,7 @@ TEST(ReportJson, HasTheStableKeys) {
 
 TEST(ReportJson, SaysWhatIsInSample) {
   const SyntheticExperiment experiment;
-  const json report = json::parse(report_json(experiment.input()));
+  const json report = json::parse(to_json(experiment.report()));
   EXPECT_EQ(report["rate"]["in_sample"], true);
   EXPECT_EQ(report["random"]["in_sample"], false);
   EXPECT_EQ(report["rate_leave_cycle_out"]["nested"], false);
@@ -91,7 +92,7 @@ TEST(ReportJson, SaysWhatIsInSample) {
 
 TEST(ReportJson, CorrelationIsMagnitudeWithAZeroDiagonal) {
   const SyntheticExperiment experiment;
-  const json report = json::parse(report_json(experiment.input()));
+  const json report = json::parse(to_json(experiment.report()));
   for (std::size_t i = 0; i < 8; ++i) {
     EXPECT_EQ(report["correlation"][i][i], 0.0);
     for (std::size_t j = 0; j < 8; ++j) {
@@ -103,24 +104,24 @@ TEST(ReportJson, CorrelationIsMagnitudeWithAZeroDiagonal) {
 
 TEST(ReportJson, IsTheSameBytesEachTime) {
   const SyntheticExperiment first, second;
-  EXPECT_EQ(report_json(first.input()), report_json(second.input()));
+  EXPECT_EQ(to_json(first.report()), to_json(second.report()));
 }
 
 TEST(ReportJson, HoldsNoPathOfTheMachine) {
   const SyntheticExperiment experiment;
-  EXPECT_EQ(count_of(report_json(experiment.input()), "/somewhere"), 0);
+  EXPECT_EQ(count_of(to_json(experiment.report()), "/somewhere"), 0);
 }
 
 TEST(ReportJson, DoesNotDependOnTheNumberOfThreads) {
   SyntheticExperiment experiment;
-  const std::string one = report_json(experiment.input());
-  experiment.multi_point.tuning_options.swarm.threads = 7;
-  EXPECT_EQ(report_json(experiment.input()), one);
+  const std::string one = to_json(experiment.report());
+  experiment.qualification.models.multi_point.model.tuning_options.swarm.threads = 7;
+  EXPECT_EQ(to_json(experiment.report()), one);
 }
 
 TEST(ReportJson, NumbersReadBackToTheSameDoubles) {
   const SyntheticExperiment experiment;
-  const json report = json::parse(report_json(experiment.input()));
+  const json report = json::parse(to_json(experiment.report()));
   for (Eigen::Index k = 0; k < experiment.random.clusters.bias_deg_per_h.size(); ++k) {
     EXPECT_EQ(report["series"]["random"]["raw"][static_cast<std::size_t>(k)].get<double>(),
               experiment.random.clusters.bias_deg_per_h(k));
@@ -129,40 +130,38 @@ TEST(ReportJson, NumbersReadBackToTheSameDoubles) {
 
 TEST(ReportJson, WritesAMissingNumberAsNull) {
   SyntheticExperiment experiment;
-  experiment.random.multi_point.floor.deg_per_h = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(json::parse(report_json(experiment.input()))["noise_floor_deg_per_h"].is_null());
+  experiment.qualification.models.multi_point.random.floor.deg_per_h = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(json::parse(to_json(experiment.report()))["noise_floor_deg_per_h"].is_null());
 }
 
 TEST(ReportJson, ASimulatedRecordIsVirtualWhateverTheRigSays) {
   const SyntheticExperiment experiment;
-  ReportInput input = experiment.input();
-  input.rig.is_virtual = false;
-  EXPECT_EQ(json::parse(report_json(input))["rig"]["virtual"], true);
+  EXPECT_EQ(json::parse(to_json(experiment.report()))["rig"]["virtual"], true);
 }
 
 TEST(ReportJson, FailsTheVerdictWhenOneLimitIsPassedOver) {
   const SyntheticExperiment experiment;
-  ReportInput input = experiment.input();
-  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "PASS");
-  input.accept.push_back({"random.multi_point_t.max_abs_deg_per_h", 0.001, 0.006, false});
-  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "FAIL");
-  input.accept.clear();
-  EXPECT_EQ(json::parse(report_json(input))["accept"]["verdict"], "no limit");
+  Report report = experiment.report();
+  EXPECT_EQ(json::parse(to_json(report))["accept"]["verdict"], "PASS");
+  report.accept.push_back({"random.multi_point_t.max_abs_deg_per_h", 0.001, 0.006, false});
+  EXPECT_EQ(json::parse(to_json(report))["accept"]["verdict"], "FAIL");
+  report.accept.clear();
+  EXPECT_EQ(json::parse(to_json(report))["accept"]["verdict"], "no limit");
 }
 
 TEST(ReportJson, NamesEachWarningOnce) {
   SyntheticExperiment experiment;
-  experiment.random.multi_point.warnings = {"3 clusters outside the trained range",
-                                            "3 clusters outside the trained range"};
+  experiment.qualification.models.multi_point.random.warnings = {"3 clusters outside the trained range",
+                                                                 "3 clusters outside the trained range"};
   experiment.rate.dataset.three_point_stand_in = true;
-  const json warnings = json::parse(report_json(experiment.input()))["warnings"];
+  const json warnings = json::parse(to_json(experiment.report()))["warnings"];
   EXPECT_EQ(warnings.size(), 3U) << warnings;
   EXPECT_EQ(warnings[2], "multi-point on the random run: 3 clusters outside the trained range");
 }
 
 TEST(ReportJson, NamesTheCyclesOfTheProgram) {
   const SyntheticExperiment experiment;
-  const json cycles = json::parse(report_json(experiment.input()))["series"]["rate"]["cycles"];
+  const json cycles = json::parse(to_json(experiment.report()))["series"]["rate"]["cycles"];
   ASSERT_EQ(cycles.size(), 4U);
   EXPECT_EQ(cycles[1]["name"], "2 °C/min");
   EXPECT_EQ(cycles[0]["end_s"], cycles[1]["start_s"]);
@@ -170,7 +169,7 @@ TEST(ReportJson, NamesTheCyclesOfTheProgram) {
 
 TEST(ReportJson, GivesTheNoiseOfTheHoldsWithUnitAndReadOffTime) {
   const SyntheticExperiment experiment;
-  const json noise = json::parse(report_json(experiment.input()))["rate"]["allan"];
+  const json noise = json::parse(to_json(experiment.report()))["rate"]["allan"];
   const json n = noise["coefficients"]["N"];
   EXPECT_EQ(n["unit"], "°/√h");
   EXPECT_EQ(n["read_off_s"], 3600.0);
@@ -184,9 +183,9 @@ TEST(ReportJson, GivesTheNoiseOfTheHoldsWithUnitAndReadOffTime) {
 
 TEST(ReportJson, WritesWhatIsNotKnownAsNull) {
   SyntheticExperiment experiment;
-  experiment.multi_point.effective_parameters = 0;
-  experiment.multi_point.nested_leave_cycle_out.reset();
-  const json report = json::parse(report_json(experiment.input()));
+  experiment.qualification.models.multi_point.model.effective_parameters = 0;
+  experiment.qualification.models.multi_point.model.nested_leave_cycle_out.reset();
+  const json report = json::parse(to_json(experiment.report()));
   EXPECT_TRUE(report["models"]["multi_point"]["effective_parameters"].is_null());
   EXPECT_TRUE(report["rate_nested_leave_cycle_out"]["multi_point"].is_null());
   EXPECT_TRUE(report["methods"][1]["nested_leave_cycle_out"].is_null());
@@ -195,11 +194,99 @@ TEST(ReportJson, WritesWhatIsNotKnownAsNull) {
 }
 
 TEST(ReportJson, NamesTheSourceOfEachMethod) {
-  const json methods = json::parse(report_json(SyntheticExperiment().input()))["methods"];
+  const json methods = json::parse(to_json(SyntheticExperiment().report()))["methods"];
   for (const json& row : methods) {
     EXPECT_NE(row["title"], "") << row["name"];
     EXPECT_NE(row["citation"], "") << row["name"];
     EXPECT_GT(row["stored_numbers"], 0) << row["name"];
+  }
+}
+
+std::string good_report() {
+  static const std::string text = to_json(SyntheticExperiment().report());
+  return text;
+}
+
+TEST(ReportFile, ReadsBackWhatWasWritten) {
+  const SyntheticExperiment experiment;
+  const auto report = read_report(good_report(), "report.json");
+  ASSERT_TRUE(report.has_value()) << text(report.error());
+  EXPECT_TRUE(report->rig.is_virtual);
+  EXPECT_TRUE(report->rate.in_sample);
+  EXPECT_EQ(report->random.residual.multi_point_t.all.std,
+            experiment.qualification.models.multi_point_t.random.compensated.std);
+  EXPECT_EQ(report->rate.series.thermometers_c.front().first, "A");
+  EXPECT_EQ(report->rate.series.cycles.size(), 4U);
+  EXPECT_EQ(report->models.multi_point.support_vectors, 57);
+  EXPECT_EQ(report->random.residual.multi_point_t.outside.clusters, 3);
+  EXPECT_EQ(report->random.raw.effective.of_std,
+            experiment.qualification.models.multi_point.random.raw.effective.of_std);
+  EXPECT_EQ(report->rate.noise.holds.curve.size(), experiment.report().rate.noise.holds.curve.size());
+  EXPECT_EQ(report->rate.noise.compensated_holds.fit.coefficients.size(), 5U);
+  EXPECT_TRUE(report->methods.back().nested.has_value());
+  EXPECT_FALSE(report->methods.front().nested.has_value());
+}
+
+TEST(ReportFile, IsTheSameBytesAfterItWasRead) {
+  const auto report = read_report(good_report(), "report.json");
+  ASSERT_TRUE(report.has_value()) << text(report.error());
+  EXPECT_EQ(to_json(*report), good_report());
+}
+
+TEST(ReportFile, NamesLineAndColumnOfASyntaxError) {
+  const auto report = read_report("{\n  \"schema\": ,\n}", "report.json");
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(report.error().where, "report.json:2:13");
+}
+
+TEST(ReportFile, RefusesAnotherSchema) {
+  const auto report = read_report(R"({"schema": "gyrotherm-report/2"})", "report.json");
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(report.error().where, "report.json: schema");
+}
+
+TEST(ReportFile, NamesEachMissingKeyOfTheFirstLevel) {
+  const json whole = json::parse(good_report());
+  for (const auto& [key, value] : whole.items()) {
+    const bool is_derived = key == "noise_floor_deg_per_h";
+    if (is_derived) continue;
+    json less = whole;
+    less.erase(key);
+    const auto report = read_report(less.dump(), "report.json");
+    ASSERT_FALSE(report.has_value()) << key;
+    EXPECT_EQ(report.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(report.error().where, "report.json: " + key);
+  }
+}
+
+TEST(ReportFile, NamesThePathOfAWrongType) {
+  json spoilt = json::parse(good_report());
+  spoilt["random"]["multi_point"]["ramps"]["std_deg_per_h"] = "small";
+  const auto report = read_report(spoilt.dump(), "report.json");
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().where, "report.json: random.multi_point.ramps.std_deg_per_h");
+}
+
+TEST(ReportFile, RefusesAColumnOfAnotherLength) {
+  json spoilt = json::parse(good_report());
+  spoilt["series"]["rate"]["multi_point"].push_back(0.1);
+  const auto report = read_report(spoilt.dump(), "report.json");
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().where, "report.json: series.rate.multi_point");
+}
+
+TEST(ReportFile, SurvivesDamagedBytes) {
+  const std::string whole = good_report().substr(0, 6000);
+  for (std::uint32_t seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    std::string damaged = whole;
+    for (int k = 0; k < 5; ++k) damaged[random() % damaged.size()] = static_cast<char>(random() % 256);
+    const auto report = read_report(damaged, "report.json");
+    ASSERT_FALSE(report.has_value());
+    EXPECT_EQ(report.error().kind, FaultKind::bad_file);
   }
 }
 

@@ -1,0 +1,300 @@
+/// The model file: one description of every part, by which it is written and read.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "analysis/model/model.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm {
+namespace {
+
+std::string_view form_of(const Function& function) {
+  constexpr std::array kForms = {"svr", "linear", "expansion", "network"};
+  return kForms[function.index()];
+}
+
+}  // namespace
+
+/// A row of numbers as an array.
+template <class Vector>
+struct JsonVector {
+  static Json write(const Vector& values) { return std::vector<double>(values.begin(), values.end()); }
+  static void read(const JsonPlace& place, Vector& values) {
+    const std::vector<double> numbers = place.numbers();
+    values = Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+  }
+};
+template <>
+struct JsonValue<Eigen::VectorXd> : JsonVector<Eigen::VectorXd> {};
+template <>
+struct JsonValue<Eigen::RowVectorXd> : JsonVector<Eigen::RowVectorXd> {};
+
+/// A matrix of so many columns, an array of rows.
+template <class Matrix>
+struct Rows {
+  Matrix& matrix;
+  Eigen::Index columns;
+};
+template <class Matrix>
+struct JsonValue<Rows<Matrix>> {
+  static Json write(const Rows<Matrix>& rows) {
+    Json array = Json::array();
+    for (Eigen::Index k = 0; k < rows.matrix.rows(); ++k)
+      array.push_back(json_of(Eigen::RowVectorXd(rows.matrix.row(k))));
+    return array;
+  }
+  static void read(const JsonPlace& place, const Rows<Matrix>& rows) {
+    std::vector<Eigen::RowVectorXd> all;
+    for (const JsonPlace& row : place.elements()) {
+      read_json(row, all.emplace_back());
+      if (all.back().size() != rows.columns) return row.mistake("wrong length, expected one number per input");
+    }
+    rows.matrix.resize(static_cast<Eigen::Index>(all.size()), rows.columns);
+    for (std::size_t k = 0; k < all.size(); ++k) rows.matrix.row(static_cast<Eigen::Index>(k)) = all[k];
+  }
+};
+
+void describe(auto& form, Like<Factor> auto& factor) {
+  form("kind", one_of(factor.kind, {FactorKind::temperature, FactorKind::gradient, FactorKind::rate}));
+  form("first", factor.first);
+  form.if_there("second", factor.kind == FactorKind::gradient, factor.second);
+  form.expect("second", (factor.kind == FactorKind::gradient) == !factor.second.empty(),
+              "expected of a gradient, and of nothing else");
+}
+
+/// The words are for people; the factors say the same where a thermometer's name holds a '-'.
+void describe(auto& form, Like<Term> auto& term) {
+  auto words = text(term);
+  form("term", words);
+  form("factors", term.factors);
+  form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
+  form.expect("term", words == text(term), "does not say the same as its factors");
+}
+
+void describe(auto& form, Like<SvrParameters> auto& parameters) {
+  form("C", positive(parameters.C));
+  form("sigma", positive(parameters.sigma));
+  form("epsilon", not_negative(parameters.epsilon));
+}
+
+void describe_function(auto& form, Like<SvrModel> auto& svr, Eigen::Index inputs) {
+  form("parameters", svr.parameters);
+  form("b", svr.b);
+  form("relative_gap", svr.relative_gap);
+  form("kkt_violation", svr.kkt_violation);
+  form("beta", svr.beta);
+  form("support_vectors", Rows{svr.support_vectors, inputs});
+  form.expect("beta", svr.beta.size() == svr.support_vectors.rows(), "expected one number per support vector");
+}
+
+void describe_function(auto& form, Like<LinearModel> auto& linear, Eigen::Index inputs) {
+  form("weights", linear.weights);
+  form("b", linear.b);
+  form.expect("weights", linear.weights.size() == inputs, "expected one number per input");
+}
+
+void describe_function(auto& form, Like<ExpansionModel> auto& expansion, Eigen::Index inputs) {
+  form("b", expansion.b);
+  form("lengths", expansion.lengths);
+  form("widths", expansion.widths);
+  form("weights", expansion.weights);
+  form("centres", Rows{expansion.centres, inputs});
+  form.expect("lengths", (expansion.lengths.array() > 0).all(), "expected numbers above 0");
+  form.expect("lengths", expansion.lengths.size() == inputs, "expected one number per input");
+  form.expect("widths", (expansion.widths.array() > 0).all(), "expected numbers above 0");
+  form.expect("widths", expansion.widths.size() == expansion.centres.rows(), "expected one number per centre");
+  form.expect("weights", expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
+}
+
+void describe_function(auto& form, Like<NetworkModel> auto& network, Eigen::Index inputs) {
+  form("b", network.b);
+  form("out", network.out);
+  form("offsets", network.offsets);
+  form("weights", Rows{network.weights, inputs});
+  form.expect("offsets", network.offsets.size() == network.weights.rows(), "expected one number per hidden unit");
+  form.expect("out", network.out.size() == network.weights.rows(), "expected one number per hidden unit");
+}
+
+/// One of the four functions; "form" says which.
+void describe_function(auto& form, Like<Function> auto& function, Eigen::Index inputs) {
+  auto word = std::string(form_of(function));
+  form("form", word);
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(function)>>) {
+    for (Function empty : std::array<Function, 4>{SvrModel{}, LinearModel{}, ExpansionModel{}, NetworkModel{}})
+      if (word == form_of(empty)) function = std::move(empty);
+  }
+  form.expect("form", word == form_of(function), "expected svr, linear, expansion or network");
+  std::visit([&](auto& one) { describe_function(form, one, inputs); }, function);
+}
+
+void describe(auto& form, Like<HyperParameter> auto& parameter) {
+  form("name", parameter.name);
+  form("value", parameter.value);
+}
+
+void describe(auto& form, Like<TrainingRecord> auto& record) {
+  form("run_id", record.run_id);
+  form("path", record.path);
+  form("profile_name", record.profile_name);
+  form("simulated", record.simulated);
+  form("clusters", record.clusters);
+  form("from_s", record.from_s);
+  form("to_s", record.to_s);
+}
+
+void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {
+  form("vectors_before", reduction.vectors_before);
+  form("vectors", reduction.vectors);
+  form("bound_deg_per_h", not_negative(reduction.bound_deg_per_h));
+  form("max_change_deg_per_h", not_negative(reduction.max_change_deg_per_h));
+  form("rms_change_deg_per_h", not_negative(reduction.rms_change_deg_per_h));
+  form("clusters", reduction.clusters);
+}
+
+void describe(auto& form, Like<Selection> auto& selection) {
+  form("terms", selection.terms);
+  form("threshold", selection.threshold);
+  form("rank", selection.rank);
+  form("fallback", selection.fallback);
+  form("statement", selection.statement);
+}
+
+void describe(auto& form, Like<SwarmSummary> auto& swarm) {
+  form("end", one_of(swarm.end, kSwarmEnds));
+  form("best", swarm.best);
+  form("best_fitness", swarm.best_fitness);
+  form("history", swarm.history);
+  form("coordinates_on_edge", swarm.coordinates_on_edge);
+  form("evaluations", swarm.evaluations);
+}
+
+void describe(auto& form, Like<SwarmOptions> auto& swarm) {
+  form("particles", swarm.particles);
+  form("iterations", swarm.iterations);
+  form("omega_max", swarm.omega_max);
+  form("omega_min", swarm.omega_min);
+  form("c1", swarm.c1);
+  form("c2", swarm.c2);
+  form("v_max", swarm.v_max);
+  form("stall_iterations", swarm.stall_iterations);
+  form("stall_gain", swarm.stall_gain);
+  form("seed", swarm.seed);
+}
+
+void describe(auto& form, Like<TuningOptions> auto& options) {
+  describe_bounds(form, options);
+  form("relative_gap", options.svr.relative_gap);
+  form("max_newton_steps", options.svr.max_newton_steps);
+  form("swarm", options.swarm);
+}
+
+void describe_tuning(auto& form, Like<Model> auto& model) {
+  auto& tuning = model.tuning;
+  form("best", tuning.best);
+  form("cross_validation_mse", tuning.cross_validation_mse);
+  form("uncertified", tuning.uncertified);
+  form("swarm", tuning.swarm);
+  form("warnings", tuning.warnings);
+  form("options", model.tuning_options);
+}
+
+namespace {
+
+/// One input: what a person reading the file wants side by side.
+struct ModelInput {
+  Term term;
+  double mean{}, std{}, min{}, max{};
+};
+
+void describe(auto& form, Like<ModelInput> auto& input) {
+  describe(form, input.term);
+  form("mean", input.mean);
+  form("std", positive(input.std));
+  form("min", input.min);
+  form("max", input.max);
+}
+
+std::vector<ModelInput> inputs_of(const Model& model) {
+  std::vector<ModelInput> inputs;
+  for (std::size_t k = 0; k < model.terms.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    inputs.push_back(
+        {model.terms[k], model.scaling.mean(i), model.scaling.std(i), model.input_min(i), model.input_max(i)});
+  }
+  return inputs;
+}
+
+void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
+  for (auto* row : {&model.scaling.mean, &model.scaling.std, &model.input_min, &model.input_max})
+    row->resize(static_cast<Eigen::Index>(inputs.size()));
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    model.terms.push_back(inputs[k].term);
+    model.scaling.mean(i) = inputs[k].mean;
+    model.scaling.std(i) = inputs[k].std;
+    model.input_min(i) = inputs[k].min;
+    model.input_max(i) = inputs[k].max;
+  }
+}
+
+}  // namespace
+
+void describe(auto& form, Like<Model> auto& model) {
+  constexpr double kLongestClusterS = 86400;
+  form.derived("schema", kModelSchema);
+  form("program_version", model.program_version);
+  form("inputs", model.inputs);
+  form("method", model.method);
+  form.expect("method", find_method(model.method).has_value(), "expected a method that is known");
+  form("quick", model.quick);
+  form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
+  auto inputs = inputs_of(model);
+  form("terms", inputs);
+  form.expect("terms", !inputs.empty(), "expected at least one input");
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) take_inputs(inputs, model);
+  form.object("target", [&](auto& target) {
+    target("mean_deg_per_h", model.target_mean_deg_per_h);
+    target("std_deg_per_h", positive(model.target_std_deg_per_h));
+  });
+  form("trained_on", model.trained_on);
+  form("folds", model.folds);
+  form("in_sample", model.in_sample);
+  form("leave_cycle_out", model.leave_cycle_out);
+  form("leave_cycle_out_residual_deg_per_h", model.leave_cycle_out_residual);
+  form("warnings", model.warnings);
+  form("hyper_parameters", model.hyper_parameters);
+  form("effective_parameters", not_negative(model.effective_parameters));
+  form("particulars", model.particulars);
+  form.object("function", [&](auto& function) {
+    describe_function(function, model.function, static_cast<Eigen::Index>(model.terms.size()));
+  });
+  form.if_there("selection", !model.selection.terms.empty(), model.selection);
+  form.if_there("residual_std_deg_per_h", std::isfinite(model.residual_std_deg_per_h),
+                not_negative(model.residual_std_deg_per_h));
+  form.if_there("nested_leave_cycle_out", model.nested_leave_cycle_out.has_value(), model.nested_leave_cycle_out);
+  form.object_if_there("tuning", model.tuning.swarm.end != SwarmEnd::was_not_run,
+                       [&](auto& tuning) { describe_tuning(tuning, model); });
+  form.if_there("reduction", model.reduction.has_value(), model.reduction);
+}
+
+std::string to_json(const Model& model) { return text_of(json_of(model), 1) + "\n"; }
+
+Result<Model> model_from_json(std::string_view json, const std::string& file) {
+  const auto root = JsonPlace::parse(json, file, JsonPlace::Nulls::are_mistakes);
+  if (!root) return failure(root.error());
+  const JsonPlace schema = (*root)["schema"];
+  if (schema.text() != kModelSchema)
+    schema.mistake(fmt::format("\"{}\", expected \"{}\"", schema.text(), kModelSchema));
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  Model model;
+  model.residual_std_deg_per_h = std::nan("");
+  read_json(*root, model);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return model;
+}
+
+}  // namespace gyrotherm

@@ -1,0 +1,82 @@
+/// What the experiment trains on its rate run and judges on both runs: the paper's two models, the one that is
+/// recommended for use, and every other method beside them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/model/model.hpp"
+#include "analysis/model/verification.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm {
+
+/// One value for each of the models of the experiment, support vector machines on three-point, multi-point and
+/// multi-point-t.
+template <class T>
+struct PerModel {
+  T three_point{}, multi_point{}, multi_point_t{};
+};
+
+/// Calls `visit(key, value)` for each model's value, in order; the keys are those of the report.
+template <class Values, class Visit>
+void for_each_model(Values& of, Visit visit) {
+  visit("three_point", of.three_point);
+  visit("multi_point", of.multi_point);
+  visit("multi_point_t", of.multi_point_t);
+}
+template <class T>
+void describe(auto& form, PerModel<T>& of) {
+  for_each_model(of, [&](const char* key, T& value) { form(key, value); });
+}
+template <class T>
+void describe(auto& form, const PerModel<T>& of) {
+  for_each_model(of, [&](const char* key, const T& value) { form(key, value); });
+}
+
+/// A model of the rate run, and how it does on both.
+struct TrainedModel {
+  Model model;
+  Verification rate, random;
+  double training_s{};  ///< wall time
+};
+
+struct QualificationOptions {
+  bool quick = false;      ///< a swarm of 8 particles and 6 iterations, for a try
+  bool nested = false;     ///< also Model.nested_leave_cycle_out
+  std::uint64_t seed = 0;  ///< of the swarm
+  int threads = 0;         ///< 0: all. The result does not depend on it
+  std::string program_version;
+};
+
+/// Trains the three models of the experiment. Fails like train() and verify().
+[[nodiscard]] Result<PerModel<TrainedModel>> train_models(const RecordedRun& rate, const RecordedRun& random,
+                                                          const QualificationOptions& options,
+                                                          const ProgressSink& progress = {});
+
+/// Other methods on the same records.
+struct Comparison {
+  std::vector<TrainedModel> models;
+  std::vector<std::string> warnings;  ///< of what could not be trained on this record: the experiment stands without
+};
+
+/// Called before each method is trained, with its name and its inputs.
+using ComparisonBegins = std::function<void(std::string_view method, std::string_view inputs)>;
+
+/// Trains every method of the table but the models' own, each on the inputs it is published with and on those that the
+/// table names beside them. Fails with interrupted.
+[[nodiscard]] Result<Comparison> train_compared(const RecordedRun& rate, const RecordedRun& random,
+                                                const QualificationOptions& options,
+                                                const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
+
+/// All that was trained.
+struct Qualification {
+  PerModel<TrainedModel> models;
+  Comparison comparison;
+};
+
+}  // namespace gyrotherm

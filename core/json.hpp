@@ -1,0 +1,222 @@
+/// Described structs (core/form.hpp) as JSON: json_of() and read_json(). It brings nlohmann's JSON along, so only what
+/// writes or reads a file includes it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/form.hpp"
+#include "core/json_reader.hpp"
+
+namespace gyrotherm {
+
+using Json = nlohmann::ordered_json;
+
+/// The text of a document: on one line, or with each level set in by `indent`. NaN becomes null, and text that is not
+/// UTF-8 is mended.
+[[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+/// How a value of one type is written (`write`) and read (`read`); specialised where it is no described struct.
+template <class T>
+struct JsonValue;
+
+template <class T>
+[[nodiscard]] Json json_of(const T& value) {
+  return JsonValue<T>::write(value);
+}
+/// Reads the value at `place`; a mistake is noted there.
+template <class T>
+void read_json(const JsonPlace& place, T& value) {
+  JsonValue<T>::read(place, value);
+}
+
+class JsonWriter {
+ public:
+  template <class T>
+  void operator()(const char* key, const T& value) {
+    json_[key] = json_of(value);
+  }
+  template <class T>
+  void derived(const char* key, const T& value) {
+    json_[key] = json_of(value);
+  }
+  void derived(const char* key, const char* text) { json_[key] = text; }
+  template <class T>
+  void if_there(const char* key, bool there, const T& value) {
+    if (there) json_[key] = json_of(value);
+  }
+  template <class DescribeMembers>
+  void object(const char* key, DescribeMembers describe_members) {
+    JsonWriter inside;
+    describe_members(inside);
+    json_[key] = std::move(inside.json_);
+  }
+  template <class DescribeMembers>
+  void object_if_there(const char* key, bool there, DescribeMembers describe_members) {
+    if (there) object(key, describe_members);
+  }
+  void expect(const char*, bool, const char*) {}
+  [[nodiscard]] Json json() && { return std::move(json_); }
+
+ private:
+  Json json_ = Json::object();
+};
+
+class JsonReader {
+ public:
+  explicit JsonReader(JsonPlace place) : place_(std::move(place)) {}
+
+  template <class T>
+  void operator()(const char* key, T&& value) {
+    JsonValue<std::remove_cvref_t<T>>::read(place_[key], value);
+  }
+  template <class T>
+  void derived(const char*, const T&) {}
+  template <class T>
+  void if_there(const char* key, bool, T&& value) {
+    if (place_.has(key)) (*this)(key, value);
+  }
+  template <class DescribeMembers>
+  void object(const char* key, DescribeMembers describe_members) {
+    JsonReader inside(place_[key]);
+    describe_members(inside);
+  }
+  template <class DescribeMembers>
+  void object_if_there(const char* key, bool, DescribeMembers describe_members) {
+    if (place_.has(key)) object(key, describe_members);
+  }
+  void expect(const char* key, bool holds, const char* what) {
+    if (!holds) place_[key].mistake(what);
+  }
+
+ private:
+  JsonPlace place_;
+};
+
+/// A described struct.
+template <class T>
+struct JsonValue {
+  static Json write(const T& value) {
+    JsonWriter form;
+    describe(form, value);
+    return std::move(form).json();
+  }
+  static void read(const JsonPlace& place, T& value) {
+    JsonReader form(place);
+    describe(form, value);
+  }
+};
+
+/// What nlohmann writes as it is, and `Read` of JsonPlace reads.
+template <class T, auto Read>
+struct PlainJsonValue {
+  static Json write(const T& value) { return value; }
+  static void read(const JsonPlace& place, T& value) { value = (place.*Read)(); }
+};
+template <>
+struct JsonValue<double> : PlainJsonValue<double, &JsonPlace::number> {};
+template <>
+struct JsonValue<int> : PlainJsonValue<int, &JsonPlace::integer> {};
+template <>
+struct JsonValue<bool> : PlainJsonValue<bool, &JsonPlace::boolean> {};
+template <>
+struct JsonValue<std::uint64_t> : PlainJsonValue<std::uint64_t, &JsonPlace::whole> {};
+template <>
+struct JsonValue<std::string> : PlainJsonValue<std::string, &JsonPlace::text> {};
+template <>
+struct JsonValue<std::vector<double>> : PlainJsonValue<std::vector<double>, &JsonPlace::numbers> {};
+
+template <class T>
+struct JsonValue<std::vector<T>> {
+  static Json write(const std::vector<T>& values) {
+    Json array = Json::array();
+    for (const T& value : values) array.push_back(json_of(value));
+    return array;
+  }
+  static void read(const JsonPlace& place, std::vector<T>& values) {
+    values.clear();
+    for (const JsonPlace& element : place.elements()) read_json(element, values.emplace_back());
+  }
+};
+
+/// null where there is none.
+template <class T>
+struct JsonValue<std::optional<T>> {
+  static Json write(const std::optional<T>& value) { return value ? json_of(*value) : Json(nullptr); }
+  static void read(const JsonPlace& place, std::optional<T>& value) {
+    value.reset();
+    if (!place.is_null()) read_json(place, value.emplace());
+  }
+};
+
+/// Two ends of a range: an array of two.
+template <>
+struct JsonValue<std::pair<double, double>> {
+  static Json write(const std::pair<double, double>& ends) { return Json::array({ends.first, ends.second}); }
+  static void read(const JsonPlace& place, std::pair<double, double>& ends) {
+    const std::vector<double> both = place.numbers();
+    if (both.size() != 2) return place.mistake("wrong length, expected a lower and an upper bound");
+    ends = {both[0], both[1]};
+  }
+};
+
+template <class T>
+struct JsonValue<Known<T>> {
+  static Json write(const Known<T>& known) { return known.value > 0 ? Json(known.value) : Json(nullptr); }
+  static void read(const JsonPlace& place, const Known<T>& known) {
+    known.value = 0;
+    if (!place.is_null()) read_json(place, known.value);
+  }
+};
+
+template <class T>
+struct JsonValue<InRange<T>> {
+  static Json write(const InRange<T>& in) { return json_of(in.value); }
+  static void read(const JsonPlace& place, const InRange<T>& in) {
+    read_json(place, in.value);
+    const bool holds = (in.low_excluded ? in.value > in.low : in.value >= in.low) && in.value <= in.high;
+    if (!holds) place.mistake(in.expected);
+  }
+};
+
+template <class T>
+struct JsonValue<OneOf<T>> {
+  static Json write(const OneOf<T>& word) { return name(word.value); }
+  static void read(const JsonPlace& place, const OneOf<T>& word) {
+    const std::string text = place.text();
+    std::vector<std::string> names;
+    for (const auto value : word.all) {
+      names.emplace_back(name(value));
+      if (text == names.back()) return void(word.value = value);
+    }
+    place.mistake(fmt::format("\"{}\", expected {}", text, fmt::join(names, " or ")));
+  }
+};
+
+template <class T>
+struct JsonValue<ByName<T>> {
+  static Json write(const ByName<T>& named) {
+    Json object = Json::object();
+    for (const auto& [name, value] : named.values) object[name] = json_of(value);
+    return object;
+  }
+  static void read(const JsonPlace& place, const ByName<T>& named) {
+    named.values.clear();
+    for (const auto& [name, value] : place.members()) {
+      named.values.emplace_back().first = name;
+      read_json(value, named.values.back().second);
+    }
+  }
+};
+
+}  // namespace gyrotherm

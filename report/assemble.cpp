@@ -1,0 +1,258 @@
+#include "report/assemble.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+#include <variant>
+
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/methods/method.hpp"
+
+namespace gyrotherm {
+namespace {
+
+template <class Vector>
+std::vector<double> listed(const Vector& values) {
+  return {values.begin(), values.end()};
+}
+
+std::vector<std::vector<double>> rows_of(const Eigen::MatrixXd& matrix) {
+  std::vector<std::vector<double>> rows;
+  for (Eigen::Index k = 0; k < matrix.rows(); ++k) rows.push_back(listed(matrix.row(k)));
+  return rows;
+}
+
+std::vector<std::string> texts_of(const std::vector<Term>& terms) {
+  std::vector<std::string> texts;
+  for (const Term& term : terms) texts.push_back(text(term));
+  return texts;
+}
+
+double known_or_nan(double value) { return value > 0 ? value : kNotKnown; }
+
+/// The same made of each of the three models.
+template <class Make>
+auto per_model(const PerModel<TrainedModel>& models, Make make) {
+  return PerModel<decltype(make(models.three_point))>{make(models.three_point), make(models.multi_point),
+                                                      make(models.multi_point_t)};
+}
+
+ReportedCorrelation correlation_of(const RecordedRun& rate, const Selection& selection) {
+  const Correlation correlation = correlate(rate.clusters, rate.dataset.gradients);
+  return {.names = correlation.names,
+          .magnitude = rows_of(correlation.gradient.cwiseAbs()),
+          .gradient = rows_of(correlation.gradient),
+          .temperature = listed(correlation.temperature),
+          .rate = listed(correlation.rate),
+          .selected_pairs = texts_of(selection.terms),
+          .threshold = selection.threshold,
+          .rank = selection.rank,
+          .fallback = selection.fallback,
+          .statement = selection.statement};
+}
+
+ReportedResidual residual_of(const Verification& verification) {
+  return {.all = verification.compensated,
+          .ramps = verification.ramps,
+          .holds = verification.holds,
+          .corners = verification.corners,
+          .outside = verification.outside,
+          .effective_parameters = known_or_nan(verification.effective_parameters),
+          .expected_in_sample_std = verification.expected_in_sample_std};
+}
+
+/// Neighbouring clusters of one cycle.
+std::vector<ReportedCycle> cycles_of(const RecordedRun& run) {
+  const Clusters& clusters = run.clusters;
+  std::vector<ReportedCycle> cycles;
+  int current = -1;
+  for (Eigen::Index k = 0; k < clusters.cycle.size(); ++k) {
+    const int cycle = clusters.cycle(k);
+    const bool known = cycle >= 0 && cycle < static_cast<int>(run.dataset.cycles.size());
+    if (known && cycle != current)
+      cycles.push_back({run.dataset.cycles[static_cast<std::size_t>(cycle)], clusters.start_s(k), 0});
+    if (known) cycles.back().end_s = clusters.start_s(k) + clusters.length_s;
+    current = known ? cycle : -1;
+  }
+  return cycles;
+}
+
+using On = Verification TrainedModel::*;
+
+ReportedSeries series_of(const RecordedRun& run, const PerModel<TrainedModel>& models, On on) {
+  const Clusters& clusters = run.clusters;
+  ReportedSeries series{
+      .time_s = listed(clusters.start_s),
+      .set_point_c = listed(clusters.set_point_c),
+      .raw = listed(clusters.bias_deg_per_h),
+      .thermometers_c = {},
+      .residual = per_model(models, [&](const auto& m) { return listed((m.*on).residual_deg_per_h); }),
+      .cycles = cycles_of(run)};
+  for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
+    series.thermometers_c.emplace_back(clusters.thermometers[k],
+                                       listed(clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
+  return series;
+}
+
+ReportedNoise noise_of(const RecordedRun& run, const PerModel<TrainedModel>& models, On on) {
+  const auto left_by = [&](const TrainedModel& model) -> const Eigen::VectorXd& {
+    return (model.*on).residual_deg_per_h;
+  };
+  return {.holds = noise_of_holds(run.dataset),
+          .compensated_holds = noise_of_compensated_holds(run.dataset, run.clusters, left_by(models.multi_point_t)),
+          .raw = allan_curve_of(run.clusters.bias_deg_per_h, run.clusters),
+          .compensated = per_model(models, [&](const auto& m) { return allan_curve_of(left_by(m), run.clusters); })};
+}
+
+PerModel<ReportedGain> gains(const PerModel<TrainedModel>& models, On on) {
+  const double raw = (models.multi_point.*on).raw.std, three = (models.three_point.*on).compensated.std;
+  const auto over_three = [&](const TrainedModel& model) -> ReportedGain {
+    const Improvement gain = improvement(raw, three, (model.*on).compensated.std);
+    return {gain.multi_point_from_original, gain.paper_ratio, gain.residual_reduction};
+  };
+  const double of_three = improvement(raw, three, three).three_point_from_original;
+  return {{.from_original = of_three}, over_three(models.multi_point), over_three(models.multi_point_t)};
+}
+
+ReportedRun run_of(const ReportSourceRun& source, const PerModel<TrainedModel>& models, On on) {
+  const RecordedRun& run = source.recorded;
+  const Verification& verification = models.multi_point.*on;
+  bool in_sample = false;
+  for_each_model(models, [&](const char*, const TrainedModel& model) {
+    in_sample = in_sample || (model.*on).trained_on_this;
+    assert((model.*on).residual_deg_per_h.size() == run.clusters.bias_deg_per_h.size());
+    assert((model.*on).segments.size() == verification.segments.size());
+  });
+  return {.in_sample = in_sample,
+          .profile = run.dataset.profile_name,
+          .run_id = run.dataset.run_id,
+          .bias_zero = run.dataset.bias_zero,
+          .record_sha256 = source.record_sha256,
+          .profile_sha256 = source.profile_sha256,
+          .floor = verification.floor,
+          .clusters = static_cast<int>(run.clusters.start_s.size()),
+          .dropped_rest = run.clusters.dropped_rest,
+          .dropped_gaps = run.clusters.dropped_gaps,
+          .gaps_s = run.dataset.gaps_s,
+          .raw = verification.raw,
+          .residual = per_model(models, [&](const TrainedModel& model) { return residual_of(model.*on); }),
+          .gain = gains(models, on),
+          .noise = noise_of(run, models, on),
+          .series = series_of(run, models, on)};
+}
+
+ReportedModel model_of(const TrainedModel& trained) {
+  const Model& model = trained.model;
+  const auto& svr = std::get<SvrModel>(model.function);
+  ReportedModel reported{.inputs = model.inputs,
+                         .method = model.method,
+                         .terms = texts_of(model.terms),
+                         .rank = rank_of(model.terms),
+                         .stored_numbers = stored_numbers(model),
+                         .effective_parameters = known_or_nan(model.effective_parameters),
+                         .residual_std_deg_per_h = model.residual_std_deg_per_h,
+                         .trained_on = {},
+                         .options = model.tuning_options,
+                         .tuning = model.tuning,
+                         .parameters = svr.parameters,
+                         .epsilon_deg_per_h = svr.parameters.epsilon * model.target_std_deg_per_h,
+                         .support_vectors = static_cast<int>(svr.support_vectors.rows()),
+                         .certified_gap = svr.relative_gap,
+                         .kkt_violation = svr.kkt_violation,
+                         .folds = model.folds};
+  for (const TrainingRecord& record : model.trained_on)
+    reported.trained_on.push_back({record.run_id, record.profile_name, record.simulated, record.clusters});
+  return reported;
+}
+
+ReportedMethod method_of(std::string name, const TrainedModel& trained) {
+  const Model& model = trained.model;
+  ReportedMethod row{.name = std::move(name),
+                     .inputs = model.inputs,
+                     .method = model.method,
+                     .title = {},
+                     .citation = {},
+                     .in_sample = trained.rate.compensated,
+                     .leave_cycle_out = model.leave_cycle_out,
+                     .random = trained.random.compensated,
+                     .nested = model.nested_leave_cycle_out,
+                     .stored_numbers = stored_numbers(model),
+                     .effective_parameters = known_or_nan(model.effective_parameters)};
+  if (const auto method = find_method(model.method)) {
+    row.title = (*method)->title;
+    row.citation = (*method)->citation;
+  }
+  return row;
+}
+
+std::vector<ReportedMethod> methods_of(const Qualification& qualification) {
+  std::vector<ReportedMethod> rows;
+  for_each_model(qualification.models,
+                 [&](const char* key, const TrainedModel& trained) { rows.push_back(method_of(key, trained)); });
+  for (const TrainedModel& trained : qualification.comparison.models)
+    rows.push_back(method_of(fmt::format("{}-{}", trained.model.method, trained.model.inputs), trained));
+  return rows;
+}
+
+void add_segments(std::vector<ReportedSegment>& all, const char* run, const PerModel<TrainedModel>& models, On on) {
+  for (std::size_t k = 0; k < (models.multi_point.*on).segments.size(); ++k) {
+    const SegmentFigures& segment = (models.multi_point.*on).segments[k];
+    all.push_back({run, segment.segment, segment.name, segment.hold, segment.start_s, segment.duration_s,
+                   segment.mean_temperature_c, segment.mean_bias_deg_per_h,
+                   per_model(models, [&](const auto& model) { return (model.*on).segments[k].residual; })});
+  }
+}
+
+/// Each once, in the order of first mention.
+std::vector<std::string> warnings_of(const ReportSource& source) {
+  std::vector<std::string> all;
+  const auto add = [&](const std::string& about, const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+      const std::string whole = about.empty() ? text : about + ": " + text;
+      if (std::ranges::find(all, whole) == all.end()) all.push_back(whole);
+    }
+  };
+  const PerModel<TrainedModel>& models = source.qualification.models;
+  add("", source.qualification.comparison.warnings);
+  if (source.rate.recorded.dataset.three_point_stand_in)
+    add("", {"three-point: the record names no shell thermometer; a stand-in is used"});
+  for_each_model(models, [&](const char*, const TrainedModel& m) { add(m.model.inputs, m.model.warnings); });
+  for (const auto& [run, on] : {std::pair{"rate", &TrainedModel::rate}, {"random", &TrainedModel::random}})
+    for_each_model(models, [&](const char*, const TrainedModel& m) {
+      add(m.model.inputs + " on the " + run + " run", (m.*on).warnings);
+    });
+  return all;
+}
+
+}  // namespace
+
+Report make_report(const ReportSource& source) {
+  const PerModel<TrainedModel>& models = source.qualification.models;
+  const RecordedRun &rate = source.rate.recorded, &random = source.random.recorded;
+  const Model& multi_point = models.multi_point.model;
+  Report report{
+      .rig = source.rig,
+      .quick = multi_point.quick,
+      .accept = {},
+      .cluster_length_s = rate.clusters.length_s,
+      .correlation = correlation_of(rate, multi_point.selection),
+      .rate = run_of(source.rate, models, &TrainedModel::rate),
+      .random = run_of(source.random, models, &TrainedModel::random),
+      .folds = multi_point.folds,
+      .leave_cycle_out = per_model(models, [](const auto& m) { return m.model.leave_cycle_out; }),
+      .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
+      .models = per_model(models, model_of),
+      .methods = methods_of(source.qualification),
+      .warnings = warnings_of(source),
+      .segments = {},
+      .program_version = source.program_version,
+      .seed = source.seed};
+  report.rig.is_virtual = report.rig.is_virtual || rate.dataset.simulated || random.dataset.simulated;
+  add_segments(report.segments, "rate", models, &TrainedModel::rate);
+  add_segments(report.segments, "random", models, &TrainedModel::random);
+  return report;
+}
+
+}  // namespace gyrotherm

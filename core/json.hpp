@@ -15,6 +15,7 @@
 
 #include "core/form.hpp"
 #include "core/json_reader.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm {
 
@@ -128,6 +129,8 @@ struct JsonValue<double> : PlainJsonValue<double, &JsonPlace::number> {};
 template <>
 struct JsonValue<int> : PlainJsonValue<int, &JsonPlace::integer> {};
 template <>
+struct JsonValue<std::int64_t> : PlainJsonValue<std::int64_t, &JsonPlace::long_integer> {};
+template <>
 struct JsonValue<bool> : PlainJsonValue<bool, &JsonPlace::boolean> {};
 template <>
 struct JsonValue<std::uint64_t> : PlainJsonValue<std::uint64_t, &JsonPlace::whole> {};
@@ -157,6 +160,12 @@ struct JsonValue<std::optional<T>> {
     value.reset();
     if (!place.is_null()) read_json(place, value.emplace());
   }
+};
+
+template <>
+struct JsonValue<Celsius> {
+  static Json write(Celsius temperature) { return temperature.value; }
+  static void read(const JsonPlace& place, Celsius& temperature) { temperature.value = place.number(); }
 };
 
 /// Two ends of a range: an array of two.

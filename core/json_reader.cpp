@@ -118,6 +118,16 @@ int JsonPlace::integer() const {
   return node->get<int>();
 }
 
+std::int64_t JsonPlace::long_integer() const {
+  const Json* node = as_json(node_);
+  if (node == nullptr) return 0;
+  const bool fits =
+      node->is_number_integer() &&
+      (!node->is_number_unsigned() || node->get<std::uint64_t>() <= std::numeric_limits<std::int64_t>::max());
+  if (!fits) return mistake("wrong type, expected a whole number"), 0;
+  return node->get<std::int64_t>();
+}
+
 bool JsonPlace::boolean() const {
   const Json* node = as_json(node_);
   if (node == nullptr) return false;

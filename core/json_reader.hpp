@@ -30,6 +30,7 @@ class JsonPlace {
   [[nodiscard]] bool is_null() const;  ///< there, and null
   [[nodiscard]] double number() const;
   [[nodiscard]] int integer() const;
+  [[nodiscard]] std::int64_t long_integer() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::uint64_t whole() const;  ///< a whole number not below 0

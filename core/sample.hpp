@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +75,8 @@ struct ChamberState {
 
 /// Where the profile stands; enough, with the profile, to go on from here.
 enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
+inline constexpr std::initializer_list<Phase> kPhases = {Phase::ramping, Phase::holding, Phase::waiting_for_soak,
+                                                         Phase::overdue, Phase::complete};
 struct ProfilePosition {
   int segment{};          ///< index into the expanded profile
   int cycle{-1};          ///< index of the cycle the segment belongs to, or -1
@@ -94,6 +97,9 @@ enum class RunState {
   stopped,    ///< an operator ended the run
   complete,   ///< the profile came to its end
 };
+inline constexpr std::initializer_list<RunState> kRunStates = {
+    RunState::execute, RunState::suspended, RunState::held,    RunState::aborting,
+    RunState::aborted, RunState::stopped,   RunState::complete};
 
 /// One second of the whole rig. `thermometers` is in the order of the rig's channels, as read (not calibrated).
 struct Sample {
@@ -108,14 +114,14 @@ struct Sample {
 };
 
 /// Where a run stands and where it goes, for whoever watches it.
-struct Outlook {
+struct RunStanding {
   RunState state{};
-  std::string cause{};                ///< why the state is not execute; empty if it is
-  Duration time_left{};               ///< what is left if every soak counts from now on
-  Duration behind_plan{};             ///< time that went by without the profile's clock
-  std::int64_t missed_set_points{};   ///< how many the chamber did not take so far
-  std::vector<std::string> faults{};  ///< the faults that stand now, one line each
-  auto operator<=>(const Outlook&) const = default;
+  std::string cause{};                    ///< why the state is not execute; empty if it is
+  std::optional<Duration> time_left{};    ///< what is left if every soak counts from now on
+  std::optional<Duration> behind_plan{};  ///< time that went by without the profile's clock
+  std::int64_t missed_set_points{};       ///< how many the chamber did not take so far
+  std::vector<std::string> faults_now{};  ///< that stand, one line each
+  auto operator<=>(const RunStanding&) const = default;
 };
 
 enum class EventKind {
@@ -131,10 +137,18 @@ enum class EventKind {
   state,    ///< the run's state changed, and why
   command,  ///< of an operator, with who it was
 };
+/// What an event is about, where it is about one thing.
+struct EventSubject {
+  std::string interlock{};       ///< its id
+  std::string reaction{};        ///< of the interlock
+  std::optional<int> segment{};  ///< of the profile, where the event belongs to a run
+  std::string channel{};
+};
 struct Event {
   Instant at;
   EventKind kind{};
   std::string text;
+  EventSubject about{};
 };
 
 [[nodiscard]] const char* name(ChamberActivity activity);

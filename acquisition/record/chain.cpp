@@ -190,7 +190,7 @@ Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) 
             fmt::format("SELECT {}, chain FROM sample ORDER BY slot", sample_columns(info.thermometers))},
       Table{"gap", 1, 0, "SELECT first, last, cause, chain FROM gap ORDER BY first"},
       Table{"fault", 1, 1, "SELECT id, slot, channel, kind, \"where\", what, chain FROM fault ORDER BY id"},
-      Table{"event", 1, 2, "SELECT id, slot, monotonic_ns, utc_ns, kind, text, chain FROM event ORDER BY id"}};
+      Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", names_of(columns_of_events()))}};
   std::vector<Cursor> cursors;
   for (const auto& table : tables) {
     auto query = database.prepare(table.query);
@@ -283,8 +283,6 @@ Result<Digest> description_hash(Database& database) {
       add_rows(chain, database, "meta",
                "SELECT key, value FROM meta WHERE key NOT IN ('outcome', 'chain_start', 'chain_end') ORDER BY key")
           .and_then([&] { return add_rows(chain, database, "channel", "SELECT * FROM channel ORDER BY position"); })
-          .and_then(
-              [&] { return add_rows(chain, database, "calibration", "SELECT * FROM calibration ORDER BY position"); })
           .and_then([&] { return add_rows(chain, database, "segment", "SELECT * FROM segment ORDER BY position"); })
           .and_then([&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, position"); });
   if (!added) return failure(added.error());

@@ -70,16 +70,21 @@ Result<void> read_gaps(Database& database, Record& record) {
 }
 
 Result<void> read_events(Database& database, Record& record) {
-  auto query = database.prepare("SELECT slot, monotonic_ns, utc_ns, kind, text FROM event ORDER BY id");
+  auto query = database.prepare(fmt::format("SELECT {} FROM event ORDER BY id", names_of(columns_of_events())));
   if (!query) return failure(query.error());
   for (;;) {
     const auto more = query->step();
     if (!more) return failure(more.error());
     if (!*more) return {};
-    const Instant at{Duration(query->integer(1)), Duration(query->integer(2))};
+    RecordedEvent& recorded = record.events.emplace_back();
+    int i = 0;
+    for (const auto& column : columns_of_events()) {
+      if (!query->null(i)) column.take(recorded, *query, i);
+      ++i;
+    }
+    const Instant& at = recorded.event.at;
     if (!is_possible_time(at.since_start) || !is_possible_time(at.utc))
       return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
-    record.events.push_back({query->integer(0), {at, event_kind_named(query->text(3)), std::string(query->text(4))}});
   }
 }
 
@@ -147,7 +152,7 @@ Result<Record> read_all(const std::string& path) {
 
 }  // namespace
 
-std::optional<Celsius> known(double celsius) {
+std::optional<Celsius> unless_nan(double celsius) {
   return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
@@ -18,13 +19,8 @@ struct Gap {
   std::string cause;
 };
 
-struct RecordedEvent {
-  std::int64_t slot{};
-  Event event;
-};
-
 /// A temperature as a record has it: NaN is not known.
-[[nodiscard]] std::optional<Celsius> known(double celsius);
+[[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
 
 /// Columns of equal length, one row per sample in order of time; NaN where a reading was a fault.
 struct Record {

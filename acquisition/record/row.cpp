@@ -83,58 +83,92 @@ using From = const Statement&;
 using Position = const ProfilePosition&;
 
 constexpr std::array kBeforeThermometers{
-    SampleColumn{"slot", "INTEGER PRIMARY KEY", [](const SampleRow& row) { return Cell(row.slot); },
-                 [](SampleRow& row, From from, int i) { row.slot = from.integer(i); }},
-    SampleColumn{"monotonic_ns", "INTEGER NOT NULL", [](const SampleRow& row) { return cell(row.monotonic); },
-                 [](SampleRow& row, From from, int i) { row.monotonic = Duration(from.integer(i)); }},
-    SampleColumn{"utc_ns", "INTEGER", [](const SampleRow& row) { return cell(row.utc); },
-                 [](SampleRow& row, From from, int i) { row.utc = Duration(from.integer(i)); }},
-    SampleColumn{
+    Column<SampleRow>{"slot", "INTEGER PRIMARY KEY", [](const SampleRow& row) { return Cell(row.slot); },
+                      [](SampleRow& row, From from, int i) { row.slot = from.integer(i); }},
+    Column<SampleRow>{"monotonic_ns", "INTEGER NOT NULL", [](const SampleRow& row) { return cell(row.monotonic); },
+                      [](SampleRow& row, From from, int i) { row.monotonic = Duration(from.integer(i)); }},
+    Column<SampleRow>{"utc_ns", "INTEGER", [](const SampleRow& row) { return cell(row.utc); },
+                      [](SampleRow& row, From from, int i) { row.utc = Duration(from.integer(i)); }},
+    Column<SampleRow>{
         "set_point_c", "REAL",
         [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.set_point.value; }); },
         [](SampleRow& row, From from, int i) { progress_of(row).set_point = Celsius{from.real(i)}; }},
-    SampleColumn{"chamber_air_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_air_c); },
-                 [](SampleRow& row, From from, int i) { row.chamber_air_c = from.real(i); }},
-    SampleColumn{"chamber_set_point_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_set_point_c); },
-                 [](SampleRow& row, From from, int i) { row.chamber_set_point_c = from.real(i); }},
+    Column<SampleRow>{"chamber_air_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_air_c); },
+                      [](SampleRow& row, From from, int i) { row.chamber_air_c = from.real(i); }, MeasuredBy::chamber,
+                      "°C"},
+    Column<SampleRow>{"chamber_set_point_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_set_point_c); },
+                      [](SampleRow& row, From from, int i) { row.chamber_set_point_c = from.real(i); },
+                      MeasuredBy::chamber, "°C"},
 };
 
 constexpr std::array kAfterThermometers{
     // NUMERIC: a foreign record keeps its rate in the place of the pulses.
-    SampleColumn{"pulses", "NUMERIC", [](const SampleRow& row) { return Cell(row.gyro); },
-                 [](SampleRow& row, From from, int i) { row.gyro = from.real(i); }},
-    SampleColumn{"interval_ns", "INTEGER", [](const SampleRow& row) { return cell(row.interval); },
-                 [](SampleRow& row, From from, int i) { row.interval = Duration(from.integer(i)); }},
-    SampleColumn{
+    Column<SampleRow>{"pulses", "NUMERIC", [](const SampleRow& row) { return Cell(row.gyro); },
+                      [](SampleRow& row, From from, int i) { row.gyro = from.real(i); }, MeasuredBy::gyro, ""},
+    Column<SampleRow>{"interval_ns", "INTEGER", [](const SampleRow& row) { return cell(row.interval); },
+                      [](SampleRow& row, From from, int i) { row.interval = Duration(from.integer(i)); },
+                      MeasuredBy::gyro, "ns"},
+    Column<SampleRow>{
         "segment", "INTEGER",
         [](const SampleRow& row) { return progress_cell(row, [](Position at) { return std::int64_t{at.segment}; }); },
         [](SampleRow& row, From from, int i) { progress_of(row).segment = static_cast<int>(from.integer(i)); }},
-    SampleColumn{
+    Column<SampleRow>{
         "cycle", "INTEGER",
         [](const SampleRow& row) { return progress_cell(row, [](Position at) { return std::int64_t{at.cycle}; }); },
         [](SampleRow& row, From from, int i) { progress_of(row).cycle = static_cast<int>(from.integer(i)); }},
-    SampleColumn{"phase", "TEXT",
-                 [](const SampleRow& row) {
-                   return progress_cell(row, [](Position at) { return std::string_view(name(at.phase)); });
-                 },
-                 [](SampleRow& row, From from, int i) { progress_of(row).phase = phase_named(from.text(i)); }},
-    SampleColumn{
+    Column<SampleRow>{"phase", "TEXT",
+                      [](const SampleRow& row) {
+                        return progress_cell(row, [](Position at) { return std::string_view(name(at.phase)); });
+                      },
+                      [](SampleRow& row, From from, int i) { progress_of(row).phase = phase_named(from.text(i)); }},
+    Column<SampleRow>{
         "in_segment_ns", "INTEGER",
         [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.in_segment.count(); }); },
         [](SampleRow& row, From from, int i) { progress_of(row).in_segment = Duration(from.integer(i)); }},
-    SampleColumn{"soaked_ns", "INTEGER",
-                 [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.soaked.count(); }); },
-                 [](SampleRow& row, From from, int i) { progress_of(row).soaked = Duration(from.integer(i)); }},
-    SampleColumn{"state", "TEXT",
-                 [](const SampleRow& row) { return row.state ? Cell(std::string_view(name(*row.state))) : Cell(); },
-                 [](SampleRow& row, From from, int i) { row.state = run_state_named(from.text(i)); }},
+    Column<SampleRow>{
+        "soaked_ns", "INTEGER",
+        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.soaked.count(); }); },
+        [](SampleRow& row, From from, int i) { progress_of(row).soaked = Duration(from.integer(i)); }},
+    Column<SampleRow>{
+        "state", "TEXT",
+        [](const SampleRow& row) { return row.state ? Cell(std::string_view(name(*row.state))) : Cell(); },
+        [](SampleRow& row, From from, int i) { row.state = run_state_named(from.text(i)); }},
+};
+
+Cell text_cell(const std::string& text) { return text.empty() ? Cell() : Cell(std::string_view(text)); }
+
+using Happened = const RecordedEvent&;
+
+constexpr std::array kEventColumns{
+    Column<RecordedEvent>{"slot", "INTEGER NOT NULL", [](Happened row) { return Cell(row.slot); },
+                          [](RecordedEvent& row, From from, int i) { row.slot = from.integer(i); }},
+    Column<RecordedEvent>{
+        "monotonic_ns", "INTEGER NOT NULL", [](Happened row) { return cell(row.event.at.since_start); },
+        [](RecordedEvent& row, From from, int i) { row.event.at.since_start = Duration(from.integer(i)); }},
+    Column<RecordedEvent>{"utc_ns", "INTEGER NOT NULL", [](Happened row) { return cell(row.event.at.utc); },
+                          [](RecordedEvent& row, From from, int i) { row.event.at.utc = Duration(from.integer(i)); }},
+    Column<RecordedEvent>{
+        "kind", "TEXT NOT NULL", [](Happened row) { return Cell(std::string_view(name(row.event.kind))); },
+        [](RecordedEvent& row, From from, int i) { row.event.kind = event_kind_named(from.text(i)); }},
+    Column<RecordedEvent>{"interlock", "TEXT", [](Happened row) { return text_cell(row.event.about.interlock); },
+                          [](RecordedEvent& row, From from, int i) { row.event.about.interlock = from.text(i); }},
+    Column<RecordedEvent>{"reaction", "TEXT", [](Happened row) { return text_cell(row.event.about.reaction); },
+                          [](RecordedEvent& row, From from, int i) { row.event.about.reaction = from.text(i); }},
+    Column<RecordedEvent>{
+        "segment", "INTEGER",
+        [](Happened row) { return row.event.about.segment ? Cell(std::int64_t{*row.event.about.segment}) : Cell(); },
+        [](RecordedEvent& row, From from, int i) { row.event.about.segment = static_cast<int>(from.integer(i)); }},
+    Column<RecordedEvent>{"channel", "TEXT", [](Happened row) { return text_cell(row.event.about.channel); },
+                          [](RecordedEvent& row, From from, int i) { row.event.about.channel = from.text(i); }},
+    Column<RecordedEvent>{"text", "TEXT NOT NULL", [](Happened row) { return Cell(std::string_view(row.event.text)); },
+                          [](RecordedEvent& row, From from, int i) { row.event.text = from.text(i); }},
 };
 
 /// Columns in the order of sample_columns().
 SampleRow row_in(const Statement& from, const RunInfo& info) {
   SampleRow row{.thermometers_c = std::vector<double>(info.thermometers.size())};
   int i = 0;
-  const auto take = [&](const SampleColumn& column) {
+  const auto take = [&](const Column<SampleRow>& column) {
     if (!from.null(i)) column.take(row, from, i);
     ++i;
   };
@@ -152,12 +186,12 @@ bool has_possible_times(const SampleRow& row) {
 
 }  // namespace
 
-std::span<const SampleColumn> columns_before_thermometers() { return kBeforeThermometers; }
-std::span<const SampleColumn> columns_after_thermometers() { return kAfterThermometers; }
+std::span<const Column<SampleRow>> columns_before_thermometers() { return kBeforeThermometers; }
+std::span<const Column<SampleRow>> columns_after_thermometers() { return kAfterThermometers; }
 
-Phase phase_named(std::string_view text) {
-  return named(text, {Phase::ramping, Phase::holding, Phase::waiting_for_soak, Phase::overdue, Phase::complete});
-}
+std::span<const Column<RecordedEvent>> columns_of_events() { return kEventColumns; }
+
+Phase phase_named(std::string_view text) { return named(text, kPhases); }
 
 EventKind event_kind_named(std::string_view text) {
   return named(text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault,
@@ -165,10 +199,7 @@ EventKind event_kind_named(std::string_view text) {
                       EventKind::finished, EventKind::state, EventKind::command});
 }
 
-RunState run_state_named(std::string_view text) {
-  return named(text, {RunState::execute, RunState::suspended, RunState::held, RunState::aborting, RunState::aborted,
-                      RunState::stopped, RunState::complete});
-}
+RunState run_state_named(std::string_view text) { return named(text, kRunStates); }
 
 Result<Database> open_record(const std::string& path) {
   std::error_code error;

@@ -38,6 +38,12 @@ struct SampleRow {
   std::optional<RunState> state{};
 };
 
+/// An event and the second that it belongs to.
+struct RecordedEvent {
+  std::int64_t slot{};
+  Event event;
+};
+
 struct Entry {
   struct MissingReading {
     std::string channel;
@@ -69,17 +75,34 @@ struct Record;
 /// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
 
-/// One column of the table `sample`: the one place where it is named. Schema, insert, hash chain and reading follow it.
-struct SampleColumn {
+/// Whose measurement a column of the samples holds: such a column is a channel of the record.
+enum class MeasuredBy { nobody, chamber, gyro };
+
+/// One column of a table: the one place where it is named. Schema, insert, hash chain and reading follow it.
+template <class Row>
+struct Column {
   const char* name;
   const char* type;
-  Cell (*cell)(const SampleRow& row);
+  Cell (*cell)(const Row& row);
   /// Puts a value that is not NULL into a row in which nothing is known yet.
-  void (*take)(SampleRow& row, const Statement& from, int column);
+  void (*take)(Row& row, const Statement& from, int column);
+  MeasuredBy measured_by = MeasuredBy::nobody;
+  const char* unit = "";
 };
-/// The columns before those of the thermometers, which are REAL and named like their channels, and the ones after them.
-[[nodiscard]] std::span<const SampleColumn> columns_before_thermometers();
-[[nodiscard]] std::span<const SampleColumn> columns_after_thermometers();
+/// The columns of `sample` before those of the thermometers, which are REAL and named like their channels, and the ones
+/// after them.
+[[nodiscard]] std::span<const Column<SampleRow>> columns_before_thermometers();
+[[nodiscard]] std::span<const Column<SampleRow>> columns_after_thermometers();
+/// The columns of `event` between its id and its link of the chain.
+[[nodiscard]] std::span<const Column<RecordedEvent>> columns_of_events();
+
+/// The columns of a table of that list, joined by commas.
+template <class Row>
+[[nodiscard]] std::string names_of(std::span<const Column<Row>> columns) {
+  std::string names;
+  for (const auto& column : columns) names += (names.empty() ? "" : ", ") + std::string(column.name);
+  return names;
+}
 
 /// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or
 /// beside it changes, comes or goes, and no writer can begin while it is open. Fails with bad_file, also if a journal

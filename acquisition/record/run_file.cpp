@@ -64,12 +64,11 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
   return {};
 }
 
-std::string insert_sample_sql(const RunInfo& info) {
-  const std::string columns = sample_columns(info.thermometers) + ", chain";
+std::string insert_sql(std::string_view table, const std::string& columns) {
   std::string places = "?";
   for (const char c : columns)
     if (c == ',') places += ", ?";
-  return fmt::format("INSERT INTO sample({}) VALUES({})", columns, places);
+  return fmt::format("INSERT INTO {}({}) VALUES({})", table, columns, places);
 }
 
 }  // namespace
@@ -107,13 +106,12 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
   if (!begin) return failure(begin.error());
   auto commit = database.prepare("COMMIT");
   if (!commit) return failure(commit.error());
-  auto sample = database.prepare(insert_sample_sql(info));
+  auto sample = database.prepare(insert_sql("sample", sample_columns(info.thermometers) + ", chain"));
   if (!sample) return failure(sample.error());
   auto fault = database.prepare(
       "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)");
   if (!fault) return failure(fault.error());
-  auto event = database.prepare(
-      "INSERT INTO event(id, slot, monotonic_ns, utc_ns, kind, text, chain) VALUES(?, ?, ?, ?, ?, ?, ?)");
+  auto event = database.prepare(insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain"));
   if (!event) return failure(event.error());
   auto gap = database.prepare("INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)");
   if (!gap) return failure(gap.error());
@@ -272,14 +270,12 @@ Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, 
 }
 
 Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
-  return Row(statements_->event, now_.chain, "event")
-      .put(++now_.events)
-      .put(slot)
-      .put(event.at.since_start.count())
-      .put(event.at.utc.count())
-      .put(name(event.kind))
-      .put(plain(event.text))
-      .run();
+  RecordedEvent recorded{slot, event};
+  recorded.event.text = plain(event.text);
+  Row row(statements_->event, now_.chain, "event");
+  row.put(++now_.events);
+  for (const auto& column : columns_of_events()) row.put(column.cell(recorded));
+  return row.run();
 }
 
 Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::string_view cause) {

@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <numeric>
+#include <span>
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/schema.hpp"
@@ -46,16 +47,6 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   return written;
 }
 
-Result<void> write_channels(Database& database, const std::vector<Channel>& channels) {
-  auto insert = database.prepare("INSERT INTO channel(name, instrument, offset_k, position) VALUES(?, ?, ?, ?)");
-  if (!insert) return failure(insert.error());
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const Channel& channel = channels[i];
-    if (auto done = insert->run(channel.name, channel.instrument, channel.offset.value, i); !done) return done;
-  }
-  return {};
-}
-
 std::string polynomial_text(const std::vector<double>& coefficients) {
   return fmt::format("{}", fmt::join(coefficients, " "));
 }
@@ -73,15 +64,40 @@ std::vector<double> polynomial_of(std::string_view text) {
   return coefficients;
 }
 
-Result<void> write_calibrations(Database& database, const std::vector<Channel>& channels) {
-  auto insert = database.prepare("INSERT INTO calibration(position, polynomial, certificate, due) VALUES(?, ?, ?, ?)");
+/// What is measured once a second, in the order of the sample's columns.
+std::vector<Channel> all_channels(const RunInfo& info) {
+  std::vector<Channel> channels;
+  const auto add = [&](std::span<const Column<SampleRow>> columns) {
+    for (const auto& column : columns) {
+      const bool is_gyro = column.measured_by == MeasuredBy::gyro;
+      if (column.measured_by == MeasuredBy::nobody) continue;
+      channels.push_back({.name = column.name,
+                          .instrument = is_gyro ? info.gyro.instrument : info.chamber_instrument,
+                          .offset = {},
+                          .unit = column.unit,
+                          .unit_under_test = is_gyro ? kOnlyUnit : ""});
+      if (channels.back().unit.empty())
+        channels.back().unit =
+            info.gyro.kind == GyroKind::pulse_count ? "pulse" : fmt::format("{:g} °/h", info.gyro.scale);
+    }
+  };
+  add(columns_before_thermometers());
+  channels.insert(channels.end(), info.thermometers.begin(), info.thermometers.end());
+  add(columns_after_thermometers());
+  return channels;
+}
+
+Result<void> write_channels(Database& database, const RunInfo& info) {
+  auto insert = database.prepare(
+      "INSERT INTO channel(position, name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due)"
+      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!insert) return failure(insert.error());
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const Channel& channel = channels[i];
-    if (channel.polynomial.empty() && channel.certificate.empty() && !channel.due) continue;
-    const auto polynomial = polynomial_text(channel.polynomial);
-    const auto due = channel.due ? day_text(*channel.due) : std::string();
-    if (auto done = insert->run(i, polynomial, channel.certificate, due); !done) return done;
+  std::size_t position = 0;
+  for (const Channel& channel : all_channels(info)) {
+    const auto done = insert->run(position++, channel.name, channel.unit, channel.instrument, channel.unit_under_test,
+                                  channel.offset.value, polynomial_text(channel.polynomial), channel.certificate,
+                                  channel.due ? day_text(*channel.due) : std::string());
+    if (!done) return done;
   }
   return {};
 }
@@ -140,15 +156,24 @@ Result<void> each_row(Database& database, std::string_view sql, Use use) {
   }
 }
 
-Result<void> read_calibrations(Database& database, RunInfo& info) {
-  return each_row(database, "SELECT position, polynomial, certificate, due FROM calibration",
+Result<void> read_channels(Database& database, RunInfo& info) {
+  return each_row(database,
+                  "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due FROM channel"
+                  " ORDER BY position",
                   [&](const Statement& row) {
-                    const auto position = static_cast<std::size_t>(row.integer(0));
-                    if (position >= info.thermometers.size()) return;
-                    auto& channel = info.thermometers[position];
-                    channel.polynomial = polynomial_of(row.text(1));
-                    channel.certificate = row.text(2);
-                    channel.due = parse_day(row.text(3));
+                    if (is_own_column(row.text(0))) {
+                      const bool is_gyro = !row.text(3).empty();
+                      (is_gyro ? info.gyro.instrument : info.chamber_instrument) = row.text(2);
+                      return;
+                    }
+                    info.thermometers.push_back({.name = std::string(row.text(0)),
+                                                 .instrument = std::string(row.text(2)),
+                                                 .offset = Kelvins{row.real(4)},
+                                                 .polynomial = polynomial_of(row.text(5)),
+                                                 .certificate = std::string(row.text(6)),
+                                                 .due = parse_day(row.text(7)),
+                                                 .unit = std::string(row.text(1)),
+                                                 .unit_under_test = std::string(row.text(3))});
                   });
 }
 
@@ -165,8 +190,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
 
 Result<void> write_run_info(Database& database, const RunInfo& info) {
   return write_meta(database, info)
-      .and_then([&] { return write_channels(database, info.thermometers); })
-      .and_then([&] { return write_calibrations(database, info.thermometers); })
+      .and_then([&] { return write_channels(database, info); })
       .and_then([&] { return write_segments(database, info.segments); })
       .and_then([&] { return write_list(database, "cycles", info.cycles); })
       .and_then([&] { return write_list(database, "gradients", info.gradients); })
@@ -177,14 +201,7 @@ Result<RunInfo> read_run_info(Database& database) {
   RunInfo info;
   const auto read =
       each_row(database, "SELECT key, value FROM meta", [&](const Statement& row) { take(info, row.text(0), row); })
-          .and_then([&] {
-            return each_row(database, "SELECT name, instrument, offset_k FROM channel ORDER BY position",
-                            [&](const Statement& row) {
-                              info.thermometers.push_back(
-                                  {std::string(row.text(0)), std::string(row.text(1)), Kelvins{row.real(2)}});
-                            });
-          })
-          .and_then([&] { return read_calibrations(database, info); })
+          .and_then([&] { return read_channels(database, info); })
           .and_then([&] {
             return each_row(
                 database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",

@@ -15,6 +15,10 @@
 
 namespace gyrotherm {
 
+/// The unit under test of a rig that has one.
+inline constexpr const char* kOnlyUnit = "gyro";
+
+/// Something that is measured once a second.
 struct Channel {
   std::string name;        ///< "A" … "H", "shell", or a foreign record's own
   std::string instrument;  ///< who reads it, in words
@@ -22,6 +26,8 @@ struct Channel {
   std::vector<double> polynomial{};  ///< … or, instead of the offset: temperature = Σ c_i reading^i, both in °C
   std::string certificate{};         ///< its number; may be empty
   std::optional<std::chrono::sys_days> due{};  ///< the last day on which the calibration holds
+  std::string unit = "°C";                     ///< of the stored reading
+  std::string unit_under_test = kOnlyUnit;     ///< that it belongs to; empty: to the rig
 };
 
 enum class GyroKind { pulse_count, rate };
@@ -30,7 +36,8 @@ struct GyroInfo {
   GyroKind kind{};
   double scale{};  ///< pulse_count: arcsec per pulse; rate: °/h per unit of the stored number
   std::optional<DegreesPerHour>
-      earth_rate;  ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
+      earth_rate;            ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
+  std::string instrument{};  ///< who reads it, in words
 };
 
 struct RunInfo {
@@ -49,6 +56,7 @@ struct RunInfo {
   std::uint64_t seed{};
   bool imported{};  ///< rows are a foreign record's, at its own times
   Duration started_utc{};
+  std::string chamber_instrument;  ///< who reads the chamber, in words
   std::vector<Channel> thermometers;
   GyroInfo gyro;
   std::vector<std::string> gradients;    ///< the thermometers whose differences are the multi-point gradients

@@ -21,10 +21,9 @@ constexpr std::size_t kLongestName = 64;
 
 constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
-CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, instrument TEXT NOT NULL,
-                     offset_k REAL NOT NULL);
-CREATE TABLE calibration(position INTEGER PRIMARY KEY, polynomial TEXT NOT NULL, certificate TEXT NOT NULL,
-                         due TEXT NOT NULL);
+CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL, instrument TEXT NOT NULL,
+                     unit_under_test TEXT NOT NULL, offset_k REAL NOT NULL, polynomial TEXT NOT NULL,
+                     certificate TEXT NOT NULL, due TEXT NOT NULL);
 CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL,
                     head TEXT NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
@@ -33,8 +32,6 @@ CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT 
                   PRIMARY KEY(name, position)) WITHOUT ROWID;
 CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL,
                    "where" TEXT NOT NULL, what TEXT NOT NULL, chain INTEGER NOT NULL);
-CREATE TABLE event(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, monotonic_ns INTEGER NOT NULL,
-                   utc_ns INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL, chain INTEGER NOT NULL);
 CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL, chain INTEGER NOT NULL);
 )";
 
@@ -52,10 +49,17 @@ bool may_stand_in_a_name(char c) {
 
 }  // namespace
 
+bool is_own_column(std::string_view name) {
+  const auto has = [&](std::span<const Column<SampleRow>> columns) {
+    return std::ranges::any_of(columns, [&](const auto& column) { return column.name == name; });
+  };
+  return has(columns_before_thermometers()) || has(columns_after_thermometers());
+}
+
 Result<void> check_channel_names(const std::vector<Channel>& channels) {
   std::set<std::string> taken;
-  for (const SampleColumn& column : columns_before_thermometers()) taken.insert(column.name);
-  for (const SampleColumn& column : columns_after_thermometers()) taken.insert(column.name);
+  for (const auto& column : columns_before_thermometers()) taken.insert(column.name);
+  for (const auto& column : columns_after_thermometers()) taken.insert(column.name);
   taken.insert("chain");
   for (const Channel& channel : channels) {
     const auto refuse = [&](const char* why) {
@@ -71,14 +75,15 @@ Result<void> check_channel_names(const std::vector<Channel>& channels) {
 
 Result<void> create_schema(Database& database, const std::vector<Channel>& channels) {
   std::string sample = "CREATE TABLE sample(";
-  for (const SampleColumn& column : columns_before_thermometers())
-    sample += fmt::format("{} {}, ", column.name, column.type);
+  for (const auto& column : columns_before_thermometers()) sample += fmt::format("{} {}, ", column.name, column.type);
   for (const Channel& channel : channels) sample += quoted(channel.name) + " REAL, ";
-  for (const SampleColumn& column : columns_after_thermometers())
-    sample += fmt::format("{} {}, ", column.name, column.type);
+  for (const auto& column : columns_after_thermometers()) sample += fmt::format("{} {}, ", column.name, column.type);
   sample += "chain INTEGER NOT NULL);";
-  return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}", kApplicationId,
-                                      kUserVersion, kOtherTables, sample));
+  std::string event = "CREATE TABLE event(id INTEGER PRIMARY KEY, ";
+  for (const auto& column : columns_of_events()) event += fmt::format("{} {}, ", column.name, column.type);
+  event += "chain INTEGER NOT NULL);";
+  return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}{}", kApplicationId,
+                                      kUserVersion, kOtherTables, event, sample));
 }
 
 namespace {
@@ -122,12 +127,9 @@ Result<void> check_slots(Database& database, const std::string& path) {
 }  // namespace
 
 std::string sample_columns(const std::vector<Channel>& channels) {
-  std::string columns;
-  for (const SampleColumn& column : columns_before_thermometers()) columns += fmt::format("{}, ", column.name);
-  for (const Channel& channel : channels) columns += quoted(channel.name) + ", ";
-  for (const SampleColumn& column : columns_after_thermometers()) columns += fmt::format("{}, ", column.name);
-  columns.resize(columns.size() - 2);
-  return columns;
+  std::string columns = names_of(columns_before_thermometers());
+  for (const Channel& channel : channels) columns += ", " + quoted(channel.name);
+  return columns + ", " + names_of(columns_after_thermometers());
 }
 
 namespace {
@@ -187,7 +189,7 @@ Result<Tables> expected_tables() {
   });
 }
 
-/// The names of the thermometers, of a table that has been found to be one.
+/// The names of the thermometers among the channels, of a table that has been found to be one.
 Result<std::vector<std::string>> channel_names(Database& database) {
   auto query = database.prepare("SELECT name FROM channel ORDER BY position");
   if (!query) return failure(query.error());
@@ -196,7 +198,7 @@ Result<std::vector<std::string>> channel_names(Database& database) {
     const auto more = query->step();
     if (!more) return failure(more.error());
     if (!*more) return names;
-    names.emplace_back(query->text(0));
+    if (!is_own_column(query->text(0))) names.emplace_back(query->text(0));
   }
 }
 

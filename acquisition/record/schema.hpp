@@ -1,8 +1,8 @@
 /// The tables of a record, schema gyrotherm-run/1.
 ///
 ///   meta     key → value: what the run knows before its first sample, and its outcome
-///   channel  the thermometers, in the order of the sample's columns
-///   calibration  of those channels that have more of it than an offset
+///   channel  what is measured once a second, in the order of the sample's columns: unit, instrument, calibration, and
+///            the unit under test that it belongs to, "" where it is the rig's
 ///   frames   one row: the gyro's frames so far
 ///   segment  the expanded profile
 ///   list     short lists of names: cycles, gradients, three_point
@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquisition/record/run_info.hpp"
@@ -28,6 +29,9 @@ namespace gyrotherm {
 /// A thermometer's name becomes a column: 1 to 64 of [A-Za-z0-9_ .-], unlike every other column of the sample (letter
 /// case apart). Fails with bad_file naming the channel.
 [[nodiscard]] Result<void> check_channel_names(const std::vector<Channel>& channels);
+
+/// Whether a column of the sample has this name whatever the thermometers are called.
+[[nodiscard]] bool is_own_column(std::string_view name);
 
 /// Makes the tables and marks the file as a record. The names must be good.
 [[nodiscard]] Result<void> create_schema(Database& database, const std::vector<Channel>& channels);

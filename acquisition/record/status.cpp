@@ -14,70 +14,75 @@
 
 namespace gyrotherm {
 
+/// A time, in whole nanoseconds.
+template <>
+struct JsonValue<Duration> {
+  static Json write(Duration time) { return time.count(); }
+  static void read(const JsonPlace& place, Duration& time) { time = Duration(place.long_integer()); }
+};
+
+/// A time in seconds.
+template <class T>
+struct InSeconds {
+  T& time;
+};
+template <class T>
+struct JsonValue<InSeconds<T>> {
+  static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
+  static void read(const JsonPlace& place, const InSeconds<T>& in) {
+    in.time.reset();
+    if (!place.is_null()) in.time = from_seconds(place.number());
+  }
+};
+
+void describe(auto& form, Like<FrameCount> auto& frames) {
+  form("seen", frames.seen);
+  form("lost", frames.lost);
+  form("bad", frames.bad);
+}
+
+void describe(auto& form, Like<RunStanding> auto& standing) {
+  form("state", one_of(standing.state, kRunStates));
+  form("cause", standing.cause);
+  form("time_left_s", InSeconds{standing.time_left});
+  form("behind_plan_s", InSeconds{standing.behind_plan});
+  form("missed_set_points", standing.missed_set_points);
+  form("faults_now", standing.faults_now);
+}
+
+void describe(auto& form, Like<RunStatus> auto& status) {
+  form.derived("schema", kStatusSchema);
+  form("path", status.path);
+  form("id", status.id);
+  form("pid", status.pid);
+  form("being_written", status.being_written);
+  form("finished", status.finished);
+  form("simulated", status.simulated);
+  form("slot", status.slot);
+  form("acknowledged", status.acknowledged);
+  form("segment", status.segment);
+  form("segment_index", status.segment_index);
+  form("segment_count", status.segment_count);
+  form("phase", one_of(status.phase, kPhases));
+  form("set_point_c", status.set_point);
+  form("chamber_air_c", status.chamber_air);
+  form("thermometers_c", by_name(status.thermometers));
+  form("faults", status.faults);
+  form("frames", status.frames);
+  describe(form, status.standing);
+  form("ended_by", status.ended_by);
+  form("backlog_s", status.backlog_s);
+  form("storage_trouble", status.storage_trouble);
+  form("record_damage", status.record_damage);
+  const bool from_a_file = !status.written_in_boot.empty();
+  form.derived("written", from_a_file ? std::optional(civil_time(status.written_utc)) : std::nullopt);
+  form("written_utc_ns", status.written_utc);
+  form("written_since_boot_ns", status.written_since_boot);
+  form("written_in_boot", status.written_in_boot);
+  form("parts", status.parts);
+}
+
 namespace {
-
-Json to_value(const std::optional<FrameCount>& frames) {
-  return frames ? Json{{"seen", frames->seen}, {"lost", frames->lost}, {"bad", frames->bad}} : Json(nullptr);
-}
-
-Json to_value(const std::optional<Celsius>& reading) { return reading ? Json(reading->value) : Json(nullptr); }
-
-Json to_value(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
-
-void read_outlook(const Json& json, RunStatus& status) {
-  status.state = run_state_named(json.at("state").get<std::string>());
-  json.at("cause").get_to(status.cause);
-  const auto seconds = [&](const char* key) {
-    return json.at(key).is_null() ? std::nullopt : std::optional(json.at(key).get<double>());
-  };
-  status.time_left_s = seconds("time_left_s");
-  status.behind_plan_s = seconds("behind_plan_s");
-  json.at("missed_set_points").get_to(status.missed_set_points);
-  json.at("faults_now").get_to(status.faults_now);
-  json.at("ended_by").get_to(status.ended_by);
-  json.at("backlog_s").get_to(status.backlog_s);
-  json.at("storage_trouble").get_to(status.storage_trouble);
-  json.at("record_damage").get_to(status.record_damage);
-  json.at("parts").get_to(status.parts);
-  const Duration utc(json.at("written_utc_ns").get<std::int64_t>());
-  const Duration since_boot(json.at("written_since_boot_ns").get<std::int64_t>());
-  if (!is_possible_time(utc) || !is_possible_time(since_boot)) return;
-  status.written_utc = utc;
-  status.written_since_boot = since_boot;
-  json.at("written_in_boot").get_to(status.written_in_boot);
-}
-
-std::optional<Celsius> to_reading(const Json& value) {
-  if (value.is_null()) return std::nullopt;
-  return Celsius{value.get<double>()};
-}
-
-RunStatus from_json(const Json& json) {
-  RunStatus status;
-  json.at("path").get_to(status.path);
-  json.at("id").get_to(status.id);
-  json.at("pid").get_to(status.pid);
-  json.at("being_written").get_to(status.being_written);
-  json.at("finished").get_to(status.finished);
-  json.at("simulated").get_to(status.simulated);
-  json.at("slot").get_to(status.slot);
-  json.at("acknowledged").get_to(status.acknowledged);
-  json.at("segment").get_to(status.segment);
-  json.at("segment_index").get_to(status.segment_index);
-  json.at("segment_count").get_to(status.segment_count);
-  status.phase = phase_named(json.at("phase").get<std::string>());
-  status.set_point = to_reading(json.at("set_point_c"));
-  status.chamber_air = to_reading(json.at("chamber_air_c"));
-  for (const auto& [channel, value] : json.at("thermometers_c").items())
-    status.thermometers.push_back({channel, to_reading(value)});
-  json.at("faults").get_to(status.faults);
-  if (const auto frames = json.find("frames"); frames != json.end() && !frames->is_null())
-    status.frames = FrameCount{.seen = frames->at("seen").get<std::uint64_t>(),
-                               .lost = frames->at("lost").get<std::uint64_t>(),
-                               .bad = frames->at("bad").get<std::uint64_t>()};
-  read_outlook(json, status);
-  return status;
-}
 
 Result<RunStatus> read_status_file(const std::string& path) {
   const std::string where = status_path(path);
@@ -105,54 +110,21 @@ Result<RunStatus> status_of_record(const std::string& path) {
 
 std::string status_path(const std::string& record_path) { return record_path + ".status"; }
 
-std::string to_json(const RunStatus& status) {
-  Json thermometers = Json::object();
-  for (const auto& thermometer : status.thermometers) thermometers[thermometer.channel] = to_value(thermometer.reading);
-  const Json json{{"schema", kStatusSchema},
-                  {"path", status.path},
-                  {"id", status.id},
-                  {"pid", status.pid},
-                  {"being_written", status.being_written},
-                  {"finished", status.finished},
-                  {"simulated", status.simulated},
-                  {"slot", status.slot},
-                  {"acknowledged", status.acknowledged},
-                  {"segment", status.segment},
-                  {"segment_index", status.segment_index},
-                  {"segment_count", status.segment_count},
-                  {"phase", name(status.phase)},
-                  {"set_point_c", to_value(status.set_point)},
-                  {"chamber_air_c", to_value(status.chamber_air)},
-                  {"thermometers_c", thermometers},
-                  {"faults", status.faults},
-                  {"frames", to_value(status.frames)},
-                  {"state", name(status.state)},
-                  {"cause", status.cause},
-                  {"time_left_s", to_value(status.time_left_s)},
-                  {"behind_plan_s", to_value(status.behind_plan_s)},
-                  {"missed_set_points", status.missed_set_points},
-                  {"faults_now", status.faults_now},
-                  {"ended_by", status.ended_by},
-                  {"backlog_s", status.backlog_s},
-                  {"storage_trouble", status.storage_trouble},
-                  {"record_damage", status.record_damage},
-                  {"written", status.written_in_boot.empty() ? Json(nullptr) : Json(civil_time(status.written_utc))},
-                  {"written_utc_ns", status.written_utc.count()},
-                  {"written_since_boot_ns", status.written_since_boot.count()},
-                  {"written_in_boot", status.written_in_boot},
-                  {"parts", status.parts}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string to_json(const RunStatus& status) { return text_of(json_of(status)); }
 
 Result<RunStatus> parse_status(const std::string& text, const std::string& where) {
-  try {
-    const Json json = Json::parse(text);
-    if (json.at("schema") != kStatusSchema)
-      return failure(FaultKind::bad_file, where, std::string("another schema, expected ") + kStatusSchema);
-    return from_json(json);
-  } catch (const Json::exception& error) {
-    return failure(FaultKind::bad_file, where, std::string("not a status: ") + error.what());
+  const auto root = JsonPlace::parse(text, where);
+  if (!root) return failure(root.error());
+  const JsonPlace schema = (*root)["schema"];
+  if (schema.text() != kStatusSchema) schema.mistake(std::string("another schema, expected ") + kStatusSchema);
+  RunStatus status;
+  read_json(*root, status);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (!is_possible_time(status.written_utc) || !is_possible_time(status.written_since_boot)) {
+    status.written_utc = status.written_since_boot = {};
+    status.written_in_boot.clear();
   }
+  return status;
 }
 
 /// Not synced: it is for those who look while the program lives, and a sync that does not come back must not keep from
@@ -231,7 +203,7 @@ RunStatus first_status(const std::string& path, const RunInfo& info) {
   status.id = info.id;
   status.simulated = info.simulated;
   status.segment_count = static_cast<int>(info.segments.size());
-  for (const Channel& channel : info.thermometers) status.thermometers.push_back({channel.name, std::nullopt});
+  for (const Channel& channel : info.thermometers) status.thermometers.emplace_back(channel.name, std::nullopt);
   return status;
 }
 
@@ -240,16 +212,7 @@ void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition
   status.segment_index = progress.segment;
   const auto segment = static_cast<std::size_t>(progress.segment);
   status.segment = segment < info.segments.size() ? info.segments[segment].name : std::string();
-  status.set_point = known(progress.set_point.value);
-}
-
-void show_outlook(RunStatus& status, const Outlook& outlook) {
-  status.state = outlook.state;
-  status.cause = outlook.cause;
-  status.time_left_s = to_seconds(outlook.time_left);
-  status.behind_plan_s = to_seconds(outlook.behind_plan);
-  status.missed_set_points = outlook.missed_set_points;
-  status.faults_now = outlook.faults;
+  status.set_point = unless_nan(progress.set_point.value);
 }
 
 Result<RunStatus> stored_status(Database& database, const std::string& path) {
@@ -277,10 +240,10 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
 
   status.slot = (*row)->slot;
   show_progress(status, *info, (*row)->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
-  status.state = (*row)->state.value_or(RunState::execute);
-  status.chamber_air = known((*row)->chamber_air_c);
+  status.standing.state = (*row)->state.value_or(RunState::execute);
+  status.chamber_air = unless_nan((*row)->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
-    status.thermometers[i].reading = known((*row)->thermometers_c[i]);
+    status.thermometers[i].second = unless_nan((*row)->thermometers_c[i]);
   return status;
 }
 

@@ -17,10 +17,6 @@ namespace gyrotherm {
 inline constexpr const char* kStatusSchema = "gyrotherm-status/1";
 
 struct RunStatus {
-  struct Thermometer {
-    std::string channel;
-    std::optional<Celsius> reading;  ///< nothing: a fault
-  };
   std::string path;  ///< of the record
   std::string id;
   std::int64_t pid{};    ///< of the last known writer; 0: unknown
@@ -35,24 +31,19 @@ struct RunStatus {
   Phase phase{};
   std::optional<Celsius> set_point;
   std::optional<Celsius> chamber_air;
-  std::vector<Thermometer> thermometers;
+  std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;  ///< channel and reading; nothing: a fault
   std::int64_t faults{};               ///< readings that were faults, since the run started
   std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing before the first second
 
-  RunState state{};
-  std::string cause{};                    ///< of a state other than execute
-  std::optional<double> time_left_s{};    ///< known while a program writes the record, as the next ones
-  std::optional<double> behind_plan_s{};  ///< time that went by without the profile's clock
-  std::int64_t missed_set_points{};       ///< that the chamber did not take
-  std::vector<std::string> faults_now{};  ///< that stand, one line each
-  std::string ended_by{};                 ///< the record's last word, where no program writes it: why the run stopped
-  std::int64_t backlog_s{};               ///< seconds that wait for the disk
-  std::string storage_trouble{};          ///< why the disk takes no rows; empty: it does
-  std::string record_damage{};            ///< what another program did to the record's files; empty: nothing
-  Duration written_utc{};                 ///< when the status file was written
-  Duration written_since_boot{};          ///< … since the start of the machine that written_in_boot names
-  std::string written_in_boot{};          ///< empty: this does not come from a status file
-  std::vector<std::string> parts{};       ///< files that the record goes on in after a failure of its own
+  RunStanding standing{};            ///< times and faults are known while a program writes the record
+  std::string ended_by{};            ///< the record's last word, where no program writes it: why the run stopped
+  std::int64_t backlog_s{};          ///< seconds that wait for the disk
+  std::string storage_trouble{};     ///< why the disk takes no rows; empty: it does
+  std::string record_damage{};       ///< what another program did to the record's files; empty: nothing
+  Duration written_utc{};            ///< when the status file was written
+  Duration written_since_boot{};     ///< … since the start of the machine that written_in_boot names
+  std::string written_in_boot{};     ///< empty: this does not come from a status file
+  std::vector<std::string> parts{};  ///< files that the record goes on in after a failure of its own
 };
 
 /// "RUN.db" → "RUN.db.status".
@@ -96,8 +87,6 @@ struct LostEnd {
 
 /// Puts a sample's place in the profile into the status.
 void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
-
-void show_outlook(RunStatus& status, const Outlook& outlook);
 
 /// Of an open record: its last sample and its counts.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);

@@ -32,7 +32,7 @@ class OrderedStore : public Store {
   Result<void> append(const Sample& sample, std::span<const Event> events) final;
   Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final;
   Result<void> append_event(const Event& event) final;
-  void publish(const Outlook& outlook) final;
+  void publish(const RunStanding& standing) final;
   const RunInfo& info() const final { return info_; }
 
  protected:
@@ -156,14 +156,14 @@ Result<void> OrderedStore::follow_on(std::int64_t slot) const {
 
 void OrderedStore::show(const Sample& sample) {
   status_.slot = sample.slot;
-  status_.state = sample.state;
+  status_.standing.state = sample.state;
   const auto& frames = sample.gyro_frames;
   status_.frames = {before_.seen + frames.seen, before_.lost + frames.lost, before_.bad + frames.bad};
   show_progress(status_, info_, sample.progress);
   const auto chamber = value_of(sample.chamber);
   status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-    status_.thermometers[i].reading = value_of(sample.thermometers[i]);
+    status_.thermometers[i].second = value_of(sample.thermometers[i]);
 }
 
 Result<void> OrderedStore::append(const Sample& sample, std::span<const Event> events) {
@@ -186,7 +186,7 @@ Result<void> OrderedStore::append_gap(std::int64_t first, std::int64_t last, con
   return taken;
 }
 
-void OrderedStore::publish(const Outlook& outlook) { show_outlook(status_, outlook); }
+void OrderedStore::publish(const RunStanding& standing) { status_.standing = standing; }
 
 Result<void> OrderedStore::append_event(const Event& event) { return take(event_entry(last_, event)); }
 

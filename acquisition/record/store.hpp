@@ -71,7 +71,7 @@ class Store {
   [[nodiscard]] virtual Result<void> finish() = 0;
 
   /// For the status file, from the next sync on.
-  virtual void publish(const Outlook& outlook) = 0;
+  virtual void publish(const RunStanding& standing) = 0;
   [[nodiscard]] virtual StoreHealth health() const = 0;
   [[nodiscard]] virtual const RunInfo& info() const = 0;
   /// Everything appended so far, of a store without a worker; the way to a record in memory. Fails like read_record().

@@ -21,15 +21,16 @@ const char* standing(const RunStatus& status) {
 }
 
 /// Where it goes, and what is wrong with it.
-std::string outlook_lines(const RunStatus& status) {
-  auto text = fmt::format("  {}{}\n", name(status.state), status.cause.empty() ? "" : ": " + status.cause);
-  if (status.time_left_s) text += fmt::format("  {} left", spoken(from_seconds(*status.time_left_s)));
-  if (status.time_left_s && status.behind_plan_s)
-    text += fmt::format(", {} behind plan", spoken(from_seconds(*status.behind_plan_s)));
-  if (status.time_left_s) text += "\n";
-  if (status.missed_set_points > 0)
-    text += fmt::format("  {} set points that the chamber did not take\n", status.missed_set_points);
-  for (const auto& fault : status.faults_now) text += fmt::format("  fault: {}\n", fault);
+std::string standing_lines(const RunStatus& status) {
+  const RunStanding& standing = status.standing;
+  auto text = fmt::format("  {}{}\n", name(standing.state), standing.cause.empty() ? "" : ": " + standing.cause);
+  if (standing.time_left) text += fmt::format("  {} left", spoken(*standing.time_left));
+  if (standing.time_left && standing.behind_plan)
+    text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));
+  if (standing.time_left) text += "\n";
+  if (standing.missed_set_points > 0)
+    text += fmt::format("  {} set points that the chamber did not take\n", standing.missed_set_points);
+  for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
   if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
@@ -62,12 +63,11 @@ std::string words(const RunStatus& status) {
   if (status.segment_count > 0)
     text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
                         name(status.phase));
-  text += outlook_lines(status);
+  text += standing_lines(status);
   if (const auto& frames = status.frames)
     text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
-  for (const auto& thermometer : status.thermometers)
-    text += fmt::format(" {} {}", thermometer.channel, degrees(thermometer.reading));
+  for (const auto& [channel, reading] : status.thermometers) text += fmt::format(" {} {}", channel, degrees(reading));
   return text + "\n";
 }
 

@@ -61,18 +61,19 @@ Display::Display(Console& console, const Profile& profile, const RigFile& rig)
 
 void Display::see(const Sample& sample) { bias_.see(sample.gyro); }
 
-std::string Display::headline(const Sample& sample, const Outlook& outlook) const {
-  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(outlook.time_left);
+std::string Display::headline(const Sample& sample, const RunStanding& standing) const {
+  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
   auto line = fmt::format("{}{}: {:.0f} %, {} left, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
-                          100 * done / std::max(done + left, 1.0), spoken(outlook.time_left), name(outlook.state));
-  if (!outlook.cause.empty()) line += ": " + outlook.cause;
-  if (outlook.behind_plan >= std::chrono::seconds(1))
-    line += fmt::format(" ({} behind plan)", spoken(outlook.behind_plan));
+                          100 * done / std::max(done + left, 1.0), spoken(standing.time_left.value_or(Duration{})),
+                          name(standing.state));
+  if (!standing.cause.empty()) line += ": " + standing.cause;
+  if (standing.behind_plan >= std::chrono::seconds(1))
+    line += fmt::format(" ({} behind plan)", spoken(*standing.behind_plan));
   return line;
 }
 
-std::vector<std::string> Display::lines(const Sample& sample, const Outlook& outlook) const {
-  std::vector<std::string> all{headline(sample, outlook)};
+std::vector<std::string> Display::lines(const Sample& sample, const RunStanding& standing) const {
+  std::vector<std::string> all{headline(sample, standing)};
   const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
   if (segment < profile_.segments.size())
     all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),
@@ -86,15 +87,15 @@ std::vector<std::string> Display::lines(const Sample& sample, const Outlook& out
   }
   all.push_back(temperatures + " °C");
   all.push_back(fmt::format("  bias {}, mean of 100 s {}", in_words(bias_.last_second()), in_words(bias_.mean())));
-  for (const auto& fault : outlook.faults) all.push_back("  fault: " + fault);
+  for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
   return all;
 }
 
-void Display::show(const Sample& sample, const Outlook& outlook) {
-  const bool turned = sample.progress.segment != shown_segment_ || outlook.state != shown_state_;
+void Display::show(const Sample& sample, const RunStanding& standing) {
+  const bool turned = sample.progress.segment != shown_segment_ || standing.state != shown_state_;
   shown_segment_ = sample.progress.segment;
-  shown_state_ = outlook.state;
-  console_.panel([&] { return lines(sample, outlook); }, turned && !rig_.simulated);
+  shown_state_ = standing.state;
+  console_.panel([&] { return lines(sample, standing); }, turned && !rig_.simulated);
 }
 
 }  // namespace gyrotherm

@@ -39,13 +39,13 @@ class Display {
   /// Each second.
   void see(const Sample& sample);
   /// Now and then: after each second or each batch of them.
-  void show(const Sample& sample, const Outlook& outlook);
+  void show(const Sample& sample, const RunStanding& standing);
 
   /// The lines for a terminal, the newest second in them.
-  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const Outlook& outlook) const;
+  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing) const;
 
  private:
-  [[nodiscard]] std::string headline(const Sample& sample, const Outlook& outlook) const;
+  [[nodiscard]] std::string headline(const Sample& sample, const RunStanding& standing) const;
 
   Console& console_;
   const Profile& profile_;

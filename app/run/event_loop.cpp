@@ -25,11 +25,11 @@ constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of
 constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
 
 /// Where the run stands, with what the disk has to say.
-Outlook outlook_of(const UnderWay& run) {
-  auto outlook = run.run_controller.outlook();
+RunStanding standing_of(const UnderWay& run) {
+  auto standing = run.run_controller.standing();
   if (auto health = run.store.health(); !health.trouble.empty())
-    outlook.faults.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
-  return outlook;
+    standing.faults_now.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
+  return standing;
 }
 
 /// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
@@ -50,7 +50,7 @@ void listen(const UnderWay& run, std::optional<ControlSocket>& control_socket) {
 }
 
 Result<void> sync(const UnderWay& run) {
-  run.store.publish(run.run_controller.outlook());
+  run.store.publish(run.run_controller.standing());
   const auto last = run.store.sync();
   if (!last) return failure(last.error());
   if (!run.console.json || *last < 0) return {};
@@ -179,7 +179,7 @@ class RealTime {
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.see(run_.run_controller.last());
       tell_events(run_);
-      display_.show(run_.run_controller.last(), outlook_of(run_));
+      display_.show(run_.run_controller.last(), standing_of(run_));
       if (!outcome || *outcome != RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
@@ -220,7 +220,7 @@ Result<RunOutcome> drive_virtual(const UnderWay& run) {
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), outlook_of(run));
+    display.show(run.run_controller.last(), standing_of(run));
     if (ended) return outcome;
   }
 }

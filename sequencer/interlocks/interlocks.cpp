@@ -464,7 +464,7 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
   return judged;
 }
 
-std::vector<std::string> standing(const InterlockMemory& memory) {
+std::vector<std::string> standing_faults(const InterlockMemory& memory) {
   std::vector<std::string> lines;
   for (const auto& watch : memory.watches)
     if (watch.raised) lines.push_back(watch.text);

@@ -88,6 +88,6 @@ struct InterlockResult {
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
 /// One line for each alarm that stands.
-[[nodiscard]] std::vector<std::string> standing(const InterlockMemory& memory);
+[[nodiscard]] std::vector<std::string> standing_faults(const InterlockMemory& memory);
 
 }  // namespace gyrotherm

@@ -39,7 +39,9 @@ RunInfo run_info(std::string_view program_version, const Profile& profile, const
   info.seed = seed;
   info.started_utc = started_utc;
   info.thermometers = channels_of(rig);
+  info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
   info.gyro = rig.gyro.info;
+  info.gyro.instrument = fmt::format("{} at {}", rig.gyro.stream ? rig.gyro.stream->name : "gyro", rig.gyro.line);
   info.gradients = rig.gradients;
   info.three_point = rig.three_point;
   info.cycles = profile.cycles;

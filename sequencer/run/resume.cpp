@@ -44,12 +44,12 @@ Result<ProfileState> state_after(const Record& record, const Profile& profile, R
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
   if (!last || stood != RunState::execute) return last;
-  return next(profile, *last, {.elapsed = kSecond, .air = known(record.chamber_air_c.back())});
+  return next(profile, *last, {.elapsed = kSecond, .air = unless_nan(record.chamber_air_c.back())});
 }
 
 std::optional<Celsius> last_known(const std::vector<double>& celsius) {
   const auto last = std::find_if(celsius.rbegin(), celsius.rend(), [](double c) { return !std::isnan(c); });
-  return last == celsius.rend() ? std::nullopt : known(*last);
+  return last == celsius.rend() ? std::nullopt : unless_nan(*last);
 }
 
 /// How the run stood, and why it had ended.

@@ -16,17 +16,19 @@ constexpr int kSafeTries = 3;
 
 /// What is read once a second, by name, and its fault or null.
 struct Channelled {
+  std::string channel;
   std::string name;
   const Fault* fault;
 };
 
 std::vector<Channelled> faults_of(const Sample& sample, const std::vector<std::string>& names) {
   const auto of = [](const auto& reading) { return reading.value ? nullptr : &reading.value.error(); };
-  std::vector<Channelled> faults{{"chamber", of(sample.chamber)}};
-  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-    faults.push_back({i < names.size() ? "thermometer " + names[i] : fmt::format("thermometer {}", i + 1),
-                      of(sample.thermometers[i])});
-  faults.push_back({"gyro", of(sample.gyro)});
+  std::vector<Channelled> faults{{"chamber", "chamber", of(sample.chamber)}};
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
+    const std::string channel = i < names.size() ? names[i] : std::to_string(i + 1);
+    faults.push_back({channel, "thermometer " + channel, of(sample.thermometers[i])});
+  }
+  faults.push_back({"gyro", "gyro", of(sample.gyro)});
   return faults;
 }
 
@@ -82,8 +84,9 @@ void RunController::begin_away(Celsius here, const std::string& cause, std::opti
   change_to(Returning{cause, {}});
 }
 
-void RunController::note(EventKind kind, std::string text) {
-  events_.push_back({rig_.clock().now(), kind, std::move(text)});
+void RunController::note(EventKind kind, std::string text, EventSubject about) {
+  if (!about.segment) about.segment = position_of(profile_, state_).segment;
+  events_.push_back({rig_.clock().now(), kind, std::move(text), std::move(about)});
 }
 
 std::string RunController::objection(OperatorCommand command) const {
@@ -135,14 +138,16 @@ void RunController::note_changes(const Sample& sample) {
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_faulty = all[i].fault != nullptr;
-    if (is_faulty && !faulty_[i]) note(EventKind::fault, in_words(all[i]));
-    if (!is_faulty && faulty_[i]) note(EventKind::recovered, all[i].name + " answers again");
+    if (is_faulty && !faulty_[i]) note(EventKind::fault, in_words(all[i]), {.channel = all[i].channel});
+    if (!is_faulty && faulty_[i])
+      note(EventKind::recovered, all[i].name + " answers again", {.channel = all[i].channel});
     faulty_[i] = is_faulty;
   }
   if (sample.chamber.value && sample.chamber.value->alarms != alarms_) {
     alarms_ = sample.chamber.value->alarms;
     note(alarms_.empty() ? EventKind::recovered : EventKind::fault,
-         alarms_.empty() ? "chamber: no alarm any more" : fmt::format("chamber alarm: {}", fmt::join(alarms_, "; ")));
+         alarms_.empty() ? "chamber: no alarm any more" : fmt::format("chamber alarm: {}", fmt::join(alarms_, "; ")),
+         {.channel = "chamber"});
   }
   if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
   last_segment_ = sample.progress.segment;
@@ -151,9 +156,11 @@ void RunController::note_changes(const Sample& sample) {
 void RunController::note_alarms(const InterlockResult& result) {
   for (const auto& alarm : result.raised)
     note(alarm.reaction > Reaction::warn ? EventKind::interlock : EventKind::fault,
-         fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text));
+         fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text),
+         {.interlock = name(alarm.id), .reaction = name(alarm.reaction)});
   for (const auto& alarm : result.cleared)
-    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text));
+    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text),
+         {.interlock = name(alarm.id), .reaction = name(alarm.reaction)});
 }
 
 LeadSecond RunController::second(const Sample& sample, Duration missed) const {
@@ -245,11 +252,15 @@ void RunController::note_soak(const ProfilePosition& before) {
   const auto what =
       fmt::format("±{:g} K of {:g} °C on {}", segment.soak_band.value, segment.target.value, segment.soak_sensor);
   if (now.phase == Phase::overdue && before.phase != Phase::overdue)
-    return note(EventKind::note, fmt::format("soak of segment {} not ended: {} of {} inside {} when its deadline came",
-                                             before.segment + 1, spoken(now.soaked), spoken(segment.soak_time), what));
+    return note(EventKind::note,
+                fmt::format("soak of segment {} not ended: {} of {} inside {} when its deadline came",
+                            before.segment + 1, spoken(now.soaked), spoken(segment.soak_time), what),
+                {.segment = before.segment});
   if (now.segment == before.segment && now.phase != Phase::complete) return;
-  note(EventKind::note, fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1,
-                                    spoken(segment.soak_time), what, spoken(before.in_segment + kSecond)));
+  note(EventKind::note,
+       fmt::format("soak of segment {} ended: {} inside {}, in {}", before.segment + 1, spoken(segment.soak_time), what,
+                   spoken(before.in_segment + kSecond)),
+       {.segment = before.segment});
 }
 
 void RunController::step_profile(const Sample& sample) {
@@ -270,14 +281,14 @@ void RunController::command_chamber(const Sample& sample) {
   if (told) note(EventKind::fault, *told);
 }
 
-Outlook RunController::outlook() const {
+RunStanding RunController::standing() const {
   const auto left = time_left(profile_, state_);
   return {.state = run_state(),
           .cause = cause_of(machine_),
           .time_left = left,
           .behind_plan = std::max(Duration{}, kSecond * next_slot_ - (planned_ - left)),
           .missed_set_points = lead_->missed_set_points(),
-          .faults = standing(memory_)};
+          .faults_now = standing_faults(memory_)};
 }
 
 std::string RunController::end_cause() const {

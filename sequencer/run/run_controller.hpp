@@ -64,7 +64,7 @@ class RunController {
   void see_guard(std::string trouble) { guard_trouble_ = std::move(trouble); }
 
   /// Puts an event into the record with the next tick.
-  void note(EventKind kind, std::string text);
+  void note(EventKind kind, std::string text, EventSubject about = {});
 
   /// Why the run ended, or is being ended, and whether the chamber is safe.
   [[nodiscard]] std::string end_cause() const;
@@ -77,7 +77,7 @@ class RunController {
   /// What the last tick put into the record, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
   [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(machine_); }
-  [[nodiscard]] Outlook outlook() const;
+  [[nodiscard]] RunStanding standing() const;
 
  private:
   Result<void> record_gap(std::int64_t slot);

@@ -44,7 +44,7 @@ struct Shown {
   Profile profile;
   RigFile rig;
   Sample sample;
-  Outlook outlook;
+  RunStanding standing;
   Shown() {
     profile.name = "random";
     profile.segments.resize(1);
@@ -60,13 +60,13 @@ struct Shown {
     sample.chamber = {ChamberState{.air = {-39.5}, .set_point = {-40}}, {}};
     sample.thermometers = {{Celsius{-38.25}, {}}, {failure(FaultKind::timeout, "B", "silent"), {}}};
     sample.progress.set_point = {-40};
-    outlook.time_left = std::chrono::seconds(2700);
+    standing.time_left = std::chrono::seconds(2700);
   }
   [[nodiscard]] std::string text() {
     Display display(console, profile, rig);
     display.see(sample);
     std::string all;
-    for (const auto& line : display.lines(sample, outlook)) all += line + "\n";
+    for (const auto& line : display.lines(sample, standing)) all += line + "\n";
     return all;
   }
 };
@@ -84,10 +84,10 @@ TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
 
 TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {
   Shown shown;
-  shown.outlook.state = RunState::suspended;
-  shown.outlook.cause = "the chamber is silent";
-  shown.outlook.behind_plan = std::chrono::seconds(65);
-  shown.outlook.faults = {"chamber: no reply", "thermometer B: silent"};
+  shown.standing.state = RunState::suspended;
+  shown.standing.cause = "the chamber is silent";
+  shown.standing.behind_plan = std::chrono::seconds(65);
+  shown.standing.faults_now = {"chamber: no reply", "thermometer B: silent"};
   shown.sample.chamber = {failure(FaultKind::timeout, "chamber", "no reply in 500 ms"), {}};
   const auto text = shown.text();
   EXPECT_NE(text.find("suspended: the chamber is silent (1 min 05 s behind plan)"), std::string::npos) << text;

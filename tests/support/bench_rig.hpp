@@ -133,7 +133,7 @@ class BenchStore final : public Store {
   Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }
   bool settle(Duration) override { return true; }
   Result<void> finish() override { return {}; }
-  void publish(const Outlook&) override {}
+  void publish(const RunStanding&) override {}
   StoreHealth health() const override { return {}; }
   const RunInfo& info() const override { return info_; }
   Result<Record> read_back() override { return Record{}; }

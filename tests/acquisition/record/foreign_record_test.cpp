@@ -198,10 +198,11 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
       {"INSERT INTO gap VALUES(3, 1000000000000000000, 'x', 0)", kSeconds},
       {"INSERT INTO gap VALUES(-5, 2, 'x', 0)", kSeconds},
       {"INSERT INTO gap VALUES(5, 4, 'x', 0)", kSeconds},
-      {"INSERT INTO event VALUES(9, -2, 0, 0, 'note', 'x', 0)", kSeconds},
+      {"INSERT INTO event VALUES(9, -2, 0, 0, 'note', NULL, NULL, NULL, NULL, 'x', 0)", kSeconds},
       {"UPDATE sample SET utc_ns = -9223372036854775807 WHERE slot = 1", "second 1 has impossible times"},
       {"UPDATE sample SET soaked_ns = 9223372036854775807 WHERE slot = 1", "second 1 has impossible times"},
-      {"INSERT INTO event VALUES(9, 2, 0, 9223372036854775807, 'note', 'x', 0)", "an event has impossible times"},
+      {"INSERT INTO event VALUES(9, 2, 0, 9223372036854775807, 'note', NULL, NULL, NULL, NULL, 'x', 0)",
+       "an event has impossible times"},
       {"UPDATE meta SET value = -1 WHERE key = 'started_utc_ns'", "the run started at an impossible time"}};
   for (const auto& [edit, why] : edits) {
     std::ofstream(path, std::ios::binary) << whole;

@@ -1,5 +1,6 @@
 #include "acquisition/record/record.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -82,7 +83,7 @@ TEST(Record, KeepsTheStateOfEachSecond) {
   ASSERT_TRUE(store->append(sample, {}));
   ASSERT_TRUE(store->finish());
   EXPECT_EQ(read_record(folder / "run.db")->state, (std::vector{RunState::execute, RunState::suspended}));
-  EXPECT_EQ(read_status(folder / "run.db")->state, RunState::suspended);
+  EXPECT_EQ(read_status(folder / "run.db")->standing.state, RunState::suspended);
 }
 
 TEST(Record, GivesBackEachSampleToTheBit) {
@@ -121,6 +122,46 @@ TEST(Record, HasNothingWhereAReadingWasAFault) {
   EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.gyro[1]));
   EXPECT_TRUE(std::isnan(record.gyro[2]) && std::isnan(record.gyro_interval_s[2]));
   EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
+}
+
+TEST(Record, GivesBackWhatAnEventIsAbout) {
+  const Folder folder;
+  auto store = Store::create(folder / "run.db", two_thermometers()).value();
+  const EventSubject about{.interlock = "door", .reaction = "suspend", .segment = 1, .channel = "chamber"};
+  ASSERT_TRUE(store->append(sample_at(0), std::vector<Event>{{sample_at(0).at, EventKind::interlock, "x", about},
+                                                             {sample_at(0).at, EventKind::note, "y"}}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto events = read_record(folder / "run.db").value().events;
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].event.about.interlock, "door");
+  EXPECT_EQ(events[0].event.about.reaction, "suspend");
+  EXPECT_EQ(events[0].event.about.segment, 1);
+  EXPECT_EQ(events[0].event.about.channel, "chamber");
+  EXPECT_FALSE(events[1].event.about.segment);
+}
+
+/// name, unit and unit under test of each channel.
+std::string channels_in(const std::string& path) {
+  auto database = open_record(path).value();
+  auto query = database.prepare("SELECT name, unit, unit_under_test FROM channel ORDER BY position").value();
+  std::string channels;
+  while (query.step().value()) channels += fmt::format("{}|{}|{}\n", query.text(0), query.text(1), query.text(2));
+  return channels;
+}
+
+TEST(Record, ListsEverythingThatIsMeasured) {
+  const Folder folder;
+  auto store = Store::create(folder / "run.db", two_thermometers()).value();
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  EXPECT_EQ(channels_in(folder / "run.db"),
+            "chamber_air_c|°C|\nchamber_set_point_c|°C|\nA|°C|gyro\nshell-1.b|°C|gyro\n"
+            "pulses|pulse|gyro\ninterval_ns|ns|gyro\n");
+  const RunInfo info = read_record(folder / "run.db").value().info;
+  ASSERT_EQ(info.thermometers.size(), 2u);
+  EXPECT_EQ(info.chamber_instrument, two_thermometers().chamber_instrument);
+  EXPECT_EQ(info.gyro.instrument, two_thermometers().gyro.instrument);
 }
 
 TEST(Record, GivesBackEventsInTheirOrder) {

@@ -46,7 +46,8 @@ inline RunInfo two_thermometers() {
   info.seed = 0xfedcba9876543210u;
   info.started_utc = kVirtualEpoch;
   info.thermometers = {{"A", "a bridge", Kelvins{0.1}}, {"shell-1.b", "another", Kelvins{-0.25}}};
-  info.gyro = {GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}};
+  info.chamber_instrument = "a controller";
+  info.gyro = {GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}, "a counter"};
   info.gradients = {"shell-1.b", "A"};
   info.three_point = {"A", "A", "shell-1.b"};
   info.cycles = {"first", "second"};

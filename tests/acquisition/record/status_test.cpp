@@ -32,7 +32,7 @@ TEST(Status, GoesThroughJsonUnchanged) {
   const auto back = parse_status(to_json(status), "here");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_EQ(to_json(*back), to_json(status));
-  EXPECT_EQ(back->thermometers[0].channel, "B") << "the order of the rig";
+  EXPECT_EQ(back->thermometers[0].first, "B") << "the order of the rig";
   EXPECT_FALSE(back->chamber_air);
   EXPECT_EQ(back->phase, Phase::overdue);
   EXPECT_EQ(back->frames, status.frames);
@@ -44,7 +44,7 @@ TEST(Status, RefusesWhatItDidNotWrite) {
     const auto status = parse_status(text, "here");
     ASSERT_FALSE(status) << text;
     EXPECT_EQ(status.error().kind, FaultKind::bad_file);
-    EXPECT_EQ(status.error().where, "here");
+    EXPECT_TRUE(status.error().where.starts_with("here")) << status.error().where;
   }
 }
 
@@ -71,8 +71,8 @@ TEST(Status, FollowsEachSync) {
   EXPECT_EQ(status.segment_count, 2);
   EXPECT_EQ(status.phase, Phase::waiting_for_soak);
   EXPECT_EQ(status.set_point, Celsius{22.5});
-  EXPECT_EQ(status.thermometers[0].reading, sample.thermometers[0].value.value());
-  EXPECT_FALSE(status.thermometers[1].reading);
+  EXPECT_EQ(status.thermometers[0].second, sample.thermometers[0].value.value());
+  EXPECT_FALSE(status.thermometers[1].second);
   EXPECT_EQ(status.faults, 1);
 }
 
@@ -88,7 +88,7 @@ TEST(Status, OfAFinishedRunComesFromTheRecord) {
   EXPECT_EQ(status->slot, 3);
   EXPECT_EQ(status->acknowledged, 3);
   EXPECT_EQ(status->segment, "hold");
-  EXPECT_EQ(status->thermometers[1].reading, Celsius{-0.1});
+  EXPECT_EQ(status->thermometers[1].second, Celsius{-0.1});
   EXPECT_EQ(status->chamber_air, sample_at(3).chamber.value->air);
 }
 

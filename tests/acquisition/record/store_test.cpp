@@ -351,15 +351,15 @@ TEST(BackgroundStore, TellsInTheStatusFileWhatIsPublished) {
                   .time_left = std::chrono::seconds(90),
                   .behind_plan = std::chrono::seconds(12),
                   .missed_set_points = 2,
-                  .faults = {"chamber: door"}});
+                  .faults_now = {"chamber: door"}});
   ASSERT_TRUE(store->settle(kLong));
   const auto status = told_of(folder / "run.db");
-  EXPECT_EQ(status.state, RunState::suspended);
-  EXPECT_EQ(status.cause, "the door is open");
-  EXPECT_EQ(status.time_left_s, 90);
-  EXPECT_EQ(status.behind_plan_s, 12);
-  EXPECT_EQ(status.missed_set_points, 2);
-  EXPECT_EQ(status.faults_now, (std::vector<std::string>{"chamber: door"}));
+  EXPECT_EQ(status.standing.state, RunState::suspended);
+  EXPECT_EQ(status.standing.cause, "the door is open");
+  EXPECT_EQ(status.standing.time_left, std::chrono::seconds(90));
+  EXPECT_EQ(status.standing.behind_plan, std::chrono::seconds(12));
+  EXPECT_EQ(status.standing.missed_set_points, 2);
+  EXPECT_EQ(status.standing.faults_now, (std::vector<std::string>{"chamber: door"}));
 }
 
 }  // namespace

@@ -103,13 +103,8 @@ Record BreakableRun::record() {
 std::vector<AlarmRecorded> BreakableRun::alarms_in(const Record& record) {
   std::vector<AlarmRecorded> alarms;
   for (const auto& [slot, event] : record.events) {
-    const auto opens = event.text.find(" ("), closes = event.text.find("): ");
-    if (event.kind != EventKind::fault && event.kind != EventKind::interlock) continue;
-    if (opens == std::string::npos || closes == std::string::npos) continue;
-    const auto cause = event.text.substr(0, opens);
-    for (std::size_t i = 0; i < kInterlocks; ++i)
-      if (cause == name(static_cast<InterlockId>(i)))
-        alarms.push_back({cause, event.text.substr(opens + 2, closes - opens - 2)});
+    const bool is_raised = event.kind == EventKind::fault || event.kind == EventKind::interlock;
+    if (is_raised && !event.about.interlock.empty()) alarms.push_back({event.about.interlock, event.about.reaction});
   }
   return alarms;
 }

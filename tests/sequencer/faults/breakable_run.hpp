@@ -80,7 +80,7 @@ class BreakableRun {
   /// As the chamber itself has it, whatever anybody reads.
   [[nodiscard]] Celsius chambers_set_point() { return plant_->laboratory().set_point(); }
   /// Alarms that stand now, in words.
-  [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().outlook().faults; }
+  [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().standing().faults_now; }
 
   /// Ends the program and reads what the record has.
   [[nodiscard]] Record record();

@@ -179,8 +179,7 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
         severity(state) < severity(RunState::held))
       broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
   for (const auto& event : recording.events()) {
-    if (event.text.starts_with("storage (")) storage_told_ = true;
-    if (event.text.starts_with("storage is over")) storage_told_ = false;
+    if (event.about.interlock == name(InterlockId::storage)) storage_told_ = event.kind != EventKind::recovered;
   }
   const bool dead = stands(Kind::disk_full, Kind::disk_fails) || stands(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
   quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
@@ -197,7 +196,7 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
     const auto& name = file_.limits.channels[i];
     lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
     for (const auto& event : recording.events())
-      lost.told = lost.told || (event.kind == EventKind::fault && event.text.starts_with("thermometer " + name + ":"));
+      lost.told = lost.told || (event.kind == EventKind::fault && event.about.channel == name);
     if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
     const bool is_needed = std::ranges::count(file_.limits.needed_thermometers, i) > 0;
     if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))

@@ -41,7 +41,7 @@ class RecordingStore final : public Store {
   }
   [[nodiscard]] bool settle(Duration longest) override { return store_->settle(longest); }
   [[nodiscard]] Result<void> finish() override { return store_->finish(); }
-  void publish(const Outlook& outlook) override { store_->publish(outlook); }
+  void publish(const RunStanding& standing) override { store_->publish(standing); }
   [[nodiscard]] StoreHealth health() const override { return store_->health(); }
   [[nodiscard]] const RunInfo& info() const override { return store_->info(); }
   [[nodiscard]] Result<Record> read_back() override { return store_->read_back(); }

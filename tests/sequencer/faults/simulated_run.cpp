@@ -256,7 +256,7 @@ void SimulatedRun::tick() {
   const auto health = store_->health();
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
-  if (severity(run_controller_->run_state()) > 0 && run_controller_->outlook().cause.empty() &&
+  if (severity(run_controller_->run_state()) > 0 && run_controller_->standing().cause.empty() &&
       *outcome != RunOutcome::complete)
     invariants_.broken("I20", second_, fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
   store_->forget();

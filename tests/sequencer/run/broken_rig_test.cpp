@@ -53,13 +53,13 @@ TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
   bench.chamber().door_open = true;
   bench.seconds(60);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
-  EXPECT_EQ(bench.run_controller().outlook().cause, "the chamber's door is open");
+  EXPECT_EQ(bench.run_controller().standing().cause, "the chamber's door is open");
   EXPECT_EQ(bench.progress(), before);
-  EXPECT_EQ(bench.run_controller().outlook().faults.size(), 1u);
+  EXPECT_EQ(bench.run_controller().standing().faults_now.size(), 1u);
   bench.chamber().door_open = false;
   EXPECT_EQ(bench.until(RunState::execute, 100), 10);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
-  EXPECT_GE(bench.run_controller().outlook().behind_plan, std::chrono::seconds(69));
+  EXPECT_GE(bench.run_controller().standing().behind_plan, std::chrono::seconds(69));
   int soaked = 0;
   for (const auto& sample : bench.record().samples)
     soaked += sample.state == RunState::execute && sample.progress.segment == 2 &&
@@ -132,7 +132,7 @@ TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   EXPECT_GT(found, 1);
   EXPECT_LE(found, 4);
   EXPECT_TRUE(bench.told(EventKind::interlock, "does not take set points"));
-  EXPECT_GE(bench.run_controller().outlook().missed_set_points, 3);
+  EXPECT_GE(bench.run_controller().standing().missed_set_points, 3);
   bench.seconds(30);
   bench.chamber().ignores = false;
   ASSERT_NE(bench.until(RunState::execute, 60), -1) << "it is tried again";

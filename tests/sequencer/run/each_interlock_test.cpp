@@ -65,10 +65,10 @@ TEST(InterlockId, OneAlarmUntilItIsOver) {
   EXPECT_EQ(bench.alarms, 1);
   bench.chamber().activity = ChamberActivity::running;
   bench.seconds(9);
-  EXPECT_EQ(standing(bench.memory).size(), 1u);
+  EXPECT_EQ(standing_faults(bench.memory).size(), 1u);
   bench.seconds(1);
   EXPECT_EQ(bench.over, 1);
-  EXPECT_TRUE(standing(bench.memory).empty());
+  EXPECT_TRUE(standing_faults(bench.memory).empty());
 }
 
 TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
@@ -378,7 +378,7 @@ TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   bench.sample.thermometers[1].value = silence();
   bench.sample.thermometers[8].value = silence();
   EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  EXPECT_EQ(standing(bench.memory), std::vector<std::string>{"no reading of thermometer B, thermometer shell"});
+  EXPECT_EQ(standing_faults(bench.memory), std::vector<std::string>{"no reading of thermometer B, thermometer shell"});
   EXPECT_EQ(bench.seconds(1000).reaction, Reaction::warn);
   EXPECT_EQ(bench.alarms, 1);
 }

@@ -1,4 +1,4 @@
-/// Check values over bytes.
+/// Bytes of foreign frames as numbers.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,12 @@
 #include <span>
 
 namespace gyrotherm {
+
+[[nodiscard]] inline std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) {
+  return std::to_integer<std::uint8_t>(bytes[at]);
+}
+
+// Check values over bytes.
 
 /// A cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection algorithms",
 /// 1993). CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.

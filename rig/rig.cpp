@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/text.hpp"
-#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
 #include "rig/inquiry.hpp"

@@ -12,7 +12,7 @@
 #include "acquisition/io/instrument_io.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
-#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/wires.hpp"
 #include "rig/rig_file.hpp"
 #include "simulator/virtual_instruments.hpp"

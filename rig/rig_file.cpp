@@ -13,7 +13,6 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
-#include "drivers/gyro/pumped_stream.hpp"
 #include "drivers/line/line_address.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/limits.hpp"

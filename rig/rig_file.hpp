@@ -12,7 +12,7 @@
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
 #include "rig/thermometer_settings.hpp"

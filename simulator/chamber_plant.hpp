@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/quantity.hpp"
-#include "simulator/laboratory_faults.hpp"
+#include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
 namespace gyrotherm {

@@ -10,6 +10,7 @@
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 constexpr double kLongestCorrelationS = 1e9;

@@ -9,7 +9,7 @@
 
 #include "simulator/gyro_bias.hpp"
 #include "thermal/reduced/reduced_model.hpp"
-#include "thermal/reduced/thermal_spread.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
 

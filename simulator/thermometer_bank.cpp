@@ -2,8 +2,79 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/random.hpp"
+#include "simulator/virtual_gyro.hpp"
 
 namespace gyrotherm {
+
+namespace {
+
+void scatter_bias(LumpedBias& bias, double sigma, RandomStream random) {
+  for (double* coefficient : {&bias.linear_deg_per_h_per_k, &bias.quadratic_deg_per_h_per_k2, &bias.wave_deg_per_h,
+                              &bias.arm_deg_per_h_per_k}) {
+    *coefficient *= random.log_normal(sigma);
+  }
+  for (double& coefficient : bias.gradient_deg_per_h_per_k) coefficient *= random.log_normal(sigma);
+}
+
+void scatter_bias(BiasPhysics& bias, double sigma, RandomStream random) {
+  for (double* coefficient : {&bias.flow.velocity_cm_per_s, &bias.flow.unbalance, &bias.linear_deg_per_h_per_k,
+                              &bias.quadratic_deg_per_h_per_k2, &bias.mode_hops.step_deg_per_h}) {
+    *coefficient *= random.log_normal(sigma);
+  }
+  for (double& coefficient : bias.mirror_deg_per_h_per_k) coefficient *= random.log_normal(sigma);
+  for (auto& wave : bias.waves) {
+    wave.deg_per_h *= random.log_normal(sigma);
+    wave.phase_deg = 360 * random.uniform();
+  }
+  for (auto& play : bias.plays) play.deg_per_h *= random.log_normal(sigma);
+}
+
+void scatter_body(LumpedGyroParameters& gyro, const SpreadParameters& spread, std::uint64_t seed) {
+  RandomStream capacity(seed, RandomPurpose::capacity_spread);
+  RandomStream film(seed, RandomPurpose::film_spread);
+  for (double& c : gyro.network.capacity_j_per_k) c *= capacity.log_normal(spread.capacity);
+  for (double& g : gyro.network.film_w_per_k) g *= film.log_normal(spread.film);
+}
+
+void scatter_body(ReducedGyroParameters& gyro, const SpreadParameters& /*spread*/, std::uint64_t seed) {
+  RandomStream random(seed, RandomPurpose::thermal_spread);
+  RandomStream leads(seed, RandomPurpose::lead_spread);
+  for (double* lead : {&gyro.arms.left_lead_w_per_k, &gyro.arms.right_lead_w_per_k})
+    *lead *= leads.log_normal(gyro.lead_spread);
+  // The arms first: another heat capacity changes the basis in which a lead is a watt per kelvin.
+  gyro.model = perturbed(with_unequal_arms(std::move(gyro.model), gyro.arms), gyro.spread, random);
+  gyro.arms = {};
+}
+
+void scatter_thermometers(ThermometerParameters& thermometers, const SpreadParameters& spread, std::uint64_t seed) {
+  RandomStream offset(seed, RandomPurpose::thermometer_offset);
+  RandomStream gain(seed, RandomPurpose::thermometer_gain);
+  RandomStream time_constant(seed, RandomPurpose::thermometer_time_constant);
+  for (double& error_k : thermometers.offset_k) error_k += spread.offset_k * offset.normal();
+  for (double& error : thermometers.gain) error += spread.gain * gain.normal();
+  for (double& lag_s : thermometers.time_constant_s) lag_s *= time_constant.log_normal(spread.time_constant);
+}
+
+}  // namespace
+
+LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
+  if (seed == 0) return type;
+  const auto spread = type.spread;
+  RandomStream turn_on(seed, RandomPurpose::turn_on);
+  std::visit(
+      [&](auto& body) {
+        scatter_body(body, spread, seed);
+        scatter_bias(body.bias, spread.bias, RandomStream(seed, RandomPurpose::bias_spread));
+      },
+      type.body);
+  scatter_thermometers(type.thermometers, spread, seed);
+  type.gyro.turn_on_deg_per_h += spread.turn_on_deg_per_h * turn_on.normal();
+  return type;
+}
+
 namespace {
 
 static_assert(std::tuple_size_v<EachThermometer> == kThermalPlaces);

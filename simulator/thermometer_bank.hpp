@@ -1,4 +1,4 @@
-/// The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
+/// Draws one gyro of a type: the same body and the same bias law with other numbers.
 #pragma once
 
 #include <array>
@@ -9,6 +9,14 @@
 #include "simulator/virtual_gyro.hpp"
 
 namespace gyrotherm {
+
+/// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
+/// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
+/// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
+/// a twin's model is perturbed (twin_spread.hpp).
+[[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
+
+// The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
 
 /// `value` to the nearest multiple of `resolution` (0: as it is).
 [[nodiscard]] double to_resolution(double value, double resolution);

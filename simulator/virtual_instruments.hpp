@@ -9,7 +9,7 @@
 
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
 #include "drivers/wires.hpp"
 #include "simulator/virtual_laboratory.hpp"

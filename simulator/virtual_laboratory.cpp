@@ -7,9 +7,8 @@
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_readout.hpp"
 #include "simulator/lumped_gyro.hpp"
-#include "simulator/reduced_gyro.hpp"
-#include "simulator/spread.hpp"
 #include "simulator/thermometer_bank.hpp"
+#include "simulator/virtual_gyro.hpp"
 
 namespace gyrotherm {
 namespace {

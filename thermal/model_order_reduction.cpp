@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "core/random.hpp"
-#include "thermal/affine_matrix.hpp"
+#include "thermal/hex20.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "thermal/affine_matrix.hpp"
+#include "thermal/hex20.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm {

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "core/result.hpp"
-#include "thermal/affine_matrix.hpp"
 #include "thermal/conjugate_gradients.hpp"
+#include "thermal/hex20.hpp"
 #include "thermal/model_order_reduction.hpp"
 
 namespace gyrotherm {

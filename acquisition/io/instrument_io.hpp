@@ -10,7 +10,7 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
-#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/instruments.hpp"
 
 namespace gyrotherm {

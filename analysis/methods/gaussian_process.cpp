@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "analysis/methods/held_out.hpp"
-#include "analysis/svm/cholesky.hpp"
+#include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm {

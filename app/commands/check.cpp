@@ -9,7 +9,7 @@
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "drivers/chamber/map_confidence.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/profile/timeline.hpp"
 #include "sequencer/run/chamber_ownership.hpp"

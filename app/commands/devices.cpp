@@ -12,8 +12,8 @@
 #include "app/command.hpp"
 #include "app/places.hpp"
 #include "core/json.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/hid_line.hpp"
-#include "drivers/line/serial_stream.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 
 namespace gyrotherm {

@@ -6,7 +6,7 @@
 #include "app/command.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
-#include "sequencer/watchdog/made_safe_file.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -15,10 +15,9 @@
 #include "core/process.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
-#include "sequencer/run/record_start.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_controller.hpp"
-#include "sequencer/watchdog/made_safe_file.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "thermal/difference_fit.hpp"
-#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -12,11 +12,10 @@
 #include "app/timings.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "thermal/calculix_input.hpp"
 #include "thermal/conjugate_gradients.hpp"
 #include "thermal/difference_fit.hpp"
-#include "thermal/gyro_file.hpp"
-#include "thermal/vtu.hpp"
+#include "thermal/gyro_model.hpp"
+#include "thermal/mesh_files.hpp"
 
 namespace gyrotherm {
 namespace {

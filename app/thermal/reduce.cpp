@@ -9,7 +9,7 @@
 #include "app/thermal/commands.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
 #include "thermal/gyro_reduction.hpp"
 
 namespace gyrotherm {

@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -11,19 +12,22 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "core/file.hpp"
 #include "core/process.hpp"
-#include "drivers/line/own_address.hpp"
+#include "drivers/line/line_address.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 constexpr int kManyCallers = 4096;       // the kernel takes as many of them as it allows
@@ -252,6 +256,85 @@ void ChamberLock::dismiss_callers() const {
     const Descriptor caller(::accept4(name_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!caller.is_open()) return;
   }
+}
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+class RealPauses final : public Pauses {
+ public:
+  Duration now() const override { return steady_clock::now().time_since_epoch(); }
+  void rest(Duration time) override {
+    const auto end = now() + time;
+    for (auto left = time; left > Duration{}; left = end - now())
+      poll(nullptr, 0, static_cast<int>(std::max<std::int64_t>(std::chrono::ceil<milliseconds>(left).count(), 1)));
+  }
+};
+
+class VirtualPauses final : public Pauses {
+ public:
+  Duration now() const override { return now_; }
+  void rest(Duration time) override { now_ += time; }
+
+ private:
+  Duration now_{};
+};
+
+constexpr Duration kPieceOfARest = std::chrono::milliseconds(500);
+
+class NotingRegisters final : public Registers {
+ public:
+  NotingRegisters(std::unique_ptr<Registers> registers, std::shared_ptr<LineActivity> activity)
+      : registers_(std::move(registers)), activity_(std::move(activity)) {}
+
+  Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override {
+    auto words = registers_->read(function, address, count);
+    activity_->note();
+    return words;
+  }
+  Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override {
+    auto done = registers_->write(function, address, words);
+    activity_->note();
+    return done;
+  }
+  void insist() override { registers_->insist(); }
+
+ private:
+  std::unique_ptr<Registers> registers_;
+  std::shared_ptr<LineActivity> activity_;
+};
+
+class NotingPauses final : public Pauses {
+ public:
+  NotingPauses(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity)
+      : pauses_(std::move(pauses)), activity_(std::move(activity)) {}
+
+  Duration now() const override { return pauses_->now(); }
+  void rest(Duration time) override {
+    for (; time > Duration{}; time -= kPieceOfARest) {
+      pauses_->rest(std::min(time, kPieceOfARest));
+      activity_->note();
+    }
+  }
+
+ private:
+  std::unique_ptr<Pauses> pauses_;
+  std::shared_ptr<LineActivity> activity_;
+};
+
+}  // namespace
+
+std::unique_ptr<Pauses> real_pauses() { return std::make_unique<RealPauses>(); }
+std::unique_ptr<Pauses> virtual_pauses() { return std::make_unique<VirtualPauses>(); }
+
+std::unique_ptr<Registers> noting(std::unique_ptr<Registers> registers, std::shared_ptr<LineActivity> activity) {
+  return std::make_unique<NotingRegisters>(std::move(registers), std::move(activity));
+}
+
+std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity) {
+  return std::make_unique<NotingPauses>(std::move(pauses), std::move(activity));
 }
 
 }  // namespace gyrotherm

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"

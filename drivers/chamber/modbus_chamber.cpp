@@ -9,7 +9,7 @@
 
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/program.hpp"
-#include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
 
 namespace gyrotherm {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/chamber/line_activity.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"

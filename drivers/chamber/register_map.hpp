@@ -232,4 +232,27 @@ inline constexpr Vocabulary<Confidence, 4> kConfidences{{{"verified", Confidence
                                                          {"secondary", Confidence::secondary},
                                                          {"unverified", Confidence::unverified}}};
 
+// How sure a register map is of what the program uses of it. Pure.
+
+struct Doubt {
+  std::string item;
+  Confidence confidence{};
+  std::string note;
+};
+
+/// The items that reading, set points, commands, states, alarms, limits, the fingerprint and the profile memory use,
+/// and that nobody has verified on the instrument; the least sure first.
+[[nodiscard]] std::vector<Doubt> doubts(const RegisterMap& map);
+
+/// A line for people: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified: set_point
+/// (…)".
+[[nodiscard]] std::string confidence_in_words(const RegisterMap& map);
+
+// How far from the set point that was sent a chamber may show it: one answer for a run's interlocks, for its safe
+// sequence and for gyrotherm-make-safe.
+
+/// What a controller may make of a set point: its register's resolution or, if that is more, what the map tolerates; a
+/// tenth of a kelvin at least.
+[[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
+
 }  // namespace gyrotherm

@@ -1,15 +1,60 @@
-/// A gyro that sends frames which a FrameFormat describes.
+/// A gyro's whole description: a TOML file under profiles/gyro-streams, with the port's settings, what to send before
+/// and after, and the frames.
 #pragma once
 
 #include <memory>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/clock.hpp"
-#include "drivers/gyro/frame_stream.hpp"
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm {
+
+struct GyroPort {
+  std::uint32_t baud{};
+  int data_bits = 8;
+  char parity = 'N';  ///< N, E, O
+  int stop_bits = 1;
+};
+
+/// What is sent, how long to wait then, and what must have come by then (empty: anything).
+struct GyroCommand {
+  std::string send;
+  Duration wait{};
+  std::string reply;
+};
+
+struct GyroStream {
+  std::string name;
+  std::string vendor;
+  std::string source;      ///< where its facts come from
+  std::string confidence;  ///< "verified" (against published frames), "manual", "secondary" (someone's driver)
+  GyroPort port;
+  std::vector<GyroCommand> start;  ///< makes it send; in order
+  std::vector<GyroCommand> stop;
+  FrameFormat frame;
+  std::string text;  ///< the file, as read
+};
+
+/// Fails with bad_file, every mistake with its place. `axis`: the gyro wanted, instead of the file's own choice.
+[[nodiscard]] Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file,
+                                                   const std::string& axis = "");
+
+// A line that is read all the time by a thread of its own, so that nothing that a gyro sends between two readings
+// overflows the system's buffers (a serial port's holds a tenth of a second of a thousand frames).
+
+/// Reads and writes as `line` does, from the first use on, for one caller at a time. What is not read for so long that
+/// 1 MiB waits is dropped, and the next read fails with corrupted. A fault of the line is told by the first read that
+/// finds nothing before it; the line is tried again after that.
+[[nodiscard]] std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line);
+
+// A gyro that sends frames which a FrameFormat describes.
 
 /// What is sent to a gyro before its frames are read, and when it is left.
 struct GyroCommands {

@@ -13,8 +13,7 @@
 #include <mutex>
 #include <utility>
 
-#include "drivers/line/backoff.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {
 

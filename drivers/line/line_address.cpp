@@ -2,14 +2,16 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <charconv>
+#include <memory>
 
-#include "drivers/line/serial_stream.hpp"
-#include "drivers/line/tcp_stream.hpp"
+#include "drivers/line/byte_streams.hpp"
 
 namespace gyrotherm {
 
@@ -118,6 +120,21 @@ std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& de
     return make_tcp_stream({tcp->host, tcp->port == 0 ? defaults.port : tcp->port}, connect_within);
   const auto& serial = std::get<SerialLine>(line);
   return make_serial_stream(serial.device, serial.format.value_or(defaults.serial));
+}
+
+bool is_own_address(const std::string& host) {
+  in_addr wanted{};
+  if (::inet_pton(AF_INET, host.c_str(), &wanted) != 1) return false;
+  constexpr unsigned kFirstByte = 24;
+  if (const auto net = ntohl(wanted.s_addr) >> kFirstByte; net == IN_LOOPBACKNET || net == 0) return true;
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return false;
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> all(first, &::freeifaddrs);
+  for (const auto* one = first; one != nullptr; one = one->ifa_next)
+    if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET &&
+        reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr == wanted.s_addr)
+      return true;
+  return false;
 }
 
 }  // namespace gyrotherm

@@ -73,4 +73,9 @@ struct LineDefaults {
 [[nodiscard]] std::unique_ptr<ByteStream> make_stream(const Line& line, const LineDefaults& defaults,
                                                       Duration connect_within);
 
+// Addresses by which this machine speaks to itself.
+
+/// Whether a numeric IPv4 address leads to this machine: the loopback net, 0.0.0.0, or one of its own interfaces.
+[[nodiscard]] bool is_own_address(const std::string& host);
+
 }  // namespace gyrotherm

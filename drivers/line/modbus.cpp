@@ -7,9 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/line/backoff.hpp"
-#include "drivers/line/modbus_rtu.hpp"
-#include "drivers/line/modbus_tcp.hpp"
+#include "drivers/line/deadline.hpp"
+#include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm {
 namespace {

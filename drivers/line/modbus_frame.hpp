@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/bytes.hpp"
+#include "drivers/checksum.hpp"
 
 namespace gyrotherm {
 

@@ -14,7 +14,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "drivers/thermometer/temperature_range.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm {
 

@@ -4,9 +4,9 @@
 
 #include <utility>
 
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/deadline.hpp"
 #include "drivers/line/text_exchange.hpp"
-#include "drivers/thermometer/place.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm {
 

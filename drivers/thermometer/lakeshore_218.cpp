@@ -6,7 +6,7 @@
 
 #include "drivers/line/text_exchange.hpp"
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
-#include "drivers/thermometer/place.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm {
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/bytes.hpp"
+#include "drivers/checksum.hpp"
 
 namespace gyrotherm {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "drivers/line/text_exchange.hpp"
-#include "drivers/thermometer/place.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 #include "drivers/thermometer/pt12_codec.hpp"
 
 namespace gyrotherm {

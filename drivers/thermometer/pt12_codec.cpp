@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "drivers/thermometer/temperature_range.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm {
 

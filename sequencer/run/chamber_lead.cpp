@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/process.hpp"
-#include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 

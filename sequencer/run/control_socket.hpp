@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "sequencer/run/operator_requests.hpp"
 
 namespace gyrotherm {

@@ -1,14 +1,13 @@
-/// How an interrupted run goes on: the resume rule, which says whether it may by itself, and how (docs/reliability.md),
-/// and where the run stood, out of its record. Pure. The rule's
-/// practice is that of environmental testing (MIL-STD-810, part one, 5.2 and 5.11): an interruption on the mild side
-/// repeats the stabilisation, one that went beyond the test's own extremes is for people to judge.
+/// What a new record knows before its first sample, from the program, the profile, the rig and the seed.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "rig/rig.hpp"
@@ -17,6 +16,18 @@
 #include "sequencer/profile/profile.hpp"
 
 namespace gyrotherm {
+
+/// The id of a dry run is derived from what determines it (program, profile, rig, seed); that of a real run is drawn.
+[[nodiscard]] RunInfo run_info(std::string_view program_version, const Profile& profile, const RigFile& rig,
+                               std::uint64_t seed, Duration started_utc);
+
+/// A number of the profile's own: what draws the noise of a dry run of it.
+[[nodiscard]] std::uint64_t run_number(const std::string& profile_text);
+
+// How an interrupted run goes on: the resume rule, which says whether it may by itself, and how (docs/reliability.md),
+// and where the run stood, out of its record. Pure. The rule's
+// practice is that of environmental testing (MIL-STD-810, part one, 5.2 and 5.11): an interruption on the mild side
+// repeats the stabilisation, one that went beyond the test's own extremes is for people to judge.
 
 inline constexpr Duration kLongestUnattended = std::chrono::seconds(120);
 inline constexpr Kelvins kResumeBand{2};

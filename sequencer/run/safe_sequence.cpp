@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm {
 namespace {

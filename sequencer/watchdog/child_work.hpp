@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/quantity.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {
 

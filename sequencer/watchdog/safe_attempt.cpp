@@ -14,7 +14,7 @@
 #include "core/clock.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
-#include "drivers/chamber/set_point_tolerance.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 

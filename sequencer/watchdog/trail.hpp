@@ -7,7 +7,6 @@
 
 #include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/child_work.hpp"
-#include "sequencer/watchdog/made_safe_file.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 

@@ -21,7 +21,7 @@
 #include <utility>
 
 #include "core/process.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/guard.hpp"
 
 extern char** environ;

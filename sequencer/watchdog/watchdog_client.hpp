@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/result.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm {

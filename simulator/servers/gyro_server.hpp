@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drivers/gyro/frame_format.hpp"
-#include "drivers/gyro/frame_stream.hpp"
-#include "simulator/servers/sockets.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
+#include "simulator/servers/session.hpp"
 
 namespace gyrotherm {
 

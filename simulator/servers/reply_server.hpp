@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "simulator/servers/session.hpp"
-#include "simulator/servers/sockets.hpp"
 
 namespace gyrotherm {
 

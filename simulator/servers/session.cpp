@@ -1,6 +1,23 @@
 #include "simulator/servers/session.hpp"
 
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
 namespace gyrotherm {
+
 namespace {
 
 constexpr std::size_t kLongestCommand = 64;
@@ -31,6 +48,81 @@ bool TextSession::feed(std::span<const std::byte> bytes, std::vector<std::byte>&
     line_too_long_ = false;
   }
   return true;
+}
+
+namespace {
+
+constexpr int kBacklog = 128;
+
+tl::unexpected<Fault> cannot_listen(std::uint16_t port) {
+  return failure(FaultKind::disconnected, fmt::format("virtual instrument 127.0.0.1:{}", port),
+                 "cannot listen: " + std::generic_category().message(errno));
+}
+
+tl::unexpected<Fault> no_pty() {
+  return failure(FaultKind::disconnected, "virtual instrument",
+                 "no pseudo-terminal: " + std::generic_category().message(errno));
+}
+
+}  // namespace
+
+Result<Descriptor> listen_on_loopback(std::uint16_t port) {
+  Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (!listener.is_open()) return cannot_listen(port);
+  const int yes = 1;
+  ::setsockopt(listener.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const bool bound = ::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (!bound || ::listen(listener.number(), kBacklog) != 0) return cannot_listen(port);
+  return listener;
+}
+
+std::uint16_t port_of(const Descriptor& listener) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
+  return ntohs(address.sin_port);
+}
+
+Descriptor accept_client(const Descriptor& listener) {
+  Descriptor client(::accept4(listener.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  const int yes = 1;
+  if (client.is_open()) ::setsockopt(client.number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  return client;
+}
+
+bool send_now(const Descriptor& client, std::span<const std::byte> bytes) {
+  const auto sent = ::send(client.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  return sent >= 0 && static_cast<std::size_t>(sent) == bytes.size();
+}
+
+Result<Pty> open_pty() {
+  constexpr std::size_t kLongestPath = 64;
+  Pty pty{.ours = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
+          .theirs = Descriptor(),
+          .path = {}};
+  std::array<char, kLongestPath> path{};
+  if (!pty.ours.is_open() || ::grantpt(pty.ours.number()) != 0 || ::unlockpt(pty.ours.number()) != 0 ||
+      ::ptsname_r(pty.ours.number(), path.data(), path.size()) != 0)
+    return no_pty();
+  pty.path = path.data();
+  pty.theirs = Descriptor(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  termios settings{};
+  if (!pty.theirs.is_open() || ::tcgetattr(pty.theirs.number(), &settings) != 0) return no_pty();
+  ::cfmakeraw(&settings);
+  if (::tcsetattr(pty.theirs.number(), TCSANOW, &settings) != 0) return no_pty();
+  return pty;
+}
+
+void send_now(const Pty& pty, std::span<const std::byte> bytes) {
+  ::ioctl(pty.theirs.number(), TIOCNXCL);  // a client that kept others out may be gone
+  const auto written = ::write(pty.ours.number(), bytes.data(), bytes.size());
+  if (written == static_cast<ssize_t>(bytes.size())) return;
+  ::tcflush(pty.theirs.number(), TCIFLUSH);
+  [[maybe_unused]] const auto again = ::write(pty.ours.number(), bytes.data(), bytes.size());
 }
 
 }  // namespace gyrotherm

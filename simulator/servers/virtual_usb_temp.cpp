@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/thermometer/mcc_usb_temp_setup.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -114,7 +114,7 @@ MUTANTS = [
     ("a guard without orders takes a chamber from the living", "sequencer/watchdog/make_safe.cpp",
      "if (left && *left && ends((*left)->written_by, kProgramsEndWithin))", "if (left && *left)",
      "gyrotherm", "guard_without_orders"),
-    ("a process that ends while the guard looks at it ends the guard", "sequencer/watchdog/process_identity.cpp",
+    ("a process that ends while the guard looks at it ends the guard", "sequencer/watchdog/guard.cpp",
      "  std::string stat;\n  std::getline(file, stat, '\\0');",
      "  const std::string stat((std::istreambuf_iterator<char>(file)), {});",
      "watchdog_test", "Guard.LooksAtProcessesThatEndMeanwhile"),

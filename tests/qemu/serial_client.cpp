@@ -1,8 +1,8 @@
 /// Inside the emulated machine: the serial line, on libserialport as it is, and the Lake Shore 218 at its other end.
 #include <chrono>
 
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/line_address.hpp"
-#include "drivers/line/serial_stream.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "tests/qemu/checks.hpp"
 

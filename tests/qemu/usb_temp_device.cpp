@@ -14,7 +14,7 @@
 #include <cstring>
 #include <string>
 
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "tests/support/fake_usb_temp.hpp"
 
 namespace gyrotherm {

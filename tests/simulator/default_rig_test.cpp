@@ -5,7 +5,7 @@
 
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_readout.hpp"
-#include "simulator/reduced_gyro.hpp"
+#include "simulator/virtual_gyro.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/statistics.hpp"
 

@@ -1,10 +1,9 @@
-#include "simulator/reduced_gyro.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "simulator/spread.hpp"
+#include "simulator/thermometer_bank.hpp"
+#include "simulator/virtual_gyro.hpp"
 #include "tests/simulator/small_gyro.hpp"
 
 namespace gyrotherm {

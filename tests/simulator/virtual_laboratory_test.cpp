@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "simulator/laboratory_faults.hpp"
-#include "simulator/spread.hpp"
+#include "simulator/laboratory_file.hpp"
+#include "simulator/thermometer_bank.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 
 namespace gyrotherm {
 

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "tests/thermal/small_bodies.hpp"
-#include "thermal/calculix_input.hpp"
+#include "thermal/mesh_files.hpp"
 #include "thermal/steady_state.hpp"
 
 namespace gyrotherm {

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
 
 namespace {
 

@@ -1,10 +1,9 @@
-#include "thermal/gyro_file.hpp"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "tests/thermal/small_bodies.hpp"
+#include "thermal/gyro_model.hpp"
 
 namespace gyrotherm {
 namespace {

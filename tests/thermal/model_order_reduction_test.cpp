@@ -5,8 +5,8 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "tests/thermal/box_gyro.hpp"
-#include "thermal/affine_matrix.hpp"
+#include "tests/thermal/small_bodies.hpp"
+#include "thermal/hex20.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 
 namespace gyrotherm {

@@ -10,11 +10,12 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "thermal/assembly.hpp"
-#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
 #include "thermal/gyro_reduction.hpp"
 #include "thermal/model_order_reduction_error.hpp"
+#include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
-#include "thermal/reduced/thermal_spread.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "tests/thermal/box_gyro.hpp"
+#include "tests/thermal/small_bodies.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
-#include "tests/thermal/box_gyro.hpp"
+#include "tests/thermal/small_bodies.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 
 namespace gyrotherm {

@@ -5,7 +5,7 @@
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "thermal/gyro_file.hpp"
+#include "thermal/gyro_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm {

@@ -7,8 +7,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/assembly.hpp"
-#include "thermal/calculix_input.hpp"
-#include "thermal/vtu.hpp"
+#include "thermal/mesh_files.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -1,10 +1,10 @@
-#include "thermal/reduced/thermal_spread.hpp"
-
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
 
-#include "tests/thermal/box_gyro.hpp"
+#include "tests/thermal/small_bodies.hpp"
+#include "thermal/reduced/reduced_model.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/random.hpp"
 #include "core/result.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
@@ -62,5 +63,20 @@ inline constexpr double kHottestGapAir_c = 130;
 /// definite from −60 to 80 °C under both films, that without power every output rests at the ambient, and with the
 /// powers within 200 K of it.
 [[nodiscard]] Result<ReducedModel> parse_reduced_model(std::string_view text, const std::string& file);
+
+// Draws one gyro of a type: the reduced model of another specimen, without its finite elements.
+
+/// Sigmas of ln of factors whose median is 1.
+struct ThermalSpread {
+  double capacity{};  ///< of all heat capacities together
+  double gap{};       ///< of each air gap's conductivity, and of its radiation alike
+  double film{};      ///< of both films together
+  double power{};     ///< of each source: the gain arms together, the preamplifier, the ballasts together
+  double arms{};      ///< of the left gain arm's power over the right's, their sum kept; likewise of the ballasts'
+};
+
+/// Always takes the same count of numbers from `random`, whatever the spread. Symmetric positive definite stays so;
+/// left and right need no longer be alike.
+[[nodiscard]] ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random);
 
 }  // namespace gyrotherm

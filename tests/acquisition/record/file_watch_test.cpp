@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "acquisition/record/run_file.hpp"
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm {

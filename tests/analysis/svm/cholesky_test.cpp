@@ -1,10 +1,10 @@
-#include "analysis/svm/cholesky.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <random>
+
+#include "analysis/svm/newton.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdlib>
 
 #include "core/file.hpp"
-#include "drivers/chamber/map_confidence.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
 #include "drivers/chamber/word_order_probe.hpp"
 

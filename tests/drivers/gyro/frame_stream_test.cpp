@@ -1,11 +1,10 @@
-#include "drivers/gyro/frame_stream.hpp"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 

@@ -2,8 +2,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "drivers/gyro/frame_stream.hpp"
 #include "drivers/gyro/frame_sum.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {

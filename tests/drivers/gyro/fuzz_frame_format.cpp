@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/gyro/frame_stream.hpp"
+#include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
 
 namespace gyrotherm {

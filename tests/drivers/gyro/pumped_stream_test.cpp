@@ -1,5 +1,3 @@
-#include "drivers/gyro/pumped_stream.hpp"
-
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -9,6 +7,8 @@
 #include <atomic>
 #include <cstring>
 #include <string>
+
+#include "drivers/gyro/framed_gyro.hpp"
 
 namespace gyrotherm {
 namespace {

@@ -14,7 +14,7 @@
 #include <map>
 
 #include "drivers/line/modbus_frame.hpp"
-#include "drivers/line/modbus_rtu.hpp"
+#include "drivers/line/modbus_lines.hpp"
 #include "tests/drivers/line/faults.hpp"
 #include "tests/support/simulated_line.hpp"
 

@@ -1,8 +1,7 @@
-#include "drivers/line/modbus_rtu.hpp"
-
 #include <gtest/gtest.h>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "drivers/line/modbus_lines.hpp"
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
 

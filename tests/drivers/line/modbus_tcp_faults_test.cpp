@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/line/modbus_frame.hpp"
-#include "drivers/line/modbus_tcp.hpp"
+#include "drivers/line/modbus_lines.hpp"
 #include "tests/drivers/line/faults.hpp"
 #include "tests/support/simulated_line.hpp"
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "drivers/line/deadline.hpp"
-#include "drivers/line/descriptor.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/loopback_server.hpp"

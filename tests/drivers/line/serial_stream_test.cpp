@@ -1,7 +1,5 @@
 // The serial line as far as pseudo-terminals go, which have no baud rate and no parity. The settings are tried on two
 // UARTs of an emulated machine: tests/qemu.
-#include "drivers/line/serial_stream.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
@@ -11,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "drivers/line/byte_streams.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
 #include "tests/support/fakes.hpp"
 

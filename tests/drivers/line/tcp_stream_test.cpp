@@ -1,11 +1,10 @@
-#include "drivers/line/tcp_stream.hpp"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <csignal>
 #include <string>
 
+#include "drivers/line/byte_streams.hpp"
 #include "tests/drivers/line/loopback_server.hpp"
 #include "tests/support/fakes.hpp"
 

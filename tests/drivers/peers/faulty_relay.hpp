@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/line/descriptor.hpp"
+#include "drivers/line/deadline.hpp"
 #include "tests/drivers/line/faults.hpp"
 
 namespace gyrotherm {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "drivers/thermometer/mcc_usb_temp_setup.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm {

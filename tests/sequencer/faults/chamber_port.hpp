@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/line/modbus_tcp.hpp"
+#include "drivers/line/modbus_lines.hpp"
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"

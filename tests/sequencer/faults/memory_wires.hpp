@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "drivers/line/modbus_rtu.hpp"
+#include "drivers/line/modbus_lines.hpp"
 #include "rig/rig.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 

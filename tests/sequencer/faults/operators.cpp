@@ -1,12 +1,17 @@
 #include "tests/sequencer/faults/operators.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 
 #include "tests/sequencer/faults/invariants.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 /// How severe a state is at least, once a command was carried out.
@@ -60,6 +65,73 @@ std::optional<std::string> Operators::broken_promise(RunState state) {
   const auto promised = std::exchange(promised_, std::nullopt);
   if (!promised || severity(state) >= least_severity(*promised)) return {};
   return fmt::format("{} was promised, and the run is in state {}", name(*promised), name(state));
+}
+
+namespace {
+
+constexpr std::size_t kLongMessage = 1000;  ///< so that an hour of them is more than an outlet keeps
+constexpr int kLongestSilence = 2000;       ///< ms
+
+}  // namespace
+
+Listener::Listener() {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return;
+  reader_ = Descriptor(ends[0]);
+  writer_ = Descriptor(ends[1]);
+  outlet_ = std::make_unique<Outlet>(writer_.number());
+  outlet_->never_wait();
+}
+
+/// "#12 0#": the twelfth message, and none was dropped before it.
+void Listener::hear() {
+  outlet_->say([&](std::size_t dropped) {
+    return fmt::format("#{} {}#{}\n", said_ + 1, dropped, std::string(kLongMessage, '.'));
+  });
+  ++said_;
+  outlet_->draw({fmt::format("{} s", said_)});
+}
+
+void Listener::take(const char* bytes, std::size_t size) {
+  for (const char c : std::string_view(bytes, size)) {
+    if (c != '#') {
+      if (in_number_) number_ += c;
+      continue;
+    }
+    in_number_ = !in_number_;
+    if (in_number_) continue;
+    std::int64_t number = 0, dropped = 0;
+    const auto* end = number_.data() + number_.size();
+    const auto first = std::from_chars(number_.data(), end, number);
+    std::from_chars(first.ptr + 1, end, dropped);
+    if (number != heard_ + dropped + 1 && !missing_)
+      missing_ = fmt::format("message {} came after {}, and says that {} are missing", number, heard_, dropped);
+    heard_ = number;
+    number_.clear();
+  }
+}
+
+bool Listener::read_within(int milliseconds) {
+  pollfd waiting{reader_.number(), POLLIN, 0};
+  if (::poll(&waiting, 1, milliseconds) <= 0) return false;
+  char bytes[1 << 16];
+  const auto size = ::read(reader_.number(), bytes, sizeof bytes);
+  if (size > 0) take(bytes, static_cast<std::size_t>(size));
+  return size > 0;
+}
+
+void Listener::read() {
+  while (read_within(0)) continue;
+}
+
+std::optional<std::string> Listener::missing() {
+  constexpr int kUntilQuiet = 20;  // ms
+  while (read_within(kUntilQuiet)) continue;
+  hear();  // there is room for it now, and it tells what is missing before it
+  while (heard_ < said_ && !missing_)
+    if (!read_within(kLongestSilence))
+      missing_ = fmt::format("nothing came after message {}, {} were said", heard_, said_);
+  return missing_;
 }
 
 }  // namespace gyrotherm

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "app/outlet.hpp"
+#include "drivers/line/deadline.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
 
@@ -28,6 +31,31 @@ class Operators {
 
   std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
   std::optional<OperatorCommand> promised_;
+};
+
+// Who reads what a program says, or does not: a pipe behind the program's own outlet.
+
+class Listener {
+ public:
+  Listener();
+
+  /// The program says what it says in one second: a message, which is long, and a picture.
+  void hear();
+  /// Takes what has come.
+  void read();
+  /// At the end: nothing, or which message was lost without a word.
+  [[nodiscard]] std::optional<std::string> missing();
+
+ private:
+  void take(const char* bytes, std::size_t size);
+  bool read_within(int milliseconds);
+
+  Descriptor reader_, writer_;
+  std::unique_ptr<Outlet> outlet_;
+  std::int64_t said_ = 0, heard_ = 0;  ///< the number of the last message
+  std::string number_;                 ///< of the message that is being read, as far as it has come
+  bool in_number_ = false;
+  std::optional<std::string> missing_;
 };
 
 }  // namespace gyrotherm

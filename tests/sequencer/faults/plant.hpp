@@ -10,7 +10,7 @@
 
 #include "rig/rig_file.hpp"
 #include "simulator/chamber_registers.hpp"
-#include "simulator/laboratory_faults.hpp"
+#include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/servers/gyro_server.hpp"
 #include "simulator/virtual_laboratory.hpp"

@@ -1,5 +1,4 @@
-/// One run of a profile on the virtual plant while a schedule of injected faults goes on: the real run, io,
-/// drivers' logic and store, in virtual time, judged every second.
+/// What simulated runs share: a profile, a rig, and what its world is made of.
 #pragma once
 
 #include <array>
@@ -8,20 +7,38 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/record/run_info.hpp"
 #include "rig/rig.hpp"
+#include "rig/rig_file.hpp"
+#include "sequencer/profile/profile.hpp"
 #include "sequencer/run/run_controller.hpp"
+#include "simulator/laboratory_parameters.hpp"
 #include "tests/sequencer/faults/disk.hpp"
 #include "tests/sequencer/faults/fault_injector.hpp"
 #include "tests/sequencer/faults/invariants.hpp"
-#include "tests/sequencer/faults/listener.hpp"
 #include "tests/sequencer/faults/memory_wires.hpp"
 #include "tests/sequencer/faults/operators.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/sequencer/faults/recording_store.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
-#include "tests/sequencer/faults/simulated_setup.hpp"
 
 namespace gyrotherm {
+
+/// Parsed once.
+struct SimulatedSetup {
+  Profile profile;
+  RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
+  LaboratoryParameters laboratory;
+};
+
+/// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
+[[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile);
+
+/// What a record of this profile on this virtual rig knows.
+[[nodiscard]] RunInfo info_of(const Profile& profile, const RigFile& file);
+
+// One run of a profile on the virtual plant while a schedule of injected faults goes on: the real run, io,
+// drivers' logic and store, in virtual time, judged every second.
 
 struct SimulatedRunSetting {
   std::uint64_t seed = 0;

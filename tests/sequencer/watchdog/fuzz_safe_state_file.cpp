@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <string>
 
-#include "sequencer/watchdog/made_safe_file.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm {

@@ -11,7 +11,6 @@
 #include <thread>
 
 #include "sequencer/watchdog/child_work.hpp"
-#include "sequencer/watchdog/process_identity.hpp"
 #include "sequencer/watchdog/watchdog_client.hpp"
 #include "tests/support/folder.hpp"
 

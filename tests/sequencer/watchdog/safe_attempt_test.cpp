@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/file.hpp"
-#include "sequencer/watchdog/made_safe_file.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/thermometer/mcc_usb_temp_setup.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm {

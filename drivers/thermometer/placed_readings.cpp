@@ -1,4 +1,4 @@
-#include "drivers/thermometer/place.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
 
 #include <fmt/format.h>
 

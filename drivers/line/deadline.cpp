@@ -1,4 +1,4 @@
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/deadline.hpp"
 
 #include <fmt/format.h>
 

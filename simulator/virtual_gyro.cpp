@@ -1,4 +1,4 @@
-#include "simulator/reduced_gyro.hpp"
+#include "simulator/virtual_gyro.hpp"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include "simulator/laboratory_file.hpp"
 
 namespace gyrotherm {
+
 namespace {
 
 static_assert(static_cast<std::size_t>(ThermalOutput::h) + 1 == kBlockPlaces);

@@ -1,6 +1,7 @@
 /// The steady problem as an input file of CalculiX, on the identical mesh, for whoever wants to check it.
 #pragma once
 
+#include <Eigen/Core>
 #include <iosfwd>
 #include <string>
 
@@ -20,5 +21,11 @@ struct CalculixOptions {
 /// writes the temperatures to NAME.dat. Failure is the stream's to tell.
 void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroMesh& mesh,
                           const CalculixOptions& options);
+
+// A field as a file for ParaView.
+
+/// VTK XML unstructured grid, binary appended: points in m, quadratic bricks (type 25), the temperature T in °C by
+/// point and the number of each brick's main part (GyroPart) by cell. Failure is the stream's to tell.
+void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
 
 }  // namespace gyrotherm

@@ -113,7 +113,7 @@ TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
       {"UPDATE event SET utc_ns = utc_ns + 1 WHERE id = 13", "event 13"},
       {"UPDATE sample SET chain = chain + 1 WHERE slot = 3", "sample 3 of second 3"},
       {"UPDATE meta SET value = 'b' WHERE key = 'rig_text'", "the description of the run"},
-      {"UPDATE channel SET offset_k = 0 WHERE position = 0", "the description of the run"},
+      {"UPDATE channel SET offset_k = 0 WHERE name = 'A'", "the description of the run"},
       {"UPDATE segment SET rate_c_per_min = 6 WHERE position = 0", "the description of the run"},
       {"DELETE FROM list WHERE name = 'cycles'", "the description of the run"},
       {"DELETE FROM meta WHERE key = 'outcome'", "the outcome of the run"},

@@ -13,7 +13,7 @@
 #include "app/interrupt.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// What to say of a first word that is no command, or "" if it is one or there is none.
@@ -143,4 +143,4 @@ int run(Program& program, int argc, char** argv) {
   return static_cast<int>(exit_for(program.outcome.error()));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

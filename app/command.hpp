@@ -14,7 +14,7 @@ class App;
 class Option;
 }  // namespace CLI
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// The exit codes that users rely on.
 enum class Exit : int {
@@ -82,4 +82,4 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
 /// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -12,7 +12,7 @@
 #include "core/clock.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 using std::chrono::steady_clock;
@@ -111,4 +111,4 @@ ProgressSink Console::sink() {
   };
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

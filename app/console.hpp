@@ -10,7 +10,7 @@
 #include "app/outlet.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// All calls come from the main thread.
 class Console {
@@ -57,4 +57,4 @@ class Console {
   std::chrono::steady_clock::time_point stage_began_{}, last_shown_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <ctime>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr std::int64_t kOnePress = 500'000'000;  ///< ns: signals as near as that were one press of a key
@@ -78,4 +78,4 @@ void take_wake_ups() {
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

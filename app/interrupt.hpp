@@ -2,7 +2,7 @@
 /// as to stop in order; nothing is done in the signal handler itself.
 #pragma once
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// What the second signal does where the first has not ended the program, and came half a second before or earlier.
 enum class SecondInterrupt {
@@ -33,4 +33,4 @@ void forgive_hangups();
 /// Makes it wait for the next one.
 void take_wake_ups();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -1,7 +1,7 @@
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include "app/command.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 // A command is a file of app/commands that defines one of these, and its name in the list below.
 void add_qualify(Program& program);
@@ -30,11 +30,11 @@ constexpr auto kCommands = {add_qualify, add_run,       add_resume, add_status, 
                             add_verify,  add_placement, add_reduce, add_compensate, add_export_model, add_report};
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app
 
 int main(int argc, char** argv) {
-  gyrotherm::Program program(
+  gyrotherm::app::Program program(
       "gyrotherm", "gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
-  for (const auto add : gyrotherm::kCommands) add(program);
+  for (const auto add : gyrotherm::app::kCommands) add(program);
   return run(program, argc, argv);
 }

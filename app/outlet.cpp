@@ -15,7 +15,7 @@
 #include "app/interrupt.hpp"
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr auto kLongestFarewell = std::chrono::seconds(1);
@@ -163,4 +163,4 @@ std::string cut_to(const std::string& line, std::size_t width) {
   return line;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -12,7 +12,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// Calls come from one thread.
 class Outlet {
@@ -62,4 +62,4 @@ class Screen {
 /// The first characters of a line, as many as fit: one that wraps would leave its rest on the terminal.
 [[nodiscard]] std::string cut_to(const std::string& line, std::size_t width);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

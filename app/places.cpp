@@ -6,7 +6,7 @@
 
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 std::string shipped(const std::string& path) {
   for (const auto* folder : {"", GYROTHERM_INSTALLED_DATA "/", GYROTHERM_SOURCE_DATA "/"})
@@ -28,4 +28,4 @@ std::string record_named_after(const std::string& profile_name) {
   return (name.empty() ? "run" : name) + ".db";
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

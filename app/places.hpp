@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// "profiles/rigs/virtual.toml" as the user would write it if it is there, else the copy that was built or installed
 /// with the program.
@@ -13,4 +13,4 @@ namespace gyrotherm {
 /// elsewhere, hide the file or steer a terminal becomes "_".
 [[nodiscard]] std::string record_named_after(const std::string& profile_name);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -8,7 +8,7 @@
 #include "acquisition/record/chain.hpp"
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text) {
   if (text.empty()) return std::nullopt;
@@ -27,8 +27,8 @@ Result<void> check_recorded_run(Console& console, const std::string& path, bool 
     console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
     return {};
   }
-  const auto verified = verify_record(path);
-  if (verified || is_locked(verified.error())) return {};  // whoever reads it is told by whom it is held
+  const auto verified = record::verify_record(path);
+  if (verified || record::is_locked(verified.error())) return {};  // whoever reads it is told by whom it is held
   return failure(verified.error());
 }
 
@@ -36,12 +36,13 @@ void add_unverified_flag(Command& command, bool& unverified) {
   command.flag("--unverified", unverified, "take records without a look at whether they are as they were written");
 }
 
-Result<RecordedRun> load_recorded_run(Console& console, const std::string& path, const RecordedRunOptions& options) {
+Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
+                                            const RecordedRunOptions& options) {
   if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
   const auto& range = options.range;
-  auto dataset = load_dataset(path);
+  auto dataset = data::load_dataset(path);
   if (!dataset) return failure(dataset.error());
-  auto clusters = make_clusters(*dataset);
+  auto clusters = data::make_clusters(*dataset);
   if (!clusters) return failure(clusters.error());
   if (range) {
     if (range->end > clusters->start_s.size())
@@ -49,15 +50,15 @@ Result<RecordedRun> load_recorded_run(Console& console, const std::string& path,
                      fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), range->end));
     std::vector<Eigen::Index> rows(static_cast<std::size_t>(range->end - range->first));
     std::iota(rows.begin(), rows.end(), range->first);
-    *clusters = pick(*clusters, rows);
+    *clusters = data::pick(*clusters, rows);
   }
-  return RecordedRun{std::move(*dataset), std::move(*clusters)};
+  return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
 
-Result<Model> load_model(const std::string& path) {
+Result<model::Model> load_model(const std::string& path) {
   const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
-  return model_from_json(*text, path);
+  return model::model_from_json(*text, path);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

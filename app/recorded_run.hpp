@@ -11,7 +11,7 @@
 #include "app/command.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// First and one past the last cluster, of those that a record has.
 struct ClusterRange {
@@ -33,10 +33,10 @@ void add_unverified_flag(Command& command, bool& unverified);
 
 /// Fails like check_recorded_run, load_dataset and make_clusters, or with usage if the record has not that many
 /// clusters.
-[[nodiscard]] Result<RecordedRun> load_recorded_run(Console& console, const std::string& path,
-                                                    const RecordedRunOptions& options = {});
+[[nodiscard]] Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
+                                                          const RecordedRunOptions& options = {});
 
 /// Fails with bad_file.
-[[nodiscard]] Result<Model> load_model(const std::string& path);
+[[nodiscard]] Result<model::Model> load_model(const std::string& path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

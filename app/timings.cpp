@@ -5,7 +5,7 @@
 
 #include "core/json.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 double peak_memory_mb() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -43,4 +43,4 @@ std::string Timings::words() const {
   return text + fmt::format("  {:<52} {:8.0f} MB\n", "peak memory", peak_memory_mb());
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

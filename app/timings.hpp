@@ -8,7 +8,7 @@
 
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// The most that the program has held so far.
 [[nodiscard]] double peak_memory_mb();
@@ -28,4 +28,4 @@ class Timings {
   bool running_ = false;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -9,7 +9,7 @@
 #include <ctime>
 #include <fstream>
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 void print_figure(const std::string& name, std::optional<double> value, Goal goal, bool premise) {
   const bool least = goal.sense == GoalSense::at_least;
@@ -71,4 +71,4 @@ void say_progress(const std::string& text) {
   fmt::print(stderr, "[load {:.2f}] {}\n", load, text);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 enum class GoalSense { at_least, at_most };
 
@@ -40,4 +40,4 @@ void print_figure(const std::string& name, std::optional<double> value, Goal goa
 /// Says one line of progress on stderr, with the load average of the last minute.
 void say_progress(const std::string& text);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -70,6 +70,16 @@ OneOf<T> one_of(T& value, std::initializer_list<std::remove_const_t<T>> all) {
   return {value, all};
 }
 
+/// An optional time, in seconds.
+template <class T>
+struct InSeconds {
+  T& time;
+};
+template <class T>
+InSeconds<T> in_seconds(T& time) {
+  return {time};
+}
+
 /// Values under names that the file chooses, in its order: one object.
 template <class T>
 struct ByName {

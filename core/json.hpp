@@ -168,6 +168,13 @@ struct JsonValue<Celsius> {
   static void read(const JsonPlace& place, Celsius& temperature) { temperature.value = place.number(); }
 };
 
+/// A time, in whole nanoseconds.
+template <>
+struct JsonValue<Duration> {
+  static Json write(Duration time) { return time.count(); }
+  static void read(const JsonPlace& place, Duration& time) { time = Duration(place.long_integer()); }
+};
+
 /// Two ends of a range: an array of two.
 template <>
 struct JsonValue<std::pair<double, double>> {
@@ -195,6 +202,15 @@ struct JsonValue<InRange<T>> {
     read_json(place, in.value);
     const bool holds = (in.low_excluded ? in.value > in.low : in.value >= in.low) && in.value <= in.high;
     if (!holds) place.mistake(in.expected);
+  }
+};
+
+template <class T>
+struct JsonValue<InSeconds<T>> {
+  static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
+  static void read(const JsonPlace& place, const InSeconds<T>& in) {
+    in.time.reset();
+    if (!place.is_null()) in.time = from_seconds(place.number());
   }
 };
 

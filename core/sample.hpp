@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/clock.hpp"
+#include "core/form.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
@@ -39,6 +40,12 @@ struct FrameCount {
   std::uint64_t bad{};
   auto operator<=>(const FrameCount&) const = default;
 };
+
+void describe(auto& form, Like<FrameCount> auto& frames) {
+  form("seen", frames.seen);
+  form("lost", frames.lost);
+  form("bad", frames.bad);
+}
 
 /// What a controller says that it is doing.
 enum class ChamberActivity {
@@ -124,6 +131,19 @@ struct RunStanding {
   auto operator<=>(const RunStanding&) const = default;
 };
 
+[[nodiscard]] const char* name(ChamberActivity activity);
+[[nodiscard]] const char* name(Phase phase);
+[[nodiscard]] const char* name(RunState state);
+
+void describe(auto& form, Like<RunStanding> auto& standing) {
+  form("state", one_of(standing.state, kRunStates));
+  form("cause", standing.cause);
+  form("time_left_s", in_seconds(standing.time_left));
+  form("behind_plan_s", in_seconds(standing.behind_plan));
+  form("missed_set_points", standing.missed_set_points);
+  form("faults_now", standing.faults_now);
+}
+
 enum class EventKind {
   started,
   resumed,
@@ -137,6 +157,8 @@ enum class EventKind {
   state,    ///< the run's state changed, and why
   command,  ///< of an operator, with who it was
 };
+[[nodiscard]] const char* name(EventKind kind);
+
 /// What an event is about, where it is about one thing.
 struct EventSubject {
   std::string interlock{};       ///< its id
@@ -150,10 +172,5 @@ struct Event {
   std::string text;
   EventSubject about{};
 };
-
-[[nodiscard]] const char* name(ChamberActivity activity);
-[[nodiscard]] const char* name(Phase phase);
-[[nodiscard]] const char* name(RunState state);
-[[nodiscard]] const char* name(EventKind kind);
 
 }  // namespace gyrotherm

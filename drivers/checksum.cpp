@@ -3,7 +3,7 @@
 #include <functional>
 #include <numeric>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -46,4 +46,4 @@ std::uint8_t xor8(std::span<const std::byte> bytes) {
   return std::to_integer<std::uint8_t>(std::accumulate(bytes.begin(), bytes.end(), std::byte{}, std::bit_xor<>{}));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 [[nodiscard]] inline std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) {
   return std::to_integer<std::uint8_t>(bytes[at]);
@@ -33,4 +33,4 @@ struct Crc {
 /// All bytes by exclusive or.
 [[nodiscard]] std::uint8_t xor8(std::span<const std::byte> bytes);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

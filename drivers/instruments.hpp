@@ -9,7 +9,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct ChamberProgram;  // drivers/chamber/program.hpp
 
@@ -106,4 +106,4 @@ class Gyro {
   [[nodiscard]] virtual FrameCount frames() const { return {}; }
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

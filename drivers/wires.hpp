@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// By which function a unit is asked, and so which of its four tables (Modbus Application Protocol V1.1b3, section 6).
 enum class ReadFunction : std::uint8_t { coils = 1, discrete_inputs = 2, holding_registers = 3, input_registers = 4 };
@@ -58,4 +58,4 @@ class HidReports {
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> report, Duration within) = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

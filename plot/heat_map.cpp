@@ -2,7 +2,7 @@
 
 #include "plot/svg.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 constexpr double kCellWidth = 66;
@@ -58,4 +58,4 @@ std::string svg_of(const HeatMap& map) {
   return std::move(svg).finish();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 
 struct HeatMap {
   std::string title;                        ///< for screen readers
@@ -17,4 +17,4 @@ struct HeatMap {
 
 [[nodiscard]] std::string svg_of(const HeatMap& map);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 /// An edge of the grid, from a sample to its neighbour on the right (even) or below (odd).
@@ -116,4 +116,4 @@ std::vector<Isotherm> isotherms(const SampledField& field, double level) {
   return lines;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 
 /// Samples on a rectangular grid, row by row; NaN where there is no field.
 struct SampledField {
@@ -26,4 +26,4 @@ using Isotherm = std::vector<FieldPoint>;  ///< open, or closed by repeating its
 /// the mean of the four corners. Lines end at the field's edge and where it is NaN.
 [[nodiscard]] std::vector<Isotherm> isotherms(const SampledField& field, double level);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -10,7 +10,7 @@
 
 #include "plot/svg.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 /// A tick within this part of a step of the range's end counts as on it.
@@ -461,4 +461,4 @@ std::string svg_of(const Plot& plot) {
   return std::move(svg).finish();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 
 struct Range {
   double low{};
@@ -131,4 +131,4 @@ struct Plot {
 /// The figure as one SVG document. Long curves are thinned to the least and the greatest value of each pixel column.
 [[nodiscard]] std::string svg_of(const Plot& plot);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

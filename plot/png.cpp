@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -41,4 +41,4 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

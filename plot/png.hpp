@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 
 struct Rgb {
   std::uint8_t red{}, green{}, blue{};
@@ -26,4 +26,4 @@ struct Picture {
 /// The bytes in base64 (RFC 4648), as data URIs carry them.
 [[nodiscard]] std::string base64(std::string_view bytes);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -10,7 +10,7 @@
 
 #include "plot/png.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 constexpr std::array<Rgb, 5> kShades = {
@@ -246,4 +246,4 @@ void draw_simulated_tag(SvgWriter& svg, double x, double y) {
   svg.text(x, y, "SIMULATED", {.size_px = 10, .colour = colour::kSimulated, .anchor = Anchor::end, .bold = true});
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

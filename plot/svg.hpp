@@ -8,7 +8,7 @@
 
 #include "plot/png.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 
 /// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after
 /// eight.
@@ -122,4 +122,4 @@ void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, doubl
 /// The same in plain small letters that end at (x, y), where nothing covers them.
 void draw_simulated_tag(SvgWriter& svg, double x, double y);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -10,7 +10,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 template <class Vector>
@@ -24,9 +24,9 @@ std::vector<std::vector<double>> rows_of(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-std::vector<std::string> texts_of(const std::vector<Term>& terms) {
+std::vector<std::string> texts_of(const std::vector<data::Term>& terms) {
   std::vector<std::string> texts;
-  for (const Term& term : terms) texts.push_back(text(term));
+  for (const data::Term& term : terms) texts.push_back(text(term));
   return texts;
 }
 
@@ -34,13 +34,13 @@ double known_or_nan(double value) { return value > 0 ? value : kNotKnown; }
 
 /// The same made of each of the three models.
 template <class Make>
-auto per_model(const PerModel<TrainedModel>& models, Make make) {
-  return PerModel<decltype(make(models.three_point))>{make(models.three_point), make(models.multi_point),
-                                                      make(models.multi_point_t)};
+auto per_model(const model::PerModel<model::TrainedModel>& models, Make make) {
+  return model::PerModel<decltype(make(models.three_point))>{make(models.three_point), make(models.multi_point),
+                                                             make(models.multi_point_t)};
 }
 
-ReportedCorrelation correlation_of(const RecordedRun& rate, const Selection& selection) {
-  const Correlation correlation = correlate(rate.clusters, rate.dataset.gradients);
+ReportedCorrelation correlation_of(const data::RecordedRun& rate, const model::Selection& selection) {
+  const data::Correlation correlation = correlate(rate.clusters, rate.dataset.gradients);
   return {.names = correlation.names,
           .magnitude = rows_of(correlation.gradient.cwiseAbs()),
           .gradient = rows_of(correlation.gradient),
@@ -53,7 +53,7 @@ ReportedCorrelation correlation_of(const RecordedRun& rate, const Selection& sel
           .statement = selection.statement};
 }
 
-ReportedResidual residual_of(const Verification& verification) {
+ReportedResidual residual_of(const model::Verification& verification) {
   return {.all = verification.compensated,
           .ramps = verification.ramps,
           .holds = verification.holds,
@@ -64,8 +64,8 @@ ReportedResidual residual_of(const Verification& verification) {
 }
 
 /// Neighbouring clusters of one cycle.
-std::vector<ReportedCycle> cycles_of(const RecordedRun& run) {
-  const Clusters& clusters = run.clusters;
+std::vector<ReportedCycle> cycles_of(const data::RecordedRun& run) {
+  const data::Clusters& clusters = run.clusters;
   std::vector<ReportedCycle> cycles;
   int current = -1;
   for (Eigen::Index k = 0; k < clusters.cycle.size(); ++k) {
@@ -79,10 +79,10 @@ std::vector<ReportedCycle> cycles_of(const RecordedRun& run) {
   return cycles;
 }
 
-using On = Verification TrainedModel::*;
+using On = model::Verification model::TrainedModel::*;
 
-ReportedSeries series_of(const RecordedRun& run, const PerModel<TrainedModel>& models, On on) {
-  const Clusters& clusters = run.clusters;
+ReportedSeries series_of(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+  const data::Clusters& clusters = run.clusters;
   ReportedSeries series{
       .time_s = listed(clusters.start_s),
       .set_point_c = listed(clusters.set_point_c),
@@ -96,8 +96,8 @@ ReportedSeries series_of(const RecordedRun& run, const PerModel<TrainedModel>& m
   return series;
 }
 
-ReportedNoise noise_of(const RecordedRun& run, const PerModel<TrainedModel>& models, On on) {
-  const auto left_by = [&](const TrainedModel& model) -> const Eigen::VectorXd& {
+ReportedNoise noise_of(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+  const auto left_by = [&](const model::TrainedModel& model) -> const Eigen::VectorXd& {
     return (model.*on).residual_deg_per_h;
   };
   return {.holds = noise_of_holds(run.dataset),
@@ -106,21 +106,21 @@ ReportedNoise noise_of(const RecordedRun& run, const PerModel<TrainedModel>& mod
           .compensated = per_model(models, [&](const auto& m) { return allan_curve_of(left_by(m), run.clusters); })};
 }
 
-PerModel<ReportedGain> gains(const PerModel<TrainedModel>& models, On on) {
+model::PerModel<ReportedGain> gains(const model::PerModel<model::TrainedModel>& models, On on) {
   const double raw = (models.multi_point.*on).raw.std, three = (models.three_point.*on).compensated.std;
-  const auto over_three = [&](const TrainedModel& model) -> ReportedGain {
-    const Improvement gain = improvement(raw, three, (model.*on).compensated.std);
+  const auto over_three = [&](const model::TrainedModel& model) -> ReportedGain {
+    const data::Improvement gain = data::improvement(raw, three, (model.*on).compensated.std);
     return {gain.multi_point_from_original, gain.paper_ratio, gain.residual_reduction};
   };
-  const double of_three = improvement(raw, three, three).three_point_from_original;
+  const double of_three = data::improvement(raw, three, three).three_point_from_original;
   return {{.from_original = of_three}, over_three(models.multi_point), over_three(models.multi_point_t)};
 }
 
-ReportedRun run_of(const ReportSourceRun& source, const PerModel<TrainedModel>& models, On on) {
-  const RecordedRun& run = source.recorded;
-  const Verification& verification = models.multi_point.*on;
+ReportedRun run_of(const ReportSourceRun& source, const model::PerModel<model::TrainedModel>& models, On on) {
+  const data::RecordedRun& run = source.recorded;
+  const model::Verification& verification = models.multi_point.*on;
   bool in_sample = false;
-  for_each_model(models, [&](const char*, const TrainedModel& model) {
+  for_each_model(models, [&](const char*, const model::TrainedModel& model) {
     in_sample = in_sample || (model.*on).trained_on_this;
     assert((model.*on).residual_deg_per_h.size() == run.clusters.bias_deg_per_h.size());
     assert((model.*on).segments.size() == verification.segments.size());
@@ -137,15 +137,15 @@ ReportedRun run_of(const ReportSourceRun& source, const PerModel<TrainedModel>& 
           .dropped_gaps = run.clusters.dropped_gaps,
           .gaps_s = run.dataset.gaps_s,
           .raw = verification.raw,
-          .residual = per_model(models, [&](const TrainedModel& model) { return residual_of(model.*on); }),
+          .residual = per_model(models, [&](const model::TrainedModel& model) { return residual_of(model.*on); }),
           .gain = gains(models, on),
           .noise = noise_of(run, models, on),
           .series = series_of(run, models, on)};
 }
 
-ReportedModel model_of(const TrainedModel& trained) {
-  const Model& model = trained.model;
-  const auto& svr = std::get<SvrModel>(model.function);
+ReportedModel model_of(const model::TrainedModel& trained) {
+  const model::Model& model = trained.model;
+  const auto& svr = std::get<methods::SvrModel>(model.function);
   ReportedModel reported{.inputs = model.inputs,
                          .method = model.method,
                          .terms = texts_of(model.terms),
@@ -162,13 +162,13 @@ ReportedModel model_of(const TrainedModel& trained) {
                          .certified_gap = svr.relative_gap,
                          .kkt_violation = svr.kkt_violation,
                          .folds = model.folds};
-  for (const TrainingRecord& record : model.trained_on)
+  for (const model::TrainingRecord& record : model.trained_on)
     reported.trained_on.push_back({record.run_id, record.profile_name, record.simulated, record.clusters});
   return reported;
 }
 
-ReportedMethod method_of(std::string name, const TrainedModel& trained) {
-  const Model& model = trained.model;
+ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
+  const model::Model& model = trained.model;
   ReportedMethod row{.name = std::move(name),
                      .inputs = model.inputs,
                      .method = model.method,
@@ -180,25 +180,26 @@ ReportedMethod method_of(std::string name, const TrainedModel& trained) {
                      .nested = model.nested_leave_cycle_out,
                      .stored_numbers = stored_numbers(model),
                      .effective_parameters = known_or_nan(model.effective_parameters)};
-  if (const auto method = find_method(model.method)) {
+  if (const auto method = methods::find_method(model.method)) {
     row.title = (*method)->title;
     row.citation = (*method)->citation;
   }
   return row;
 }
 
-std::vector<ReportedMethod> methods_of(const Qualification& qualification) {
+std::vector<ReportedMethod> methods_of(const model::Qualification& qualification) {
   std::vector<ReportedMethod> rows;
   for_each_model(qualification.models,
-                 [&](const char* key, const TrainedModel& trained) { rows.push_back(method_of(key, trained)); });
-  for (const TrainedModel& trained : qualification.comparison.models)
+                 [&](const char* key, const model::TrainedModel& trained) { rows.push_back(method_of(key, trained)); });
+  for (const model::TrainedModel& trained : qualification.comparison.models)
     rows.push_back(method_of(fmt::format("{}-{}", trained.model.method, trained.model.inputs), trained));
   return rows;
 }
 
-void add_segments(std::vector<ReportedSegment>& all, const char* run, const PerModel<TrainedModel>& models, On on) {
+void add_segments(std::vector<ReportedSegment>& all, const char* run,
+                  const model::PerModel<model::TrainedModel>& models, On on) {
   for (std::size_t k = 0; k < (models.multi_point.*on).segments.size(); ++k) {
-    const SegmentFigures& segment = (models.multi_point.*on).segments[k];
+    const model::SegmentFigures& segment = (models.multi_point.*on).segments[k];
     all.push_back({run, segment.segment, segment.name, segment.hold, segment.start_s, segment.duration_s,
                    segment.mean_temperature_c, segment.mean_bias_deg_per_h,
                    per_model(models, [&](const auto& model) { return (model.*on).segments[k].residual; })});
@@ -214,13 +215,14 @@ std::vector<std::string> warnings_of(const ReportSource& source) {
       if (std::ranges::find(all, whole) == all.end()) all.push_back(whole);
     }
   };
-  const PerModel<TrainedModel>& models = source.qualification.models;
+  const model::PerModel<model::TrainedModel>& models = source.qualification.models;
   add("", source.qualification.comparison.warnings);
   if (source.rate.recorded.dataset.three_point_stand_in)
     add("", {"three-point: the record names no shell thermometer; a stand-in is used"});
-  for_each_model(models, [&](const char*, const TrainedModel& m) { add(m.model.inputs, m.model.warnings); });
-  for (const auto& [run, on] : {std::pair{"rate", &TrainedModel::rate}, {"random", &TrainedModel::random}})
-    for_each_model(models, [&](const char*, const TrainedModel& m) {
+  for_each_model(models, [&](const char*, const model::TrainedModel& m) { add(m.model.inputs, m.model.warnings); });
+  for (const auto& [run, on] :
+       {std::pair{"rate", &model::TrainedModel::rate}, {"random", &model::TrainedModel::random}})
+    for_each_model(models, [&](const char*, const model::TrainedModel& m) {
       add(m.model.inputs + " on the " + run + " run", (m.*on).warnings);
     });
   return all;
@@ -229,17 +231,17 @@ std::vector<std::string> warnings_of(const ReportSource& source) {
 }  // namespace
 
 Report make_report(const ReportSource& source) {
-  const PerModel<TrainedModel>& models = source.qualification.models;
-  const RecordedRun &rate = source.rate.recorded, &random = source.random.recorded;
-  const Model& multi_point = models.multi_point.model;
+  const model::PerModel<model::TrainedModel>& models = source.qualification.models;
+  const data::RecordedRun &rate = source.rate.recorded, &random = source.random.recorded;
+  const model::Model& multi_point = models.multi_point.model;
   Report report{
       .rig = source.rig,
       .quick = multi_point.quick,
       .accept = {},
       .cluster_length_s = rate.clusters.length_s,
       .correlation = correlation_of(rate, multi_point.selection),
-      .rate = run_of(source.rate, models, &TrainedModel::rate),
-      .random = run_of(source.random, models, &TrainedModel::random),
+      .rate = run_of(source.rate, models, &model::TrainedModel::rate),
+      .random = run_of(source.random, models, &model::TrainedModel::random),
       .folds = multi_point.folds,
       .leave_cycle_out = per_model(models, [](const auto& m) { return m.model.leave_cycle_out; }),
       .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
@@ -250,9 +252,9 @@ Report make_report(const ReportSource& source) {
       .program_version = source.program_version,
       .seed = source.seed};
   report.rig.is_virtual = report.rig.is_virtual || rate.dataset.simulated || random.dataset.simulated;
-  add_segments(report.segments, "rate", models, &TrainedModel::rate);
-  add_segments(report.segments, "random", models, &TrainedModel::random);
+  add_segments(report.segments, "rate", models, &model::TrainedModel::rate);
+  add_segments(report.segments, "random", models, &model::TrainedModel::random);
   return report;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -8,11 +8,11 @@
 #include "analysis/model/qualification.hpp"
 #include "report/report.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 /// A record of the experiment, and what it is known by.
 struct ReportSourceRun {
-  const RecordedRun& recorded;
+  const data::RecordedRun& recorded;
   std::string record_sha256;
   std::string profile_sha256;
 };
@@ -20,7 +20,7 @@ struct ReportSourceRun {
 struct ReportSource {
   ReportedRig rig;
   ReportSourceRun rate, random;
-  const Qualification& qualification;  ///< of exactly these records; its three models are SVRs
+  const model::Qualification& qualification;  ///< of exactly these records; its three models are SVRs
   std::string program_version;
   std::uint64_t seed{};
 };
@@ -28,4 +28,4 @@ struct ReportSource {
 /// The report without limits. Asserts that models are SVRs, and that verifications fit their clusters.
 [[nodiscard]] Report make_report(const ReportSource& source);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -9,28 +9,28 @@
 #include "plot/svg.hpp"
 #include "report/views.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 constexpr const char* kBiasTitle = "Bias, °/h";
 constexpr const char* kErrorTitle = "Residual, °/h";
 
-AxisStyle time_axis() { return {.title = "Time since the start of the run, h"}; }
+plot::AxisStyle time_axis() { return {.title = "Time since the start of the run, h"}; }
 
-std::vector<Stretch> cycle_stretches(const ReportedRun& run) {
-  std::vector<Stretch> all;
+std::vector<plot::Stretch> cycle_stretches(const ReportedRun& run) {
+  std::vector<plot::Stretch> all;
   for (const auto& cycle : run.series.cycles)
     all.push_back({cycle.name, {cycle.start_s / kSecondsPerHour, cycle.end_s / kSecondsPerHour}});
   return all;
 }
 
-Curve over_time(const ReportedRun& run, const std::vector<double>& values, const char* name, const char* colour) {
-  Curve curve{.name = name, .colour = colour, .x = run.series.time_s, .y = values};
+plot::Curve over_time(const ReportedRun& run, const std::vector<double>& values, const char* name, const char* colour) {
+  plot::Curve curve{.name = name, .colour = colour, .x = run.series.time_s, .y = values};
   for (double& x : curve.x) x /= kSecondsPerHour;
   return curve;
 }
 
-Plot time_plot(const Report& report, const ReportedRun& run, const std::string& id, const std::string& title) {
+plot::Plot time_plot(const Report& report, const ReportedRun& run, const std::string& id, const std::string& title) {
   return {.id = id,
           .title = title,
           .x = time_axis(),
@@ -38,8 +38,8 @@ Plot time_plot(const Report& report, const ReportedRun& run, const std::string& 
           .simulated = report.rig.is_virtual};
 }
 
-Panel panel(std::string title, const char* left_title, std::vector<Curve> curves, double height_px) {
-  Panel made;
+plot::Panel panel(std::string title, const char* left_title, std::vector<plot::Curve> curves, double height_px) {
+  plot::Panel made;
   made.title = std::move(title);
   made.left.title = left_title;
   made.curves = std::move(curves);
@@ -47,7 +47,7 @@ Panel panel(std::string title, const char* left_title, std::vector<Curve> curves
   return made;
 }
 
-std::vector<Band> floor_band(const ReportedRun& run) {
+std::vector<plot::Band> floor_band(const ReportedRun& run) {
   const double floor = run.floor.deg_per_h;
   if (!std::isfinite(floor)) return {};
   return {{"± noise floor", {-floor, floor}}};
@@ -60,9 +60,9 @@ struct Drawn {
   const std::vector<double>& residual;
 };
 
-Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn& drawn, std::optional<Range> range,
-                  double height_px) {
-  Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+plot::Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn& drawn,
+                        std::optional<plot::Range> range, double height_px) {
+  plot::Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
@@ -71,11 +71,11 @@ Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn&
 ReportFigure before_and_after(const Report& report, const Drawn& drawn, const std::string& id,
                               const std::string& heading) {
   const ReportedRun& run = report.rate;
-  Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
-  Panel both = panel("(a) Before and after", kBiasTitle,
-                     {over_time(run, run.series.raw, "before", colour::kRaw),
-                      over_time(run, drawn.residual, drawn.name, drawn.colour)},
-                     210);
+  plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
+  plot::Panel both = panel("(a) Before and after", kBiasTitle,
+                           {over_time(run, run.series.raw, "before", plot::colour::kRaw),
+                            over_time(run, drawn.residual, drawn.name, drawn.colour)},
+                           210);
   plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
@@ -85,28 +85,29 @@ ReportFigure before_and_after(const Report& report, const Drawn& drawn, const st
 
 constexpr std::size_t kMarkers = 4;
 
-Curve correlation_curve(const ReportedCorrelation& correlation, std::size_t row) {
-  Curve curve{.name = correlation.names[row], .colour = palette(row), .width_px = 1.4};
+plot::Curve correlation_curve(const ReportedCorrelation& correlation, std::size_t row) {
+  plot::Curve curve{.name = correlation.names[row], .colour = plot::palette(row), .width_px = 1.4};
   for (std::size_t column = 0; column < correlation.names.size(); ++column) {
     if (column == row) continue;
     curve.x.push_back(static_cast<double>(column));
     curve.y.push_back(correlation.magnitude[row][column]);
   }
-  curve.marker = static_cast<Marker>(1 + row % kMarkers);
+  curve.marker = static_cast<plot::Marker>(1 + row % kMarkers);
   curve.hollow = row >= kMarkers;
   return curve;
 }
 
 /// The decade of tenths in which the threshold lies, up to 1.
-Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
+plot::Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
 
 std::vector<double> roots(std::vector<double> squares) {
   for (double& value : squares) value = std::sqrt(value);
   return squares;
 }
 
-Curve history_curve(const ReportedModel& model, const char* name, const char* colour) {
-  Curve curve{.name = name, .colour = colour, .y = roots(model.tuning.swarm.history), .width_px = 1.6, .steps = true};
+plot::Curve history_curve(const ReportedModel& model, const char* name, const char* colour) {
+  plot::Curve curve{
+      .name = name, .colour = colour, .y = roots(model.tuning.swarm.history), .width_px = 1.6, .steps = true};
   for (std::size_t k = 0; k < model.tuning.swarm.history.size(); ++k) curve.x.push_back(static_cast<double>(k));
   return curve;
 }
@@ -114,31 +115,32 @@ Curve history_curve(const ReportedModel& model, const char* name, const char* co
 ReportFigure temperature_figure(const Report& report, const ReportedRun& run, const std::string& id,
                                 const std::string& heading) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
-  Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
-  Curve bias = over_time(run, run.series.raw, "bias", colour::kBias);
-  bias.side = Side::right;
-  Curve set_point = over_time(run, run.series.set_point_c, "set point", colour::kSetPoint);
+  plot::Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
+  plot::Curve bias = over_time(run, run.series.raw, "bias", plot::colour::kBias);
+  bias.side = plot::Side::right;
+  plot::Curve set_point = over_time(run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
-  Panel only = panel("", "Temperature, °C",
-                     {bias, set_point, over_time(run, first, block_name.c_str(), colour::kTemperature)}, 270);
-  only.left.colour = colour::kTemperature;
-  only.right = AxisStyle{.title = kBiasTitle, .colour = colour::kBias};
+  plot::Panel only =
+      panel("", "Temperature, °C",
+            {bias, set_point, over_time(run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
+  only.left.colour = plot::colour::kTemperature;
+  only.right = plot::AxisStyle{.title = kBiasTitle, .colour = plot::colour::kBias};
   plot.panels = {only};
   return {id, heading,
           fmt::format("Chamber set point, block temperature (thermometer {}) and bias in the {} run; means over {} s.",
-                      first_name, run.profile, decimal(report.cluster_length_s, 0)),
+                      first_name, run.profile, plot::decimal(report.cluster_length_s, 0)),
           svg_of(plot)};
 }
 
 ReportFigure correlation_array(const Report& report) {
   const ReportedCorrelation& correlation = report.correlation;
-  const HeatMap map{.title = "Correlation of the bias with every temperature gradient",
-                    .names = correlation.names,
-                    .values = correlation.magnitude,
-                    .threshold = correlation.threshold,
-                    .caption = fmt::format("|r|; framed: above {}", decimal(correlation.threshold, 2)),
-                    .simulated = report.rig.is_virtual};
+  const plot::HeatMap map{.title = "Correlation of the bias with every temperature gradient",
+                          .names = correlation.names,
+                          .values = correlation.magnitude,
+                          .threshold = correlation.threshold,
+                          .caption = fmt::format("|r|; framed: above {}", plot::decimal(correlation.threshold, 2)),
+                          .simulated = report.rig.is_virtual};
   return {"table-3", "Table 3",
           "Correlation coefficients |r| between the bias and the temperature gradient array, on the training clusters "
           "alone. "
@@ -148,22 +150,22 @@ ReportFigure correlation_array(const Report& report) {
 
 ReportFigure correlation_curves(const Report& report) {
   const ReportedCorrelation& correlation = report.correlation;
-  const Rule threshold{"threshold " + decimal(correlation.threshold, 2), correlation.threshold};
-  Panel whole = panel("(a)", "|r|", {}, 200), enlarged = panel("(b) Enlarged", "|r|", {}, 170);
+  const plot::Rule threshold{"threshold " + plot::decimal(correlation.threshold, 2), correlation.threshold};
+  plot::Panel whole = panel("(a)", "|r|", {}, 200), enlarged = panel("(b) Enlarged", "|r|", {}, 170);
   for (std::size_t row = 0; row < correlation.names.size(); ++row) {
     whole.curves.push_back(correlation_curve(correlation, row));
     enlarged.curves.push_back(whole.curves.back());
     enlarged.curves.back().name.clear();
   }
-  whole.left.range = Range{0, 1};
+  whole.left.range = plot::Range{0, 1};
   enlarged.left.range = enlarged_range(correlation.threshold);
   whole.rules = {{"", threshold.value}};
   enlarged.rules = {threshold};
-  const Plot plot{.id = "figure-5",
-                  .title = "Correlation of the bias with the gradients of each thermometer",
-                  .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
-                  .panels = {whole, enlarged},
-                  .simulated = report.rig.is_virtual};
+  const plot::Plot plot{.id = "figure-5",
+                        .title = "Correlation of the bias with the gradients of each thermometer",
+                        .x = {.title = "Second thermometer of the gradient", .categories = correlation.names},
+                        .panels = {whole, enlarged},
+                        .simulated = report.rig.is_virtual};
   return {plot.id, "Figure 5",
           "The array of Table 3 as one curve per thermometer: (a) whole, (b) enlarged about the threshold.",
           svg_of(plot)};
@@ -171,23 +173,26 @@ ReportFigure correlation_curves(const Report& report) {
 
 std::vector<ReportFigure> rate_figures(const Report& report) {
   const auto& residual = report.rate.series.residual;
-  return {before_and_after(report, {"three-point", colour::kThreePoint, residual.three_point}, "figure-6", "Figure 6"),
-          before_and_after(report, {"multi-point", colour::kMultiPoint, residual.multi_point}, "figure-7", "Figure 7"),
-          before_and_after(report, {"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t},
+  return {before_and_after(report, {"three-point", plot::colour::kThreePoint, residual.three_point}, "figure-6",
+                           "Figure 6"),
+          before_and_after(report, {"multi-point", plot::colour::kMultiPoint, residual.multi_point}, "figure-7",
+                           "Figure 7"),
+          before_and_after(report, {"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t},
                            "figure-7-with-temperature", "Figure 7, with temperature")};
 }
 
 ReportFigure random_figure(const Report& report) {
   const ReportedRun& run = report.random;
   const auto& residual = run.series.residual;
-  const Drawn three{"three-point", colour::kThreePoint, residual.three_point};
-  const Drawn multi{"multi-point", colour::kMultiPoint, residual.multi_point};
-  const Drawn multi_t{"multi-point with temperature", colour::kMultiPointT, residual.multi_point_t};
-  Range range = joined(joined(range_of(three.residual), range_of(multi.residual)), range_of(multi_t.residual));
+  const Drawn three{"three-point", plot::colour::kThreePoint, residual.three_point};
+  const Drawn multi{"multi-point", plot::colour::kMultiPoint, residual.multi_point};
+  const Drawn multi_t{"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t};
+  plot::Range range = plot::joined(plot::joined(plot::range_of(three.residual), plot::range_of(multi.residual)),
+                                   plot::range_of(multi_t.residual));
   range = rounded_out(range, 3);
-  Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
+  plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {panel("(a) Before and after", kBiasTitle,
-                       {over_time(run, run.series.raw, "before", colour::kRaw),
+                       {over_time(run, run.series.raw, "before", plot::colour::kRaw),
                         over_time(run, multi.residual, multi.name, multi.colour),
                         over_time(run, multi_t.residual, multi_t.name, multi_t.colour)},
                        210),
@@ -203,22 +208,23 @@ ReportFigure random_figure(const Report& report) {
 
 ReportFigure tuning_figure(const Report& report) {
   const auto& models = report.models;
-  Plot plot{.id = "tuning",
-            .title = "Best fitness of the swarm over its iterations",
-            .x = {.title = "Iteration (0: the initial swarm)"},
-            .simulated = report.rig.is_virtual};
-  plot.panels = {panel("", "RMSE on held-out cycles, °/h",
-                       {history_curve(models.three_point, "three-point", colour::kThreePoint),
-                        history_curve(models.multi_point, "multi-point", colour::kMultiPoint),
-                        history_curve(models.multi_point_t, "multi-point with temperature", colour::kMultiPointT)},
-                       210)};
+  plot::Plot plot{.id = "tuning",
+                  .title = "Best fitness of the swarm over its iterations",
+                  .x = {.title = "Iteration (0: the initial swarm)"},
+                  .simulated = report.rig.is_virtual};
+  plot.panels = {
+      panel("", "RMSE on held-out cycles, °/h",
+            {history_curve(models.three_point, "three-point", plot::colour::kThreePoint),
+             history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
+             history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
+            210)};
   return {plot.id, "Tuning",
           "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
 }
 
-Curve curve_of(const AllanCurve& points, const char* name, const char* colour) {
-  Curve curve{.name = name, .colour = colour};
-  for (const AllanPoint& point : points) {
+plot::Curve curve_of(const data::AllanCurve& points, const char* name, const char* colour) {
+  plot::Curve curve{.name = name, .colour = colour};
+  for (const data::AllanPoint& point : points) {
     curve.x.push_back(point.tau_s);
     curve.y.push_back(point.deviation_deg_per_h);
   }
@@ -226,61 +232,62 @@ Curve curve_of(const AllanCurve& points, const char* name, const char* colour) {
 }
 
 /// Markers and error bars, without a line between them.
-Curve measured(const AllanCurve& points, const char* name, const char* colour) {
-  Curve curve = curve_of(points, name, colour);
-  for (const AllanPoint& point : points) curve.error.push_back(point.error_deg_per_h);
-  curve.marker = Marker::circle;
+plot::Curve measured(const data::AllanCurve& points, const char* name, const char* colour) {
+  plot::Curve curve = curve_of(points, name, colour);
+  for (const data::AllanPoint& point : points) curve.error.push_back(point.error_deg_per_h);
+  curve.marker = plot::Marker::circle;
   curve.line = false;
   return curve;
 }
 
 /// σ of one term over the span of the points.
-Curve term_line(const NoiseCoefficient& noise, const AllanCurve& points) {
-  Curve line{.name = {}, .colour = colour::kFaintInk, .dashed = true};
-  for (const AllanPoint& point : points) {
+plot::Curve term_line(const data::NoiseCoefficient& noise, const data::AllanCurve& points) {
+  plot::Curve line{.name = {}, .colour = plot::colour::kFaintInk, .dashed = true};
+  for (const data::AllanPoint& point : points) {
     line.x.push_back(point.tau_s);
     line.y.push_back(deviation_of(noise, point.tau_s));
   }
   return line;
 }
 
-Curve fit_line(const HoldNoise& holds) {
-  Curve line = curve_of(holds.curve, "fit", colour::kInk);
+plot::Curve fit_line(const data::HoldNoise& holds) {
+  plot::Curve line = curve_of(holds.curve, "fit", plot::colour::kInk);
   line.y = fitted_deg_per_h(holds);
   line.width_px = 1.4;
   return line;
 }
 
 /// All but the lines of single terms, which may leave the panel.
-Range range_of_points(const std::vector<Curve>& curves) {
+plot::Range range_of_points(const std::vector<plot::Curve>& curves) {
   std::vector<double> ends;
-  for (const Curve& curve : curves) {
+  for (const plot::Curve& curve : curves) {
     for (std::size_t k = 0; k < curve.y.size(); ++k) {
       const double error = curve.error.empty() ? 0 : curve.error[k];
       ends.insert(ends.end(), {curve.y[k], curve.y[k] + error});
     }
   }
-  return logarithmically_rounded_out(positive_range_of(ends));
+  return plot::logarithmically_rounded_out(plot::positive_range_of(ends));
 }
 
-Panel panel_of(const ReportedRun& run, const std::string& title) {
-  Panel panel;
+plot::Panel panel_of(const ReportedRun& run, const std::string& title) {
+  plot::Panel panel;
   panel.title = title;
   panel.left = {.title = "Allan deviation, °/h", .logarithmic = true};
   panel.height_px = 210;
-  const HoldNoise& holds = run.noise.compensated_holds;
-  Curve raw = curve_of(run.noise.raw, "run, raw", colour::kRaw);
-  raw.marker = Marker::square;
+  const data::HoldNoise& holds = run.noise.compensated_holds;
+  plot::Curve raw = curve_of(run.noise.raw, "run, raw", plot::colour::kRaw);
+  raw.marker = plot::Marker::square;
   raw.hollow = true;
-  Curve compensated = curve_of(run.noise.compensated.multi_point_t, "run, compensated", colour::kMultiPointT);
-  compensated.marker = Marker::diamond;
-  Curve raw_holds = measured(run.noise.holds.curve, "holds, raw", colour::kThreePoint);
+  plot::Curve compensated =
+      curve_of(run.noise.compensated.multi_point_t, "run, compensated", plot::colour::kMultiPointT);
+  compensated.marker = plot::Marker::diamond;
+  plot::Curve raw_holds = measured(run.noise.holds.curve, "holds, raw", plot::colour::kThreePoint);
   raw_holds.hollow = true;
   panel.curves = {std::move(raw), std::move(compensated), std::move(raw_holds), fit_line(holds),
-                  measured(holds.curve, "holds, compensated", colour::kTemperature)};
+                  measured(holds.curve, "holds, compensated", plot::colour::kTemperature)};
   panel.left.range = range_of_points(panel.curves);
   bool named = false;
-  for (const NoiseCoefficient& noise : holds.fit.coefficients) {
+  for (const data::NoiseCoefficient& noise : holds.fit.coefficients) {
     if (!noise.seen) continue;
     panel.curves.push_back(term_line(noise, holds.curve));
     panel.curves.back().name = named ? "" : "its terms";
@@ -290,11 +297,11 @@ Panel panel_of(const ReportedRun& run, const std::string& title) {
 }
 
 ReportFigure allan_figure(const Report& report) {
-  const Plot plot{.id = "allan",
-                  .title = "Allan deviation of the holds and of the whole runs",
-                  .x = {.title = "Averaging time τ, s", .logarithmic = true},
-                  .panels = {panel_of(report.rate, "(a) rate"), panel_of(report.random, "(b) random")},
-                  .simulated = report.rig.is_virtual};
+  const plot::Plot plot{.id = "allan",
+                        .title = "Allan deviation of the holds and of the whole runs",
+                        .x = {.title = "Averaging time τ, s", .logarithmic = true},
+                        .panels = {panel_of(report.rate, "(a) rate"), panel_of(report.random, "(b) random")},
+                        .simulated = report.rig.is_virtual};
   return {
       plot.id, "Allan deviation",
       "Overlapping Allan deviation. Circles: the last hour of the holds with standard errors, hollow raw, full after "
@@ -316,4 +323,4 @@ std::vector<ReportFigure> all_figures(const Report& report) {
   return all;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -12,7 +12,7 @@
 #include "report/style_sheet.hpp"
 #include "report/views.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 /// Cells are HTML already: text that comes from data must have passed escaped().
@@ -44,7 +44,7 @@ std::string html_of(const HtmlTable& table) {
 }
 
 template <class T, class Cell>
-std::vector<std::string> cells(std::string head, const PerModel<T>& of, Cell cell) {
+std::vector<std::string> cells(std::string head, const model::PerModel<T>& of, Cell cell) {
   return {std::move(head), cell(of.three_point), cell(of.multi_point), cell(of.multi_point_t)};
 }
 
@@ -54,7 +54,7 @@ std::vector<std::string> model_header(std::string head) {
 
 std::string joined_text(const std::vector<std::string>& texts) {
   std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + escaped(text);
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + plot::escaped(text);
   return all;
 }
 
@@ -64,7 +64,7 @@ std::string key_figure(const std::string& label, double deg_per_h, const char* s
   return fmt::format(
       "<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">°/h</span>"
       "<span class=\"label\">{}</span></div>\n",
-      style, bias_text(deg_per_h), label);
+      style, plot::bias_text(deg_per_h), label);
 }
 
 std::string key_figures(const ReportedRun& run) {
@@ -74,7 +74,7 @@ std::string key_figures(const ReportedRun& run) {
          key_figure("multi-point", residual.multi_point.all.std) +
          key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
          key_figure("noise floor of the record", run.floor.deg_per_h) + "</div>\n" +
-         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", escaped(run.profile),
+         fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", plot::escaped(run.profile),
                      standing(run));
 }
 
@@ -89,29 +89,31 @@ std::string summary_words(const Report& report) {
       "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
       "{}&nbsp;°/h. "
       "The noise floor of the same record, below which no compensation can honestly go, is {}&nbsp;°/h.",
-      escaped(rate.profile), bias_text(rate.raw.std), rate.clusters, decimal(report.cluster_length_s, 0),
-      escaped(random.profile), bias_text(random.raw.std), random.clusters,
-      bias_text(random.residual.multi_point_t.all.std), percent(random.gain.multi_point_t.from_original),
-      percent(random.gain.multi_point_t.residual_reduction), bias_text(random.residual.three_point.all.std),
-      bias_text(random.residual.multi_point.all.std), bias_text(random.floor.deg_per_h));
+      plot::escaped(rate.profile), plot::bias_text(rate.raw.std), rate.clusters,
+      plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::bias_text(random.raw.std),
+      random.clusters, plot::bias_text(random.residual.multi_point_t.all.std),
+      plot::percent(random.gain.multi_point_t.from_original),
+      plot::percent(random.gain.multi_point_t.residual_reduction), plot::bias_text(random.residual.three_point.all.std),
+      plot::bias_text(random.residual.multi_point.all.std), plot::bias_text(random.floor.deg_per_h));
 }
 
 std::string verdict_table(const Report& report) {
   if (report.accept.empty()) return "<p class=\"note\">The profiles set no limit; no verdict is given.</p>\n";
   HtmlTable table{.header = {"Figure held against a limit", "Value, °/h", "Limit, °/h", "Verdict"}};
   for (const AcceptedLimit& limit : report.accept) {
-    table.rows.push_back({"<code>" + escaped(limit.figure) + "</code>", bias_text(limit.value), bias_text(limit.limit),
+    table.rows.push_back({"<code>" + plot::escaped(limit.figure) + "</code>", plot::bias_text(limit.value),
+                          plot::bias_text(limit.limit),
                           limit.passed ? "<b class=\"pass\">PASS</b>" : "<b class=\"fail\">FAIL</b>"});
   }
   return html_of(table);
 }
 
 std::string run_row(const ReportedRun& run) {
-  std::string text = fmt::format("{} · {} means", escaped(run.profile), run.clusters);
+  std::string text = fmt::format("{} · {} means", plot::escaped(run.profile), run.clusters);
   if (!run.gaps_s.empty()) text += fmt::format(" · {} gaps", run.gaps_s.size());
   if (run.dropped_gaps > 0) text += fmt::format(" · {} means dropped at gaps", run.dropped_gaps);
   if (run.dropped_rest > 0) text += fmt::format(" · last {} samples not a whole mean", run.dropped_rest);
-  return text + " · run <code>" + escaped(run.run_id.substr(0, 12)) + "</code>";
+  return text + " · run <code>" + plot::escaped(run.run_id.substr(0, 12)) + "</code>";
 }
 
 std::string definition(const std::string& term, const std::string& html) {
@@ -119,20 +121,20 @@ std::string definition(const std::string& term, const std::string& html) {
 }
 
 std::string bounds_text(const char* symbol, std::pair<double, double> log2_bounds) {
-  const auto end = [](double value) { return decimal(value, value == std::round(value) ? 0 : 1); };
+  const auto end = [](double value) { return plot::decimal(value, value == std::round(value) ? 0 : 1); };
   return fmt::format("log<sub>2</sub>&nbsp;{}&nbsp;∈&nbsp;[{},&nbsp;{}]", symbol, end(log2_bounds.first),
                      end(log2_bounds.second));
 }
 
 std::string identity_section(const Report& report) {
   return "<dl class=\"identity\">\n" +
-         definition("Rig", escaped(report.rig.title) + " <code>" + escaped(report.rig.name) + "</code>" +
+         definition("Rig", plot::escaped(report.rig.title) + " <code>" + plot::escaped(report.rig.name) + "</code>" +
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
-         definition("Gyro", escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
+         definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
          definition("Verification", run_row(report.random)) +
-         definition("Zero of the bias", escaped(report.rate.bias_zero)) +
+         definition("Zero of the bias", plot::escaped(report.rate.bias_zero)) +
          definition("Program",
-                    "gyrotherm " + escaped(report.program_version) + ", seed " + std::to_string(report.seed)) +
+                    "gyrotherm " + plot::escaped(report.program_version) + ", seed " + std::to_string(report.seed)) +
          "</dl>\n";
 }
 
@@ -154,14 +156,14 @@ std::string selection_section(const Report& report) {
                   .header = {""},
                   .rows = {{"temperature"}, {"rate of change"}}};
   for (std::size_t k = 0; k < correlation.names.size(); ++k) {
-    table.header.push_back(escaped(correlation.names[k]));
-    table.rows[0].push_back(decimal(std::abs(correlation.temperature[k]), 3));
-    table.rows[1].push_back(decimal(std::abs(correlation.rate[k]), 3));
+    table.header.push_back(plot::escaped(correlation.names[k]));
+    table.rows[0].push_back(plot::decimal(std::abs(correlation.temperature[k]), 3));
+    table.rows[1].push_back(plot::decimal(std::abs(correlation.rate[k]), 3));
   }
   return paragraph(fmt::format("Selected: {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
                                correlation.rank, correlation.fallback ? ", by the stated fallback" : "",
                                joined_text(correlation.selected_pairs))) +
-         (correlation.statement.empty() ? "" : "<p class=\"note\">" + escaped(correlation.statement) + "</p>\n") +
+         (correlation.statement.empty() ? "" : "<p class=\"note\">" + plot::escaped(correlation.statement) + "</p>\n") +
          html_of(table);
 }
 
@@ -184,39 +186,39 @@ std::string models_section(const Report& report) {
       .caption = "The models, their tuning and their certificates", .header = model_header(""), .style = "even"};
   table.rows = {
       row("Inputs", [](const ReportedModel& m) { return fmt::format("{} (rank {})", m.terms.size(), m.rank); }),
-      row("Trained on", [](const ReportedModel& m) { return escaped(records_of(m)); }),
+      row("Trained on", [](const ReportedModel& m) { return plot::escaped(records_of(m)); }),
       row("Training means", [](const ReportedModel& m) { return std::to_string(clusters_of(m)); }),
-      row("Effective parameters", [](const ReportedModel& m) { return decimal(m.effective_parameters, 0); }),
+      row("Effective parameters", [](const ReportedModel& m) { return plot::decimal(m.effective_parameters, 0); }),
       row("Numbers stored", [](const ReportedModel& m) { return std::to_string(m.stored_numbers); }),
-      row("C", [](const ReportedModel& m) { return significant(m.parameters.C); }),
-      row("σ", [](const ReportedModel& m) { return significant(m.parameters.sigma); }),
+      row("C", [](const ReportedModel& m) { return plot::significant(m.parameters.C); }),
+      row("σ", [](const ReportedModel& m) { return plot::significant(m.parameters.sigma); }),
       row("ε (in °/h)",
           [](const ReportedModel& m) {
-            return significant(m.parameters.epsilon) + " (" + decimal(m.epsilon_deg_per_h, 5) + ")";
+            return plot::significant(m.parameters.epsilon) + " (" + plot::decimal(m.epsilon_deg_per_h, 5) + ")";
           }),
       row("Support vectors", [](const ReportedModel& m) { return std::to_string(m.support_vectors); }),
-      row("Certified duality gap", [](const ReportedModel& m) { return significant(m.certified_gap); }),
-      row("KKT violation", [](const ReportedModel& m) { return significant(m.kkt_violation); }),
+      row("Certified duality gap", [](const ReportedModel& m) { return plot::significant(m.certified_gap); }),
+      row("KKT violation", [](const ReportedModel& m) { return plot::significant(m.kkt_violation); }),
       row("Swarm",
           [](const ReportedModel& m) {
             return fmt::format("{} particles, seed {}", m.options.swarm.particles, m.options.swarm.seed);
           }),
       row("Iterations (evaluations)",
           [](const ReportedModel& m) {
-            const SwarmSummary& swarm = m.tuning.swarm;
+            const svm::SwarmSummary& swarm = m.tuning.swarm;
             return fmt::format("{} of {} ({})", swarm.history.empty() ? 0 : swarm.history.size() - 1,
                                m.options.swarm.iterations, swarm.evaluations);
           }),
-      row("End of the search", [](const ReportedModel& m) { return escaped(name(m.tuning.swarm.end)); })};
+      row("End of the search", [](const ReportedModel& m) { return plot::escaped(name(m.tuning.swarm.end)); })};
   const ReportedModel& m = report.models.multi_point;
-  const TuningOptions& bounds = m.options;
+  const svm::TuningOptions& bounds = m.options;
   return html_of(table) +
          fmt::format(
              "<p class=\"note\">C and ε are in units of the training STD of the bias, σ in units of standardised "
              "inputs. "
              "Searched: {}, {}, {}.</p>\n",
              bounds_text("C", bounds.log2_c), bounds_text("σ", bounds.log2_sigma),
-             bounds.fixed_epsilon > 0 ? "ε fixed at " + significant(bounds.fixed_epsilon)
+             bounds.fixed_epsilon > 0 ? "ε fixed at " + plot::significant(bounds.fixed_epsilon)
                                       : bounds_text("ε", bounds.log2_epsilon)) +
          "<p class=\"note\">Inputs of multi-point: " + joined_text(m.terms) +
          ". Inputs of three-point: " + joined_text(report.models.three_point.terms) + ".</p>\n";
@@ -225,7 +227,7 @@ std::string models_section(const Report& report) {
 std::string warnings_section(const Report& report) {
   if (report.warnings.empty()) return "<p>None.</p>\n";
   std::string html = "<ul class=\"warnings\">\n";
-  for (const std::string& warning : report.warnings) html += "<li>" + escaped(warning) + "</li>\n";
+  for (const std::string& warning : report.warnings) html += "<li>" + plot::escaped(warning) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -236,10 +238,11 @@ std::string segments_table(const Report& report) {
                   .text_columns = 3,
                   .style = "small"};
   for (const ReportedSegment& s : report.segments) {
-    table.rows.push_back({escaped(s.run), escaped(s.name), s.hold ? "hold" : "ramp", hours_text(s.start_s),
-                          hours_text(s.duration_s), decimal(s.mean_temperature_c, 2), bias_text(s.mean_bias_deg_per_h),
-                          bias_text(s.residual.three_point.std), bias_text(s.residual.multi_point.std),
-                          bias_text(s.residual.multi_point_t.std)});
+    table.rows.push_back({plot::escaped(s.run), plot::escaped(s.name), s.hold ? "hold" : "ramp",
+                          plot::hours_text(s.start_s), plot::hours_text(s.duration_s),
+                          plot::decimal(s.mean_temperature_c, 2), plot::bias_text(s.mean_bias_deg_per_h),
+                          plot::bias_text(s.residual.three_point.std), plot::bias_text(s.residual.multi_point.std),
+                          plot::bias_text(s.residual.multi_point_t.std)});
   }
   return html_of(table);
 }
@@ -248,76 +251,76 @@ std::string thermometers_section(const Report& report) {
   if (report.rig.thermometers.empty()) return {};
   HtmlTable table{.header = {"Channel", "Instrument", "Calibration"}, .text_columns = 3, .style = "small"};
   for (const ReportedThermometer& one : report.rig.thermometers)
-    table.rows.push_back({escaped(one.channel), escaped(one.instrument), escaped(one.calibration)});
+    table.rows.push_back({plot::escaped(one.channel), plot::escaped(one.instrument), plot::escaped(one.calibration)});
   return html_of(table);
 }
 
 std::string provenance_section(const Report& report) {
-  const auto code = [](const std::string& text) { return "<code>" + escaped(text) + "</code>"; };
+  const auto code = [](const std::string& text) { return "<code>" + plot::escaped(text) + "</code>"; };
   HtmlTable table{.header = {"What", "Name", "SHA-256"}, .text_columns = 3, .style = "small"};
   table.rows = {{"Rate record", code(report.rate.run_id), code(report.rate.record_sha256)},
-                {"Rate profile", escaped(report.rate.profile), code(report.rate.profile_sha256)},
+                {"Rate profile", plot::escaped(report.rate.profile), code(report.rate.profile_sha256)},
                 {"Random record", code(report.random.run_id), code(report.random.record_sha256)},
-                {"Random profile", escaped(report.random.profile), code(report.random.profile_sha256)},
-                {"Rig", escaped(report.rig.name), code(report.rig.sha256)}};
+                {"Random profile", plot::escaped(report.random.profile), code(report.random.profile_sha256)},
+                {"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)}};
   return html_of(table);
 }
 
 /// "1 h", "1.73 h" or "anywhere".
-std::string read_off_text(const NoiseCoefficient& noise) {
+std::string read_off_text(const data::NoiseCoefficient& noise) {
   const double hours = info(noise.term).read_off_s / kSecondsPerHour;
   if (!std::isfinite(hours)) return "its minimum";
-  return decimal(hours, hours == std::round(hours) ? 0 : 2) + "&nbsp;h";
+  return plot::decimal(hours, hours == std::round(hours) ? 0 : 2) + "&nbsp;h";
 }
 
-std::string noise_cell(const NoiseCoefficient& noise) {
-  if (noise.seen) return with_error(noise.value, noise.error);
-  return std::isfinite(noise.at_most) ? "not seen, &lt;&nbsp;" + significant(noise.at_most) : "–";
+std::string noise_cell(const data::NoiseCoefficient& noise) {
+  if (noise.seen) return plot::with_error(noise.value, noise.error);
+  return std::isfinite(noise.at_most) ? "not seen, &lt;&nbsp;" + plot::significant(noise.at_most) : "–";
 }
 
-std::string noise_note(const HoldNoise& holds, const char* name) {
-  std::string text = fmt::format("<p class=\"note\">{}: {}.", name, escaped(holds.statement));
+std::string noise_note(const data::HoldNoise& holds, const char* name) {
+  std::string text = fmt::format("<p class=\"note\">{}: {}.", name, plot::escaped(holds.statement));
   if (!holds.curve.empty()) {
-    text += fmt::format(" The fit is least at τ&nbsp;=&nbsp;{}&nbsp;s.", significant(holds.fit.lowest_tau_s));
+    text += fmt::format(" The fit is least at τ&nbsp;=&nbsp;{}&nbsp;s.", plot::significant(holds.fit.lowest_tau_s));
   }
   if (holds.fit.misfit > 0) {
     text += fmt::format(" The curve departs from the five terms by {}&nbsp;%; the errors hold that too.",
-                        significant(100 * holds.fit.misfit));
+                        plot::significant(100 * holds.fit.misfit));
   }
   return text + "</p>\n";
 }
 
-std::string std_error_text(const Figures& figures) { return error_text(std_error(figures)); }
+std::string std_error_text(const data::Figures& figures) { return plot::error_text(std_error(figures)); }
 
-std::string effective_text(const Figures& figures) {
-  return figures.effective.of_std > 0 ? decimal(figures.effective.of_std, 0) : "–";
+std::string effective_text(const data::Figures& figures) {
+  return figures.effective.of_std > 0 ? plot::decimal(figures.effective.of_std, 0) : "–";
 }
 
 std::string outside_text(const ReportedResidual& residual) {
   if (residual.outside.clusters == 0) return "0";
-  return fmt::format("{} ({}: {}&nbsp;%)", residual.outside.clusters, escaped(residual.outside.farthest_term),
-                     significant(100 * residual.outside.farthest));
+  return fmt::format("{} ({}: {}&nbsp;%)", residual.outside.clusters, plot::escaped(residual.outside.farthest_term),
+                     plot::significant(100 * residual.outside.farthest));
 }
 
-const char* policy_words(Outside policy) {
+const char* policy_words(model::Outside policy) {
   switch (policy) {
-    case Outside::clamp: return "such inputs are moved to the nearer end of their range";
-    case Outside::refuse: return "such means are not compensated and left out of the figures";
-    case Outside::extrapolate: return "the models are used there as they are";
+    case model::Outside::clamp: return "such inputs are moved to the nearer end of their range";
+    case model::Outside::refuse: return "such means are not compensated and left out of the figures";
+    case model::Outside::extrapolate: return "the models are used there as they are";
   }
   return "";
 }
 
 /// The rows of one part of the program, a model each.
-void add_part(HtmlTable& table, const char* part, const PerModel<ReportedResidual>& of,
-              Figures ReportedResidual::*figures) {
+void add_part(HtmlTable& table, const char* part, const model::PerModel<ReportedResidual>& of,
+              data::Figures ReportedResidual::*figures) {
   const auto add = [&](const char* head, const char* model, const ReportedResidual& residual) {
-    const Figures& f = residual.*figures;
+    const data::Figures& f = residual.*figures;
     const auto cell = [&](const std::string& text) { return f.count > 0 ? text : "–"; };
     table.rows.push_back({head, model, std::to_string(f.count), effective_text(f),
-                          cell("<b>" + with_error(f.std, std_error(f)) + "</b>"),
-                          cell(with_error(f.mean, mean_error(f))), cell(bias_text(f.rmse)),
-                          cell(bias_text(f.max_abs))});
+                          cell("<b>" + plot::with_error(f.std, std_error(f)) + "</b>"),
+                          cell(plot::with_error(f.mean, mean_error(f))), cell(plot::bias_text(f.rmse)),
+                          cell(plot::bias_text(f.max_abs))});
   };
   add(part, "three-point", of.three_point);
   add("", "multi-point", of.multi_point);
@@ -325,7 +328,7 @@ void add_part(HtmlTable& table, const char* part, const PerModel<ReportedResidua
 }
 
 std::string method_name(const ReportedMethod& row, std::map<std::string, std::size_t>& sources) {
-  std::string name = escaped(row.title.empty() ? row.method : row.title);
+  std::string name = plot::escaped(row.title.empty() ? row.method : row.title);
   if (row.citation.empty()) return name;
   const auto number = sources.try_emplace(row.citation, sources.size() + 1).first->second;
   return name + fmt::format("&nbsp;<sup>{}</sup>", number);
@@ -337,7 +340,7 @@ std::string sources_note(const std::map<std::string, std::size_t>& sources) {
   for (const auto& [source, number] : sources) by_number[number] = source;
   std::string note = "<p class=\"note\">";
   for (const auto& [number, source] : by_number) {
-    note += fmt::format("{}<sup>{}</sup>&nbsp;{}", number == 1 ? "" : " · ", number, escaped(source));
+    note += fmt::format("{}<sup>{}</sup>&nbsp;{}", number == 1 ? "" : " · ", number, plot::escaped(source));
   }
   return note + "</p>\n";
 }
@@ -352,11 +355,11 @@ std::string noise_section(const Report& report) {
   const auto& rate = report.rate.noise.holds.fit.coefficients;
   const auto& random = report.random.noise.holds.fit.coefficients;
   const auto& compensated = report.random.noise.compensated_holds.fit.coefficients;
-  for (std::size_t k = 0; k < kNoiseTerms; ++k) {
-    const NoiseTermInfo& about = info(rate[k].term);
-    table.rows.push_back({fmt::format("<b>{}</b>", about.symbol), escaped(about.name), escaped(about.unit),
-                          escaped(about.formula), read_off_text(rate[k]), noise_cell(rate[k]), noise_cell(random[k]),
-                          noise_cell(compensated[k])});
+  for (std::size_t k = 0; k < data::kNoiseTerms; ++k) {
+    const data::NoiseTermInfo& about = info(rate[k].term);
+    table.rows.push_back({fmt::format("<b>{}</b>", about.symbol), plot::escaped(about.name), plot::escaped(about.unit),
+                          plot::escaped(about.formula), read_off_text(rate[k]), noise_cell(rate[k]),
+                          noise_cell(random[k]), noise_cell(compensated[k])});
   }
   return html_of(table) + noise_note(report.rate.noise.holds, "Rate run") +
          noise_note(report.random.noise.holds, "Random run") +
@@ -367,12 +370,13 @@ std::string noise_section(const Report& report) {
 }
 
 std::string result_table(const ReportedRun& run, const std::string& heading) {
-  const auto std_cell = [](const ReportedResidual& r) { return "<b>" + bias_text(r.all.std) + "</b>"; };
-  const auto raw = bias_text(run.raw.std), floor = with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
-  HtmlTable table{
-      .caption = "<b>" + heading + "</b> Bias compensation in the " + escaped(run.profile) + " run – " + standing(run),
-      .header = model_header("Bias, °/h"),
-      .style = "even"};
+  const auto std_cell = [](const ReportedResidual& r) { return "<b>" + plot::bias_text(r.all.std) + "</b>"; };
+  const auto raw = plot::bias_text(run.raw.std),
+             floor = plot::with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
+  HtmlTable table{.caption = "<b>" + heading + "</b> Bias compensation in the " + plot::escaped(run.profile) +
+                             " run – " + standing(run),
+                  .header = model_header("Bias, °/h"),
+                  .style = "even"};
   const auto& r = run.residual;
   table.rows = {{"Before compensation, STD", raw, raw, raw},
                 cells("After compensation, STD", r, std_cell),
@@ -380,28 +384,29 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
                 {"Noise floor of this record", floor, floor, floor}};
   if (std::isfinite(r.multi_point.expected_in_sample_std)) {
     table.rows.push_back(cells("Expected of a fit to noise alone, in-sample", r,
-                               [](const ReportedResidual& v) { return bias_text(v.expected_in_sample_std); }));
+                               [](const ReportedResidual& v) { return plot::bias_text(v.expected_in_sample_std); }));
   }
   const std::vector<std::vector<std::string>> rest = {
-      cells("After: mean", r, [](const ReportedResidual& v) { return bias_text(v.all.mean); }),
-      cells("After: RMSE", r, [](const ReportedResidual& v) { return bias_text(v.all.rmse); }),
-      cells("After: greatest magnitude", r, [](const ReportedResidual& v) { return bias_text(v.all.max_abs); }),
+      cells("After: mean", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.mean); }),
+      cells("After: RMSE", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.rmse); }),
+      cells("After: greatest magnitude", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.max_abs); }),
       cells("Improvement from original accuracy", run.gain,
-            [](const ReportedGain& g) { return percent(g.from_original); }),
+            [](const ReportedGain& g) { return plot::percent(g.from_original); }),
       cells("Improvement from three-point, the paper’s ratio", run.gain,
-            [](const ReportedGain& g) { return percent(g.paper_ratio); }),
+            [](const ReportedGain& g) { return plot::percent(g.paper_ratio); }),
       cells("Reduction of the three-point residual", run.gain,
-            [](const ReportedGain& g) { return percent(g.residual_reduction); }),
+            [](const ReportedGain& g) { return plot::percent(g.residual_reduction); }),
       cells("Means with an input outside the trained range (farthest)", r, outside_text)};
   table.rows.insert(table.rows.end(), rest.begin(), rest.end());
   return html_of(table);
 }
 
 std::string parts_table(const ReportedRun& run) {
-  HtmlTable table{.caption = fmt::format("Residual in the {} run by part of the program, °/h", escaped(run.profile)),
-                  .header = {"Part", "Model", "Means", "n<sub>eff</sub>", "STD", "Mean", "RMSE", "Max"},
-                  .text_columns = 2,
-                  .style = "small"};
+  HtmlTable table{
+      .caption = fmt::format("Residual in the {} run by part of the program, °/h", plot::escaped(run.profile)),
+      .header = {"Part", "Model", "Means", "n<sub>eff</sub>", "STD", "Mean", "RMSE", "Max"},
+      .text_columns = 2,
+      .style = "small"};
   add_part(table, "all", run.residual, &ReportedResidual::all);
   add_part(table, "ramps", run.residual, &ReportedResidual::ramps);
   add_part(table, "holds", run.residual, &ReportedResidual::holds);
@@ -418,18 +423,18 @@ std::string methods_section(const Report& report) {
   HtmlTable table{.caption = fmt::format(
                       "STD of every method, °/h. Held-out: {}; parameters chosen with all cycles. Nested: the same, "
                       "parameters chosen without the held-out cycle too. ±, mean and maximum are of the random run",
-                      escaped(report.folds)),
+                      plot::escaped(report.folds)),
                   .header = {"Inputs", "Method", "Rate, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean",
                              "Max", "Effective par.", "Numbers stored"},
                   .text_columns = 2,
                   .style = "small"};
   std::map<std::string, std::size_t> sources;
   for (const ReportedMethod& row : report.methods) {
-    table.rows.push_back({escaped(row.inputs), method_name(row, sources), bias_text(row.in_sample.std),
-                          bias_text(row.leave_cycle_out.std), row.nested ? bias_text(row.nested->std) : "–",
-                          "<b>" + bias_text(row.random.std) + "</b>", std_error_text(row.random),
-                          bias_text(row.random.mean), bias_text(row.random.max_abs),
-                          decimal(row.effective_parameters, 0),
+    table.rows.push_back({plot::escaped(row.inputs), method_name(row, sources), plot::bias_text(row.in_sample.std),
+                          plot::bias_text(row.leave_cycle_out.std), row.nested ? plot::bias_text(row.nested->std) : "–",
+                          "<b>" + plot::bias_text(row.random.std) + "</b>", std_error_text(row.random),
+                          plot::bias_text(row.random.mean), plot::bias_text(row.random.max_abs),
+                          plot::decimal(row.effective_parameters, 0),
                           row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
   }
   return html_of(table) + sources_note(sources);
@@ -474,7 +479,7 @@ class Page {
     const auto found = std::ranges::find(figures_, id, &ReportFigure::id);
     assert(found != figures_.end());
     html_ += fmt::format("<figure id=\"{}\" class=\"{}\">\n{}<figcaption><b>{}</b> {}</figcaption>\n</figure>\n", id,
-                         style, found->svg, escaped(found->heading), escaped(found->caption));
+                         style, found->svg, plot::escaped(found->heading), plot::escaped(found->caption));
   }
   [[nodiscard]] const std::string& html() const { return html_; }
 
@@ -489,7 +494,7 @@ void add_experiment(Page& page, const Report& report) {
   page.add(
       "<p>The chamber follows the program; thermometers and gyro are read once a second, and everything below works on "
       "means over " +
-      decimal(report.cluster_length_s, 0) + "&nbsp;s.</p>\n");
+      plot::decimal(report.cluster_length_s, 0) + "&nbsp;s.</p>\n");
   page.figure("figure-4");
   page.section("Noise of the gyro");
   page.add(kNoiseMeaning);
@@ -538,15 +543,15 @@ void add_appendix(Page& page, const Report& report) {
 std::string html_of(const Report& report, const std::vector<ReportFigure>& figures) {
   Page page(figures);
   page.add("<p class=\"kind\">Calibration report</p>\n<h1>Temperature compensation of gyro bias</h1>\n");
-  page.add(fmt::format("<p class=\"subtitle\">{}</p>\n", escaped(report.rig.title)));
+  page.add(fmt::format("<p class=\"subtitle\">{}</p>\n", plot::escaped(report.rig.title)));
   page.add(identity_section(report));
   page.section("Result");
   page.add(summary_section(report));
   add_experiment(page, report);
   add_results(page, report);
   add_appendix(page, report);
-  const std::string title =
-      fmt::format("{}Calibration report – {}", report.rig.is_virtual ? "SIMULATED – " : "", escaped(report.rig.title));
+  const std::string title = fmt::format("{}Calibration report – {}", report.rig.is_virtual ? "SIMULATED – " : "",
+                                        plot::escaped(report.rig.title));
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, "
@@ -554,7 +559,7 @@ std::string html_of(const Report& report, const std::vector<ReportFigure>& figur
       "</head>\n<body>\n{}<main>\n{}<footer>gyrotherm {} · made from report.json "
       "alone</footer>\n</main>\n</body>\n</html>\n",
       title, style_sheet(report.rig.is_virtual), report.rig.is_virtual ? kSimulatedBanner : "", page.html(),
-      escaped(report.program_version));
+      plot::escaped(report.program_version));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -8,7 +8,7 @@
 #include "core/json.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 void describe(auto& form, Like<ReportedThermometer> auto& thermometer) {
   form("channel", thermometer.channel);
@@ -148,7 +148,7 @@ void describe_tuning(auto& form, Like<ReportedModel> auto& model) {
     form_of_swarm("c1", swarm.c1);
     form_of_swarm("c2", swarm.c2);
     form_of_swarm("v_max", swarm.v_max);
-    form_of_swarm("end", one_of(model.tuning.swarm.end, kSwarmEnds));
+    form_of_swarm("end", one_of(model.tuning.swarm.end, svm::kSwarmEnds));
     form_of_swarm("evaluations", model.tuning.swarm.evaluations);
   });
   form.object("bounds", [&](auto& bounds) { describe_bounds(bounds, model.options); });
@@ -340,4 +340,4 @@ std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<
   return all;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -19,7 +19,7 @@
 #include "analysis/model/verification.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 inline constexpr const char* kReportSchema = "gyrotherm-report/1";
 /// Stands for a number that is not known, or that does not apply; null in the file.
@@ -67,8 +67,8 @@ struct ReportedCorrelation {
 
 /// What a model leaves of a record's bias.
 struct ReportedResidual {
-  Figures all, ramps, holds, corners;
-  OutsideTheRange outside;
+  data::Figures all, ramps, holds, corners;
+  model::OutsideTheRange outside;
   double effective_parameters = kNotKnown;
   double expected_in_sample_std = kNotKnown;  ///< not known also where the record was not trained on
 };
@@ -82,15 +82,15 @@ struct ReportedCycle {
 struct ReportedSeries {
   std::vector<double> time_s, set_point_c, raw;
   std::vector<std::pair<std::string, std::vector<double>>> thermometers_c;
-  PerModel<std::vector<double>> residual;
+  model::PerModel<std::vector<double>> residual;
   std::vector<ReportedCycle> cycles;
 };
 
 /// Of the holds, and of the whole run before and after compensation.
 struct ReportedNoise {
-  HoldNoise holds, compensated_holds;  ///< the latter of what multi_point_t leaves
-  AllanCurve raw;
-  PerModel<AllanCurve> compensated;
+  data::HoldNoise holds, compensated_holds;  ///< the latter of what multi_point_t leaves
+  data::AllanCurve raw;
+  model::PerModel<data::AllanCurve> compensated;
 };
 
 /// What a model gains: the last two over three-point, not known of it itself.
@@ -102,12 +102,12 @@ struct ReportedGain {
 struct ReportedRun {
   bool in_sample{};  ///< a model was trained on it
   std::string profile, run_id, bias_zero, record_sha256, profile_sha256;
-  NoiseFloor floor;
+  data::NoiseFloor floor;
   int clusters{}, dropped_rest{}, dropped_gaps{};
   std::vector<std::pair<double, double>> gaps_s;
-  Figures raw;
-  PerModel<ReportedResidual> residual;
-  PerModel<ReportedGain> gain;
+  data::Figures raw;
+  model::PerModel<ReportedResidual> residual;
+  model::PerModel<ReportedGain> gain;
   ReportedNoise noise;
   ReportedSeries series;
 };
@@ -125,9 +125,9 @@ struct ReportedModel {
   int rank{}, stored_numbers{};
   double effective_parameters = kNotKnown, residual_std_deg_per_h = kNotKnown;
   std::vector<ReportedTraining> trained_on;
-  TuningOptions options;
-  TuningSummary tuning;
-  SvrParameters parameters;
+  svm::TuningOptions options;
+  svm::TuningSummary tuning;
+  svm::SvrParameters parameters;
   double epsilon_deg_per_h{};
   int support_vectors{};
   double certified_gap{}, kkt_violation{};
@@ -140,9 +140,9 @@ struct ReportedMethod {
   std::string inputs, method;
   std::string title;     ///< "PSO-SVM"
   std::string citation;  ///< of its published form
-  Figures in_sample, leave_cycle_out, random;
-  std::optional<Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
-  int stored_numbers{};           ///< its size in a navigation computer; 0: not known
+  data::Figures in_sample, leave_cycle_out, random;
+  std::optional<data::Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
+  int stored_numbers{};                 ///< its size in a navigation computer; 0: not known
   double effective_parameters = kNotKnown;
 };
 
@@ -152,7 +152,7 @@ struct ReportedSegment {
   std::string name;
   bool hold{};
   double start_s{}, duration_s{}, mean_temperature_c{}, mean_bias_deg_per_h{};
-  PerModel<Figures> residual;
+  model::PerModel<data::Figures> residual;
 };
 
 struct Report {
@@ -163,9 +163,9 @@ struct Report {
   ReportedCorrelation correlation;  ///< of the rate run's clusters, over the gradient thermometers
   ReportedRun rate, random;
   std::string folds;
-  PerModel<Figures> leave_cycle_out;
-  PerModel<std::optional<Figures>> nested_leave_cycle_out;
-  PerModel<ReportedModel> models;
+  model::PerModel<data::Figures> leave_cycle_out;
+  model::PerModel<std::optional<data::Figures>> nested_leave_cycle_out;
+  model::PerModel<ReportedModel> models;
   std::vector<ReportedMethod> methods;  ///< the three models, and all that are compared with them
   std::vector<std::string> warnings;
   std::vector<ReportedSegment> segments;
@@ -199,4 +199,4 @@ struct Limit {
 /// The figures that limits name, held against them. The limits have been checked.
 [[nodiscard]] std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<Limit>& limits);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -1,6 +1,6 @@
 #include "report/style_sheet.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 constexpr const char* kScreen = R"css(
@@ -102,4 +102,4 @@ constexpr const char* kSimulatedPages = R"css(
 
 std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

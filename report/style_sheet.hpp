@@ -3,10 +3,10 @@
 
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 /// CSS without any reference to the outside. With `simulated`, every printed page says so in its margin and across
 /// itself.
 [[nodiscard]] std::string style_sheet(bool simulated);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -7,7 +7,7 @@
 #include "core/result.hpp"
 #include "report/report.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 /// A figure of the calibration report, numbered as in the paper.
 struct ReportFigure {
@@ -35,4 +35,4 @@ struct ReportFigure {
 /// cannot be read.
 [[nodiscard]] Result<void> rebuild_report(const std::string& folder);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -4,7 +4,7 @@
 #include "core/file.hpp"
 #include "report/views.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,4 +42,4 @@ Result<void> rebuild_report(const std::string& folder) {
   return write_views(*text, folder);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -7,7 +7,7 @@
 
 #include "drivers/chamber/word_order_probe.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 constexpr std::size_t kCalls = 10;
@@ -15,9 +15,9 @@ constexpr int kSeconds = 2;
 
 double in_ms(Duration time) { return to_seconds(time) * 1e3; }
 
-Result<std::vector<std::uint16_t>> words_of(const RegisterItem& item, Registers& registers) {
+Result<std::vector<std::uint16_t>> words_of(const drivers::RegisterItem& item, drivers::Registers& registers) {
   const auto count = std::max<std::uint16_t>(item.read_count, word_count(item.type));
-  return registers.read(item.read_function.value_or(ReadFunction::holding_registers), item.address, count);
+  return registers.read(item.read_function.value_or(drivers::ReadFunction::holding_registers), item.address, count);
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ std::string text(const RoundTrips& trips) {
 }
 
 /// The same shares of a second as in drivers/chamber/status_turns.cpp.
-std::string in_words(const ChamberEffort& effort) {
+std::string in_words(const drivers::ChamberEffort& effort) {
   constexpr double kSecondsWork = 0.95;
   constexpr int kReadingsAPiece = 5;
   if (effort.each_second == 0 || effort.longest == Duration{}) return {};
@@ -59,7 +59,7 @@ std::string in_words(const ChamberEffort& effort) {
       what, status);
 }
 
-Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers) {
+Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
   if (!air || !set_point || !set_point->readable) return std::string();
@@ -72,7 +72,7 @@ Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers)
   return findings.empty() ? std::string() : in_words(findings);
 }
 
-Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock) {
+Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
   const auto name = chamber.identify();
   if (!name) return failure(name.error());
   const auto state = chamber.read();
@@ -85,7 +85,7 @@ Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock) {
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }
 
-Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<std::string>& channels,
+Result<std::string> ask_thermometer(drivers::Thermometer& thermometer, const std::vector<std::string>& channels,
                                     const Clock& clock) {
   const auto name = thermometer.identify();
   if (!name) return failure(name.error());
@@ -97,7 +97,7 @@ Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<
   return line + "; " + text(time_calls([&] { (void)thermometer.read(); }, clock));
 }
 
-Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames, const std::function<void()>& let_pass) {
+Result<std::string> ask_gyro(drivers::Gyro& gyro, const std::string& frames, const std::function<void()>& let_pass) {
   if (auto opened = gyro.open(); !opened) return failure(opened.error());
   let_pass();
   if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
@@ -116,4 +116,4 @@ Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames, const std::f
                      after.bad - before.bad);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -12,7 +12,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 
 /// How long some calls took.
 struct RoundTrips {
@@ -25,19 +25,19 @@ struct RoundTrips {
 
 /// Whether a second suffices to speak to the chamber on its line, and what to do if not; empty where nothing is known
 /// of the effort.
-[[nodiscard]] std::string in_words(const ChamberEffort& effort);
+[[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
 /// Which word orders make sense of the unit's air temperature and set point (word_order_probe.hpp); empty where the map
 /// leaves nothing to find.
-[[nodiscard]] Result<std::string> ask_word_order(const RegisterMap& map, Registers& registers);
+[[nodiscard]] Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
 /// Who it is, one reading, and how long ten take. Fails with the first fault.
-[[nodiscard]] Result<std::string> ask_chamber(Chamber& chamber, const Clock& clock);
+[[nodiscard]] Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock);
 /// The same, with one reading of each channel; one that is faulty says so in its place.
-[[nodiscard]] Result<std::string> ask_thermometer(Thermometer& thermometer, const std::vector<std::string>& channels,
-                                                  const Clock& clock);
+[[nodiscard]] Result<std::string> ask_thermometer(drivers::Thermometer& thermometer,
+                                                  const std::vector<std::string>& channels, const Clock& clock);
 /// What a gyro's frames say in two seconds, and how many were seen, lost and bad. `let_pass` lets a second pass where
 /// it does not pass by itself.
-[[nodiscard]] Result<std::string> ask_gyro(Gyro& gyro, const std::string& frames,
+[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const std::string& frames,
                                            const std::function<void()>& let_pass);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -14,7 +14,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 /// Less than the patience of InstrumentIo: a frame that comes later stays on the line and is there when the next second
@@ -24,13 +24,13 @@ constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 
 /// Where each instrument of a rig is, the virtual ones included.
 struct Lines {
-  Line chamber;
-  std::vector<Line> thermometers;
-  Line gyro;
+  drivers::Line chamber;
+  std::vector<drivers::Line> thermometers;
+  drivers::Line gyro;
 };
 
-Lines lines_of(const VirtualInstruments& instruments, std::size_t thermometers) {
-  const auto local = [](std::uint16_t port) { return Line(TcpLine{"127.0.0.1", port}); };
+Lines lines_of(const simulator::VirtualInstruments& instruments, std::size_t thermometers) {
+  const auto local = [](std::uint16_t port) { return drivers::Line(drivers::TcpLine{"127.0.0.1", port}); };
   Lines lines{.chamber = local(instruments.chamber_port()), .thermometers = {}, .gyro = local(instruments.gyro_port())};
   for (std::size_t i = 0; i < thermometers; ++i) lines.thermometers.push_back(local(instruments.thermometer_port(i)));
   return lines;
@@ -38,7 +38,7 @@ Lines lines_of(const VirtualInstruments& instruments, std::size_t thermometers) 
 
 /// The file's lines were checked when it was read.
 Lines lines_of(const RigFile& file) {
-  const auto checked = [](const std::string& line) { return parse_line(line).value(); };
+  const auto checked = [](const std::string& line) { return drivers::parse_line(line).value(); };
   Lines lines{.chamber = checked(file.chamber_line), .thermometers = {}, .gyro = checked(file.gyro.line)};
   for (const auto& settings : file.thermometers) lines.thermometers.push_back(checked(settings.line));
   return lines;
@@ -48,53 +48,60 @@ Lines lines_of(const RigFile& file) {
 class Drivers {
  public:
   virtual ~Drivers() = default;
-  [[nodiscard]] virtual std::unique_ptr<Registers> registers(const RegisterMap& map) = 0;
-  [[nodiscard]] virtual std::unique_ptr<Pauses> pauses() = 0;
-  [[nodiscard]] virtual std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index,
-                                                                 const std::string& place) = 0;
-  [[nodiscard]] virtual std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                                          const std::string& place) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) = 0;
 };
 
 class DriversOnLines final : public Drivers {
  public:
   /// `world`: of a virtual rig; it outlives this.
-  DriversOnLines(Lines lines, VirtualInstruments* laboratory) : lines_(std::move(lines)), laboratory_(laboratory) {}
+  DriversOnLines(Lines lines, simulator::VirtualInstruments* laboratory)
+      : lines_(std::move(lines)), laboratory_(laboratory) {}
 
-  std::unique_ptr<Registers> registers(const RegisterMap& map) override {
+  std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
     return make_modbus(lines_.chamber, map.link.modbus);
   }
-  std::unique_ptr<Pauses> pauses() override { return laboratory_ ? virtual_pauses() : real_pauses(); }
-  std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
+  std::unique_ptr<drivers::Pauses> pauses() override {
+    return laboratory_ ? drivers::virtual_pauses() : drivers::real_pauses();
+  }
+  std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                    const std::string& place) override {
     const auto& settings = file.thermometers[index];
-    if (laboratory_ && settings.kind == ThermometerKind::mcc_usb_temp)
+    if (laboratory_ && settings.kind == drivers::ThermometerKind::mcc_usb_temp)
       return make_usb_temp(settings, place, laboratory_->usb_temp(index));
     return make_thermometer(settings, place, lines_.thermometers[index], file.simulated);
   }
-  std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) override {
     return make_gyro(file.gyro, lines_.gyro, within, file.simulated);
   }
 
  private:
   Lines lines_;
-  VirtualInstruments* laboratory_;
+  simulator::VirtualInstruments* laboratory_;
 };
 
 class DriversOnWires final : public Drivers {
  public:
   explicit DriversOnWires(Wires& wires) : wires_(wires) {}
 
-  std::unique_ptr<Registers> registers(const RegisterMap& map) override { return wires_.chamber(map); }
-  std::unique_ptr<Pauses> pauses() override { return wires_.pauses(); }
-  std::unique_ptr<Thermometer> thermometer(const RigFile& file, std::size_t index, const std::string& place) override {
+  std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
+    return wires_.chamber(map);
+  }
+  std::unique_ptr<drivers::Pauses> pauses() override { return wires_.pauses(); }
+  std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                    const std::string& place) override {
     const auto& settings = file.thermometers[index];
-    if (settings.kind == ThermometerKind::mcc_usb_temp) {
+    if (settings.kind == drivers::ThermometerKind::mcc_usb_temp) {
       auto wire = wires_.usb_temp(index);
       return make_usb_temp(settings, place, std::move(wire.line), wire.clock);
     }
     auto wire = wires_.thermometer(index);
     return make_thermometer(settings, place, std::move(wire.line), true, wire.clock);
   }
-  std::unique_ptr<Gyro> gyro(const RigFile& file, Duration within) override {
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) override {
     auto wire = wires_.gyro();
     return make_simulated_gyro(file.gyro, std::move(wire.line), within, wire.clock);
   }
@@ -141,7 +148,7 @@ class AssembledRig : public Rig {
   }
 
   using Rig::prepare;
-  Result<std::vector<std::string>> prepare(const Entrance& entrance, const ChamberProgram* program) override {
+  Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
     auto names = ask_names();
     if (!names) return names;
     const auto found = look_at_chamber();
@@ -162,14 +169,14 @@ class AssembledRig : public Rig {
     return names;
   }
   bool is_as_found() const override { return as_found_; }
-  Result<SetPointRange> controller_limits() override { return chamber_->limits(); }
+  Result<drivers::SetPointRange> controller_limits() override { return chamber_->limits(); }
 
-  InstrumentIo& io() override { return *io_; }
+  io::InstrumentIo& io() override { return *io_; }
   const RigFile& file() const override { return file_; }
 
  protected:
-  [[nodiscard]] Instruments instruments() {
-    Instruments all{.chamber = *chamber_, .thermometers = {}, .gyro = *gyro_, .chamber_line = chamber_line_.get()};
+  [[nodiscard]] io::Instruments instruments() {
+    io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyro = *gyro_, .chamber_line = chamber_line_.get()};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
     return all;
@@ -178,13 +185,13 @@ class AssembledRig : public Rig {
 
  private:
   /// The io that suits the rig's time; its clock starts.
-  [[nodiscard]] virtual std::unique_ptr<InstrumentIo> make_io() = 0;
+  [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
 
   /// The word order first, on a line of its own that is closed again: some units take one client at a time.
   Result<std::string> ask_chamber(const Clock& watch) {
     const auto order = ask_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
     if (!order) return order;
-    auto answer = gyrotherm::ask_chamber(*chamber_, watch);
+    auto answer = gyrotherm::rig::ask_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
     return answer;
   }
@@ -198,7 +205,7 @@ class AssembledRig : public Rig {
   }
 
   /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
-  Result<std::string> set_out(Celsius first, const ChamberProgram* program) {
+  Result<std::string> set_out(Celsius first, const drivers::ChamberProgram* program) {
     const auto moved = chamber_->head_for(first).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
@@ -233,12 +240,12 @@ class AssembledRig : public Rig {
 
   RigFile file_;
   std::unique_ptr<Drivers> drivers_;
-  std::shared_ptr<LineActivity> chamber_line_ = std::make_shared<LineActivity>();
-  std::unique_ptr<Chamber> chamber_;
-  std::vector<std::unique_ptr<Thermometer>> thermometers_;
-  std::unique_ptr<Gyro> gyro_;
+  std::shared_ptr<drivers::LineActivity> chamber_line_ = std::make_shared<drivers::LineActivity>();
+  std::unique_ptr<drivers::Chamber> chamber_;
+  std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
+  std::unique_ptr<drivers::Gyro> gyro_;
   bool as_found_ = true;
-  std::unique_ptr<InstrumentIo> io_;  // last: it stops before its instruments go
+  std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
 };
 
 class RealRig final : public AssembledRig {
@@ -253,9 +260,9 @@ class RealRig final : public AssembledRig {
   Duration will_start_utc() const override { return clock_.now().utc; }
 
  private:
-  std::unique_ptr<InstrumentIo> make_io() override {
+  std::unique_ptr<io::InstrumentIo> make_io() override {
     if (already_ == Duration{}) clock_ = SteadyClock();
-    return InstrumentIo::workers(instruments());
+    return io::InstrumentIo::workers(instruments());
   }
   Duration already_;
   SteadyClock clock_;
@@ -263,12 +270,13 @@ class RealRig final : public AssembledRig {
 
 /// The world is a base, for the instruments' wires end in it: it comes before them and goes after them.
 struct OwnedLaboratory {
-  std::unique_ptr<VirtualInstruments> laboratory_;
+  std::unique_ptr<simulator::VirtualInstruments> laboratory_;
 };
 
 class VirtualRig final : private OwnedLaboratory, public AssembledRig {
  public:
-  VirtualRig(const RigFile& file, Duration already, Lines lines, std::unique_ptr<VirtualInstruments> laboratory)
+  VirtualRig(const RigFile& file, Duration already, Lines lines,
+             std::unique_ptr<simulator::VirtualInstruments> laboratory)
       : OwnedLaboratory{std::move(laboratory)},
         AssembledRig(file, std::make_unique<DriversOnLines>(std::move(lines), laboratory_.get())),
         clock_(already - kSecond) {}
@@ -281,7 +289,7 @@ class VirtualRig final : private OwnedLaboratory, public AssembledRig {
   Duration will_start_utc() const override { return clock_.now().utc + kSecond; }
 
  private:
-  std::unique_ptr<InstrumentIo> make_io() override { return InstrumentIo::inline_calls(instruments()); }
+  std::unique_ptr<io::InstrumentIo> make_io() override { return io::InstrumentIo::inline_calls(instruments()); }
   VirtualClock clock_;
 };
 
@@ -295,36 +303,37 @@ class WiredRig final : public AssembledRig {
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
  private:
-  std::unique_ptr<InstrumentIo> make_io() override { return InstrumentIo::inline_calls(instruments()); }
+  std::unique_ptr<io::InstrumentIo> make_io() override { return io::InstrumentIo::inline_calls(instruments()); }
   Wires& wires_;
 };
 
-VirtualThermometer virtual_thermometer(const ThermometerSettings& settings) {
-  VirtualThermometer thermometer{.channels = settings.channels,
-                                 .kind = settings.kind,
-                                 .addresses = settings.addresses,
-                                 .checksum = settings.checksum};
+simulator::VirtualThermometer virtual_thermometer(const ThermometerSettings& settings) {
+  simulator::VirtualThermometer thermometer{.channels = settings.channels,
+                                            .kind = settings.kind,
+                                            .addresses = settings.addresses,
+                                            .checksum = settings.checksum};
   if (settings.type) thermometer.type = *settings.type;
   return thermometer;
 }
 
 }  // namespace
 
-Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, LaboratorySeed seed,
-                                                          const ServeOptions& how) {
+Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
+                                                                     simulator::LaboratorySeed seed,
+                                                                     const ServeOptions& how) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
-  const auto parameters = parse_laboratory(file.text, file.file, file.gyro_model.text);
+  const auto parameters = simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (!parameters) return failure(parameters.error());
-  VirtualInstrumentsOptions options{.chamber = file.chamber_map,
-                                    .thermometers = {},
-                                    .gyro = file.gyro.frame,
-                                    .first_port = how.first_port,
-                                    .frames = how.frames,
-                                    .ptys = how.ptys};
+  simulator::VirtualInstrumentsOptions options{.chamber = file.chamber_map,
+                                               .thermometers = {},
+                                               .gyro = file.gyro.frame,
+                                               .first_port = how.first_port,
+                                               .frames = how.frames,
+                                               .ptys = how.ptys};
   if (file.gyro.stream) options.gyro_commands = file.gyro.stream->start;
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
-  return VirtualInstruments::start(VirtualLaboratory(*parameters, seed), std::move(options));
+  return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));
 }
 
 Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
@@ -341,4 +350,4 @@ std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {
   return std::make_unique<WiredRig>(file, wires);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -17,7 +17,7 @@
 #include "rig/rig_file.hpp"
 #include "simulator/virtual_instruments.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 
 class Wires {
  public:
@@ -30,14 +30,14 @@ class Wires {
 
   virtual ~Wires() = default;
   /// Of the map's link in use.
-  [[nodiscard]] virtual std::unique_ptr<Registers> chamber(const RegisterMap& map) = 0;
-  [[nodiscard]] virtual std::unique_ptr<Pauses> pauses() = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
   /// Of the thermometer numbered `index` of the rig's file, if it is spoken to in bytes.
-  [[nodiscard]] virtual Wire<ByteStream> thermometer(std::size_t index) = 0;
+  [[nodiscard]] virtual Wire<drivers::ByteStream> thermometer(std::size_t index) = 0;
   /// … or if it is a USB-TEMP.
-  [[nodiscard]] virtual Wire<HidReports> usb_temp(std::size_t index) = 0;
+  [[nodiscard]] virtual Wire<drivers::HidReports> usb_temp(std::size_t index) = 0;
   /// One frame a second comes on it.
-  [[nodiscard]] virtual Wire<ByteStream> gyro() = 0;
+  [[nodiscard]] virtual Wire<drivers::ByteStream> gyro() = 0;
 
   /// The rig's.
   [[nodiscard]] virtual const Clock& clock() const = 0;
@@ -47,18 +47,19 @@ class Wires {
 
 struct ServeOptions {
   std::uint16_t first_port = 0;  ///< 0: any free ones
-  FramePace frames{};
+  simulator::FramePace frames{};
   bool ptys = false;
 };
 /// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like
 /// parse_laboratory and VirtualInstruments::start, and with usage if the rig is not virtual.
-[[nodiscard]] Result<std::unique_ptr<VirtualInstruments>> serve_virtual(const RigFile& file, LaboratorySeed seed,
-                                                                        const ServeOptions& how = {});
+[[nodiscard]] Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
+                                                                                   simulator::LaboratorySeed seed,
+                                                                                   const ServeOptions& how = {});
 
 /// How a rig comes to its first second.
 struct RigStart {
-  LaboratorySeed seed;  ///< virtual rig
-  Duration already{};   ///< how long the run has lasted when its next second begins (resume)
+  simulator::LaboratorySeed seed;  ///< virtual rig
+  Duration already{};              ///< how long the run has lasted when its next second begins (resume)
   std::vector<Celsius>
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
 };
@@ -66,7 +67,7 @@ struct RigStart {
 /// The chamber before anything of it was moved.
 struct ChamberAsFound {
   ChamberState state;
-  SetPointRange limits;  ///< as its controller is set
+  drivers::SetPointRange limits;  ///< as its controller is set
 };
 /// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
 /// moved at all.
@@ -85,7 +86,7 @@ class Rig {
   /// "chamber: Virtual chamber, air 20.01 °C, …". A fault takes the place of an instrument that has one.
   [[nodiscard]] virtual std::vector<Result<std::string>> ask() = 0;
   /// What set points the chamber's controller takes, as it is set now.
-  [[nodiscard]] virtual Result<SetPointRange> controller_limits() = 0;
+  [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;
 
   /// Asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be moved, and to where; then
   /// sends the chamber there, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once,
@@ -94,8 +95,9 @@ class Rig {
   /// chamber is put back to where it was found. Returns what the instruments say they are. `program`, if there is one,
   /// goes into the chamber's own memory, is compared and started: the last thing before the run's clock starts.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
-                                                                 const ChamberProgram* program) = 0;
-  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first, const ChamberProgram* program = nullptr) {
+                                                                 const drivers::ChamberProgram* program) = 0;
+  [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first,
+                                                         const drivers::ChamberProgram* program = nullptr) {
     return prepare([first](const ChamberAsFound&) -> Result<Celsius> { return first; }, program);
   }
   /// After a prepare() that failed: nothing was moved, or all of it has been put back.
@@ -108,8 +110,8 @@ class Rig {
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Only after prepare().
-  [[nodiscard]] virtual InstrumentIo& io() = 0;
+  [[nodiscard]] virtual io::InstrumentIo& io() = 0;
   [[nodiscard]] virtual const RigFile& file() const = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -18,7 +18,7 @@
 #include "sequencer/interlocks/limits.hpp"
 #include "simulator/servers/gyro_server.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
@@ -35,17 +35,17 @@ DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevat
   return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
 }
 
-Result<GyroStream> read_stream(const TomlTable& table, const std::string& rig_file,
-                               const std::optional<std::string>& known) {
+Result<drivers::GyroStream> read_stream(const TomlTable& table, const std::string& rig_file,
+                                        const std::optional<std::string>& known) {
   const auto axis = table.text("axis", "");
   return read_named(table, "stream", rig_file, known).and_then([&](const NamedText& named) {
-    return parse_gyro_stream(named.text, named.path, axis);
+    return drivers::parse_gyro_stream(named.text, named.path, axis);
   });
 }
 
 /// What one count of the frames is: they say it themselves, or they count pulses, whose weight the rig file has.
-double arcsec_per_count(const TomlTable& table, const FrameFormat& frame) {
-  const auto own = frame.gyro() ? gyrotherm::arcsec_per_count(frame) : std::nullopt;
+double arcsec_per_count(const TomlTable& table, const drivers::FrameFormat& frame) {
+  const auto own = frame.gyro() ? gyrotherm::drivers::arcsec_per_count(frame) : std::nullopt;
   if (own) {
     if (table.has("arcsec_per_pulse"))
       table.mistake("arcsec_per_pulse", "the frames have a scale of their own; this is for those that count pulses");
@@ -56,13 +56,13 @@ double arcsec_per_count(const TomlTable& table, const FrameFormat& frame) {
   return weight;
 }
 
-SerialFormat serial_format(const GyroSettings& settings) {
-  SerialFormat format{.baud = 115200};
+drivers::SerialFormat serial_format(const GyroSettings& settings) {
+  drivers::SerialFormat format{.baud = 115200};
   if (!settings.stream) return format;
   const auto& port = settings.stream->port;
   format = {.baud = static_cast<int>(port.baud), .data_bits = port.data_bits, .stop_bits = port.stop_bits};
-  if (port.parity == 'O') format.parity = SerialParity::odd;
-  if (port.parity == 'E') format.parity = SerialParity::even;
+  if (port.parity == 'O') format.parity = drivers::SerialParity::odd;
+  if (port.parity == 'E') format.parity = drivers::SerialParity::even;
   return format;
 }
 
@@ -102,12 +102,13 @@ std::optional<T> said(const Vocabulary<T, N>& words, const TomlTable& table, con
 }
 
 /// The map, on the link that suits the line.
-Result<RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig, const std::optional<std::string>& known) {
-  const auto wanted = said(kLinkKinds, chamber, "framing");
+Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
+                                      const std::optional<std::string>& known) {
+  const auto wanted = said(drivers::kLinkKinds, chamber, "framing");
   const auto named = read_named(chamber, "map", rig.file, known);
   if (!named) return failure(named.error());
   auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
-  const auto line = parse_line(rig.chamber_line);
+  const auto line = drivers::parse_line(rig.chamber_line);
   if (!map || !line) return map;
   auto linked = on_line(std::move(*map), *line, wanted);
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
@@ -133,7 +134,7 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
-std::vector<std::string> names_of(const std::vector<Channel>& channels) {
+std::vector<std::string> names_of(const std::vector<record::Channel>& channels) {
   std::vector<std::string> names;
   for (const auto& channel : channels) names.push_back(channel.name);
   return names;
@@ -194,9 +195,9 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
   const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
   if (located) settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
-  settings.info.kind = GyroKind::pulse_count;
+  settings.info.kind = record::GyroKind::pulse_count;
   if (!table.has("stream")) {
-    settings.frame = read_frame_format(table.table("frame"));
+    settings.frame = drivers::read_frame_format(table.table("frame"));
     settings.info.scale = arcsec_per_count(table, settings.frame);
     return settings;
   }
@@ -212,17 +213,19 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
   return settings;
 }
 
-std::unique_ptr<Gyro> make_gyro(const GyroSettings& settings, const Line& line, Duration within, bool simulated) {
+std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line, Duration within,
+                                         bool simulated) {
   auto stream = make_stream(line, {.serial = serial_format(settings)}, kConnectWithin);
   if (simulated) return make_simulated_gyro(settings, std::move(stream), within);
-  GyroCommands commands;
+  drivers::GyroCommands commands;
   if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};
   return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
 }
 
-std::unique_ptr<Gyro> make_simulated_gyro(const GyroSettings& settings, std::unique_ptr<ByteStream> stream,
-                                          Duration within, const Clock* clock) {
-  return make_framed_gyro(at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
+std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroSettings& settings,
+                                                   std::unique_ptr<drivers::ByteStream> stream, Duration within,
+                                                   const Clock* clock) {
+  return make_framed_gyro(simulator::at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
 }
 
 Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known) {
@@ -244,21 +247,21 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   if (gyro) rig.gyro = std::move(*gyro);
   read_analysis(root->table("analysis"), seen, rig);
   read_safe(root->table("safe"), rig);
-  rig.limits = read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
+  rig.limits = interlocks::read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
   rig.limits.needed_thermometers = columns_of_analysis(rig);
-  rig.run_limits = read_run_limits(*root);
+  rig.run_limits = interlocks::read_run_limits(*root);
   if (gyro)
     settle_simulated(*root, rig);
   else
     root->ignore("virtual");
-  rig.chamber_word_order = said(kWordOrders, chamber, "word_order");
+  rig.chamber_word_order = said(drivers::kWordOrders, chamber, "word_order");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!gyro) return failure(gyro.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
   if (!rig.simulated) return rig;
-  auto gyro_model = gyro_model_of(text, file, known.gyro_model);
+  auto gyro_model = simulator::gyro_model_of(text, file, known.gyro_model);
   if (!gyro_model) return failure(gyro_model.error());
   rig.gyro_model = std::move(*gyro_model);
   return rig;
@@ -270,11 +273,11 @@ Result<RigFile> read_rig(const std::string& file) {
   return parse_rig(*text, file);
 }
 
-std::vector<Channel> channels_of(const RigFile& rig) {
-  std::vector<Channel> channels;
+std::vector<record::Channel> channels_of(const RigFile& rig) {
+  std::vector<record::Channel> channels;
   for (const auto& settings : rig.thermometers)
     channels.insert(channels.end(), settings.calibrated.begin(), settings.calibrated.end());
   return channels;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -21,7 +21,7 @@
 #include "sequencer/profile/profile.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 
 struct Limiter {
   std::string protection_class;            ///< DIN 12880: "1", "2", "3.1" (over), "3.2" (under), "3.3" (both)
@@ -37,9 +37,9 @@ struct Limiter {
 
 struct GyroSettings {
   std::string line;
-  FrameFormat frame;
-  std::optional<GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
-  GyroInfo info;
+  drivers::FrameFormat frame;
+  std::optional<drivers::GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
+  record::GyroInfo info;
 };
 
 /// Either [gyro.frame], or `stream`, a description's path relative to `rig_file`, with the `axis` wanted;
@@ -51,22 +51,22 @@ struct GyroSettings {
 
 /// The driver on `line`; one read may take `within`. A real gyro is sent the stream's commands, and its line is read
 /// all the time; a simulated one sends one frame a second by itself.
-[[nodiscard]] std::unique_ptr<Gyro> make_gyro(const GyroSettings& settings, const Line& line, Duration within,
-                                              bool simulated);
+[[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line,
+                                                       Duration within, bool simulated);
 /// The driver of a simulated one whose wire is there already; `clock`: of a wire with a time of its own.
-[[nodiscard]] std::unique_ptr<Gyro> make_simulated_gyro(const GyroSettings& settings,
-                                                        std::unique_ptr<ByteStream> stream, Duration within,
-                                                        const Clock* clock = nullptr);
+[[nodiscard]] std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroSettings& settings,
+                                                                 std::unique_ptr<drivers::ByteStream> stream,
+                                                                 Duration within, const Clock* clock = nullptr);
 
 struct RigFile {
   std::string name;
   std::string title;
-  std::string text;         ///< the file, as read
-  std::string file;         ///< its path, as given
-  RegisterMap chamber_map;  ///< on the link that suits the line
+  std::string text;                  ///< the file, as read
+  std::string file;                  ///< its path, as given
+  drivers::RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
-  std::optional<WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
-  ChamberLimits chamber_limits;
+  std::optional<drivers::WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
+  profile::ChamberLimits chamber_limits;
   Celsius safe_set_point;
   std::optional<Limiter> limiter;  ///< the chamber's own
   std::vector<ThermometerSettings> thermometers;
@@ -74,10 +74,10 @@ struct RigFile {
   std::vector<std::string> gradients;
   std::vector<std::string> three_point;
   bool safe_off{};  ///< safe is to be switched off, too
-  InterlockLimits limits;
-  RunLimits run_limits;
-  bool simulated{};          ///< every line is "virtual"; mixed rigs are refused
-  GyroModelUsed gyro_model;  ///< of a virtual rig
+  interlocks::InterlockLimits limits;
+  interlocks::RunLimits run_limits;
+  bool simulated{};                     ///< every line is "virtual"; mixed rigs are refused
+  simulator::GyroModelUsed gyro_model;  ///< of a virtual rig
 };
 
 /// The texts of the files that a rig file names, where they are already known (resume: the record's copies).
@@ -93,6 +93,6 @@ struct NamedTexts {
 [[nodiscard]] Result<RigFile> read_rig(const std::string& file);
 
 /// All channels of all thermometers, in order of the file.
-[[nodiscard]] std::vector<Channel> channels_of(const RigFile& rig);
+[[nodiscard]] std::vector<record::Channel> channels_of(const RigFile& rig);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

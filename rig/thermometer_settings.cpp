@@ -14,7 +14,7 @@
 #include "drivers/thermometer/pt12.hpp"
 #include "drivers/thermometer/pt12_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 enum class SensorKind { rtd, thermocouple, thermistor, semiconductor };
@@ -22,8 +22,9 @@ constexpr Vocabulary<SensorKind, 4> kKinds{{{"rtd", SensorKind::rtd},
                                             {"thermocouple", SensorKind::thermocouple},
                                             {"thermistor", SensorKind::thermistor},
                                             {"semiconductor", SensorKind::semiconductor}}};
-constexpr Vocabulary<MccWires, 2> kWires{{{"2-wire", MccWires::two_wire_two_sensors}, {"4-wire", MccWires::four_wire}}};
-using Type = MccThermocoupleType;
+constexpr Vocabulary<drivers::MccWires, 2> kWires{
+    {{"2-wire", drivers::MccWires::two_wire_two_sensors}, {"4-wire", drivers::MccWires::four_wire}}};
+using Type = drivers::MccThermocoupleType;
 constexpr Vocabulary<Type, 8> kTypes{{{"J", Type::j},
                                       {"K", Type::k},
                                       {"T", Type::t},
@@ -38,7 +39,7 @@ float number(const TomlTable& table, const char* key, float fallback) {
   return table.has(key) ? number(table, key) : fallback;
 }
 
-using Kind = ThermometerKind;
+using Kind = drivers::ThermometerKind;
 
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
 constexpr std::size_t kMostCoefficients = 10;
@@ -49,10 +50,10 @@ std::size_t inputs_of(const ThermometerSettings& settings) {
 
 /// Notes a mistake if the instrument cannot be on it.
 void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
-  const auto line = parse_line(settings.line);
+  const auto line = drivers::parse_line(settings.line);
   if (settings.kind != Kind::mcc_usb_temp) return check_line(table, settings.line);
   if (!line) return table.mistake("line", line.error().what);
-  if (!std::holds_alternative<HidLine>(*line) && settings.line != kVirtualLine)
+  if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
     table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
 }
 
@@ -65,20 +66,20 @@ void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
       settings.addresses.push_back(static_cast<std::uint8_t>(address));
   }
   if (settings.addresses.empty()) table.mistake("addresses", "expected at least one address");
-  settings.checksum = table.boolean("checksum", false) ? DconChecksum::on : DconChecksum::off;
+  settings.checksum = table.boolean("checksum", false) ? drivers::DconChecksum::on : drivers::DconChecksum::off;
   if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
 }
 
 std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const auto text = table.text(key);
-  const auto day = parse_day(text);
+  const auto day = record::parse_day(text);
   if (!day) table.mistake(key, fmt::format("\"{}\" is \"{}\", expected a day like \"2027-03-01\"", key, text));
   return day;
 }
 
 /// The certificate that a table names, for all of `channels` that have none.
-void read_certificate(const TomlTable& table, std::span<Channel> channels) {
+void read_certificate(const TomlTable& table, std::span<record::Channel> channels) {
   const auto certificate = table.text("certificate", "");
   const auto due = read_day(table, "due");
   for (auto& channel : channels) {
@@ -87,7 +88,7 @@ void read_certificate(const TomlTable& table, std::span<Channel> channels) {
   }
 }
 
-void read_calibration(const TomlTable& table, std::vector<Channel>& channels) {
+void read_calibration(const TomlTable& table, std::vector<record::Channel>& channels) {
   const auto name = table.text("channel");
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
   if (found == channels.end()) {
@@ -106,7 +107,7 @@ void read_calibration(const TomlTable& table, std::vector<Channel>& channels) {
   read_certificate(table, {&*found, 1});
 }
 
-void read_offsets(const TomlTable& table, std::vector<Channel>& channels) {
+void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
   const auto offsets = table.numbers("offsets");
   if (!offsets.empty() && offsets.size() != channels.size())
     table.mistake("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
@@ -117,8 +118,8 @@ void read_offsets(const TomlTable& table, std::vector<Channel>& channels) {
 std::string input_in_words(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
   const auto who = fmt::format("{} {} at {}", settings.driver, number, settings.line);
   if (settings.kind != Kind::dcon || settings.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
-  const auto module = std::min(input / kDconInputs, settings.addresses.size() - 1);
-  return fmt::format("{}, module {:02X}, input {}", who, settings.addresses[module], input % kDconInputs + 1);
+  const auto module = std::min(input / drivers::kDconInputs, settings.addresses.size() - 1);
+  return fmt::format("{}, module {:02X}, input {}", who, settings.addresses[module], input % drivers::kDconInputs + 1);
 }
 
 void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen,
@@ -136,21 +137,21 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 
 }  // namespace
 
-MccSensor read_sensor(const TomlTable& table) {
+drivers::MccSensor read_sensor(const TomlTable& table) {
   switch (one_of(kKinds, table, "kind", "rtd")) {
-    case SensorKind::thermocouple: return MccThermocouple{one_of(kTypes, table, "type")};
+    case SensorKind::thermocouple: return drivers::MccThermocouple{one_of(kTypes, table, "type")};
     case SensorKind::thermistor:
-      return MccThermistor{.wires = one_of(kWires, table, "wires", "2-wire"),
-                           .a = number(table, "a"),
-                           .b = number(table, "b"),
-                           .c = number(table, "c")};
+      return drivers::MccThermistor{.wires = one_of(kWires, table, "wires", "2-wire"),
+                                    .a = number(table, "a"),
+                                    .b = number(table, "b"),
+                                    .c = number(table, "c")};
     case SensorKind::semiconductor:
-      return MccSemiconductor{.differential = table.boolean("differential", false),
-                              .offset = number(table, "offset"),
-                              .scale = number(table, "scale")};
+      return drivers::MccSemiconductor{.differential = table.boolean("differential", false),
+                                       .offset = number(table, "offset"),
+                                       .scale = number(table, "scale")};
     case SensorKind::rtd: break;
   }
-  MccRtd rtd{.wires = one_of(kWires, table, "wires", "2-wire")};
+  drivers::MccRtd rtd{.wires = one_of(kWires, table, "wires", "2-wire")};
   rtd.r0_ohm = number(table, "r0_ohm", rtd.r0_ohm);
   rtd.a_per_k = number(table, "a_per_k", rtd.a_per_k);
   rtd.b_per_k2 = number(table, "b_per_k2", rtd.b_per_k2);
@@ -160,16 +161,16 @@ MccSensor read_sensor(const TomlTable& table) {
 }
 
 void check_line(const TomlTable& table, const std::string& line) {
-  const auto parsed = parse_line(line);
+  const auto parsed = drivers::parse_line(line);
   if (!parsed) table.mistake("line", parsed.error().what);
-  if (parsed && line != kVirtualLine && !carries_bytes(*parsed))
+  if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))
     table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
 }
 
 ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
   ThermometerSettings settings;
   settings.place = table.place();
-  settings.kind = one_of(kThermometerDrivers, table, "driver");
+  settings.kind = one_of(drivers::kThermometerDrivers, table, "driver");
   settings.driver = row_of(settings.kind).name;
   settings.line = table.text("line");
   check_line_of(table, settings);
@@ -182,40 +183,43 @@ ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
   return settings;
 }
 
-std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
-                                              const Line& line, bool simulated) {
-  if (const auto* hid = std::get_if<HidLine>(&line))
-    return make_usb_temp(settings, place, make_hid_line({kMccKinds.begin(), kMccKinds.end()}, hid->serial));
+std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
+                                                       const drivers::Line& line, bool simulated) {
+  if (const auto* hid = std::get_if<drivers::HidLine>(&line))
+    return make_usb_temp(settings, place,
+                         drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
   return make_thermometer(settings, place, make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin),
                           simulated);
 }
 
-std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
-                                              std::unique_ptr<ByteStream> stream, bool simulated, const Clock* clock) {
+std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
+                                                       std::unique_ptr<drivers::ByteStream> stream, bool simulated,
+                                                       const Clock* clock) {
   switch (settings.kind) {
     case Kind::lakeshore_218: {
-      Lakeshore218Timing timing{.clock = clock};
+      drivers::Lakeshore218Timing timing{.clock = clock};
       if (simulated) timing.pause = {};
       return make_lakeshore_218(std::move(stream), place, timing);
     }
     case Kind::pt12: {
-      Pt12Timing timing{.clock = clock};
+      drivers::Pt12Timing timing{.clock = clock};
       if (simulated) timing.pause = {};
       return make_pt12(std::move(stream), place, timing);
     }
     case Kind::dcon:
     case Kind::mcc_usb_temp: break;
   }
-  DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
+  drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};
   return make_dcon_modules(std::move(stream), place, settings.addresses, options);
 }
 
-std::unique_ptr<Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
-                                           std::unique_ptr<HidReports> reports, const Clock* clock) {
-  MccOptions options{.clock = clock};
-  for (std::size_t i = 0; i < std::min(settings.channels.size(), kMccInputs); ++i) options.sensors[i] = settings.sensor;
+std::unique_ptr<drivers::Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
+                                                    std::unique_ptr<drivers::HidReports> reports, const Clock* clock) {
+  drivers::MccOptions options{.clock = clock};
+  for (std::size_t i = 0; i < std::min(settings.channels.size(), drivers::kMccInputs); ++i)
+    options.sensors[i] = settings.sensor;
   return make_mcc_usb_temp(std::move(reports), place, options);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -16,27 +16,27 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 
 /// `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`, `c_per_k4`),
 /// "thermocouple"
 /// (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`, `scale`, `differential`).
 /// `wires`, of the first and the third: "2-wire" (the default) or "4-wire", which let every input have a sensor.
-[[nodiscard]] MccSensor read_sensor(const TomlTable& table);
+[[nodiscard]] drivers::MccSensor read_sensor(const TomlTable& table);
 
 inline constexpr std::string_view kVirtualLine = "virtual";
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
 
 struct ThermometerSettings {
   std::string driver;  ///< the name of its kind
-  ThermometerKind kind{};
+  drivers::ThermometerKind kind{};
   std::string line;
-  std::vector<std::string> channels;       ///< in the order of the instrument's inputs
-  std::vector<Channel> calibrated;         ///< the same, as the record keeps them
-  std::vector<std::uint8_t> addresses{1};  ///< dcon: of the modules on the line
-  DconChecksum checksum{};                 ///< dcon
-  std::optional<std::uint8_t> type;        ///< dcon: that the modules must be set to
-  std::optional<MccSensor> sensor;         ///< mcc_usb_temp: at each input; nothing: as it was set up before
+  std::vector<std::string> channels;         ///< in the order of the instrument's inputs
+  std::vector<record::Channel> calibrated;   ///< the same, as the record keeps them
+  std::vector<std::uint8_t> addresses{1};    ///< dcon: of the modules on the line
+  drivers::DconChecksum checksum{};          ///< dcon
+  std::optional<std::uint8_t> type;          ///< dcon: that the modules must be set to
+  std::optional<drivers::MccSensor> sensor;  ///< mcc_usb_temp: at each input; nothing: as it was set up before
   std::string place;
 };
 
@@ -51,17 +51,19 @@ void check_line(const TomlTable& table, const std::string& line);
                                                    std::set<std::string>& seen);
 
 /// The driver, on `line`. `place` names the instrument in its faults; a simulated one needs no pauses.
-[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings,
-                                                            const std::string& place, const Line& line, bool simulated);
+[[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
+                                                                     const std::string& place,
+                                                                     const drivers::Line& line, bool simulated);
 /// The driver of one that is spoken to in bytes, whose wire is there already; `clock`: of a wire with a time of its
 /// own.
-[[nodiscard]] std::unique_ptr<Thermometer> make_thermometer(const ThermometerSettings& settings,
-                                                            const std::string& place,
-                                                            std::unique_ptr<ByteStream> stream, bool simulated,
-                                                            const Clock* clock = nullptr);
+[[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
+                                                                     const std::string& place,
+                                                                     std::unique_ptr<drivers::ByteStream> stream,
+                                                                     bool simulated, const Clock* clock = nullptr);
 /// The driver of a USB-TEMP whose wire is there already; likewise.
-[[nodiscard]] std::unique_ptr<Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
-                                                         std::unique_ptr<HidReports> reports,
-                                                         const Clock* clock = nullptr);
+[[nodiscard]] std::unique_ptr<drivers::Thermometer> make_usb_temp(const ThermometerSettings& settings,
+                                                                  const std::string& place,
+                                                                  std::unique_ptr<drivers::HidReports> reports,
+                                                                  const Clock* clock = nullptr);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

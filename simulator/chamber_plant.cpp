@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kAirByOpenDoorSeconds = 60;
@@ -48,4 +48,4 @@ double ChamberPlant::machinery_k_per_s() const {
   return share * output * std::max(full_k_per_min, 0.0) / 60;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -6,7 +6,7 @@
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Three first-order lags (air and wall, machinery, sensor) under a proportional-integral controller whose integral
 /// stops while the output is at its limit. Explicit Euler, 1 s. Free of noise.
@@ -36,4 +36,4 @@ class ChamberPlant {
   double output_{};    ///< of heater (positive) and cooler (negative), −1…1
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -9,26 +9,27 @@
 #include "core/clock.hpp"
 #include "drivers/chamber/item_exchange.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
-bool any_holds(const std::vector<Condition>& conditions, const RegisterItem& item, double value) {
+bool any_holds(const std::vector<drivers::Condition>& conditions, const drivers::RegisterItem& item, double value) {
   return std::ranges::any_of(conditions, [&](const auto& c) { return c.item == item.name && holds(c, value); });
 }
 
-bool is_block(WriteFunction function) { return function == WriteFunction::registers; }
+bool is_block(drivers::WriteFunction function) { return function == drivers::WriteFunction::registers; }
 
 }  // namespace
 
-int image_address(const RegisterItem& item) {
-  const bool coil = item.write_function == WriteFunction::coil || item.read_function == ReadFunction::coils;
+int image_address(const drivers::RegisterItem& item) {
+  const bool coil =
+      item.write_function == drivers::WriteFunction::coil || item.read_function == drivers::ReadFunction::coils;
   return item.address + (coil ? kCoils : 0);
 }
 
-RegisterImage::RegisterImage(const RegisterMap& map) : map_(map) {
+RegisterImage::RegisterImage(const drivers::RegisterMap& map) : map_(map) {
   if (map.identity && map.identity->pattern.empty()) set_value(*map.find(map.identity->item), map.identity->value);
   for (const auto& [name, value] : map.simulated.initial) set_value(*map.find(name), value);
-  const auto set_text = [this](const RegisterItem& item, std::string_view text) {
+  const auto set_text = [this](const drivers::RegisterItem& item, std::string_view text) {
     const auto words = encode_text(item.text, text);
     for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
   };
@@ -50,47 +51,48 @@ std::vector<std::uint16_t> RegisterImage::words(int address, int count) const {
   return all;
 }
 
-RegisterItem RegisterImage::in_its_context(const RegisterItem& item) const {
+drivers::RegisterItem RegisterImage::in_its_context(const drivers::RegisterItem& item) const {
   if (item.decimals.empty() && item.unit.empty()) return item;
   const auto context =
-      context_of(map_, item, [&](const RegisterItem& other) -> Result<double> { return value(other); });
-  return in_context(item, context.value_or(ItemContext{}));
+      context_of(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
+  return in_context(item, context.value_or(drivers::ItemContext{}));
 }
 
-double RegisterImage::value(const RegisterItem& item) const {
+double RegisterImage::value(const drivers::RegisterItem& item) const {
   auto form = in_its_context(item);
   form.write_scale.reset();
   return decode_as_written(form, words(image_address(item), word_count(item)));
 }
 
-std::vector<std::uint16_t> RegisterImage::words_at(const RegisterItem& item, double value) const {
+std::vector<std::uint16_t> RegisterImage::words_at(const drivers::RegisterItem& item, double value) const {
   const bool as_it_is = item.decimals.empty() && item.unit.empty();  // no copy for what is read every second
   auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
-  if (item.type != RegisterType::bits) return words;
+  if (item.type != drivers::RegisterType::bits) return words;
   words[0] = with_other_bits(item, words[0], word(image_address(item)));
   return words;
 }
 
-void RegisterImage::set_value(const RegisterItem& item, double value) {
+void RegisterImage::set_value(const drivers::RegisterItem& item, double value) {
   const auto words = words_at(item, value);
   for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
 }
 
-MemoryImage::MemoryImage(const RegisterMap& map, RegisterImage& registers) : map_(map), registers_(registers) {
+MemoryImage::MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers) : map_(map), registers_(registers) {
   if (!map.memory) return;
   const auto& memory = *map.memory;
-  const auto add = [&](const MemoryBlock& block, int steps, bool windowed) {
+  const auto add = [&](const drivers::MemoryBlock& block, int steps, bool windowed) {
     ranges_.push_back({block.address, block.address + (steps - 1) * memory.stride + block.count - 1, windowed});
   };
   for (const auto& block : memory.header) add(block, 1, false);
   for (const auto& block : memory.footer) add(block, 1, false);
   const bool window = memory.stride == 0;
   for (const auto& block : memory.step) {
-    const bool edits = std::ranges::any_of(block.cells, [](const auto& c) { return c.source == CellSource::step; });
+    const bool edits =
+        std::ranges::any_of(block.cells, [](const auto& c) { return c.source == drivers::CellSource::step; });
     add(block, memory.steps_at_most, window && !edits);
     if (window && block.select) step_selector_ = block.address;
     for (const auto& cell : block.cells)
-      if (window && cell.source == CellSource::kind)
+      if (window && cell.source == drivers::CellSource::kind)
         if (const auto end = cell.form.codes.find("end"); end != cell.form.codes.end())
           fresh_[block.address + cell.at] = static_cast<std::uint16_t>(end->second.front());
   }
@@ -124,24 +126,24 @@ void MemoryImage::set_word(int address, std::uint16_t word) {
   window_[{range && range->windowed ? selected_step() : 0, address}] = word;
 }
 
-Result<ChamberProgram> MemoryImage::program(Celsius from) const {
+Result<drivers::ChamberProgram> MemoryImage::program(Celsius from) const {
   if (!map_.memory) return failure(FaultKind::refused, "profile memory", "this controller has none");
   const auto& memory = *map_.memory;
-  const auto words_of = [&](const MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
+  const auto words_of = [&](const drivers::MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
     const bool window = memory.stride == 0 && step >= 0;
     std::vector<std::uint16_t> words;
     const int first = block.address + std::max(step, 0) * memory.stride;
     for (int i = 0; i < block.count; ++i) words.push_back(word_at({window ? step : 0, first + i}));
     return words;
   };
-  const auto value_of = [&](const RegisterItem& item) -> Result<double> { return registers_.value(item); };
-  const auto context = [&](const RegisterItem& form) {
-    return context_of(map_, form, value_of).value_or(ItemContext{});
+  const auto value_of = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
+  const auto context = [&](const drivers::RegisterItem& form) {
+    return context_of(map_, form, value_of).value_or(drivers::ItemContext{});
   };
   return decode_program(memory, from, words_of, context);
 }
 
-void ProgramRun::start(ChamberProgram program, int first) {
+void ProgramRun::start(drivers::ChamberProgram program, int first) {
   program_ = std::move(program);
   enter(static_cast<std::size_t>(first < 0 ? 0 : first));
 }
@@ -152,7 +154,7 @@ void ProgramRun::enter(std::size_t step) {
   if (step_ >= program_.steps.size())
     stage_ = Stage::done;
   else
-    stage_ = program_.steps[step_].kind == StepKind::ramp ? Stage::ramping : Stage::soaking;
+    stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
 }
 
 void ProgramRun::hold() {
@@ -160,7 +162,8 @@ void ProgramRun::hold() {
 }
 
 void ProgramRun::resume() {
-  if (stage_ == Stage::held) stage_ = program_.steps[step_].kind == StepKind::ramp ? Stage::ramping : Stage::soaking;
+  if (stage_ == Stage::held)
+    stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
 }
 
 Celsius ProgramRun::next_set_point(Celsius air) {
@@ -175,7 +178,7 @@ Celsius ProgramRun::next_set_point(Celsius air) {
   return set_point;
 }
 
-ChamberRegisters::ChamberRegisters(RegisterMap map, VirtualLaboratory& laboratory)
+ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory)
     : map_(std::move(map)), laboratory_(laboratory), image_(map_), memory_(map_, image_) {
   find_live_items();
   find_addresses();
@@ -185,7 +188,7 @@ ChamberRegisters::ChamberRegisters(RegisterMap map, VirtualLaboratory& laborator
 void ChamberRegisters::find_live_items() {
   const auto& unit = map_.simulated;
   for (const auto& item : map_.items) {
-    const auto add = [&](Role role, const SimulatedUnit::Shows* shows = nullptr) {
+    const auto add = [&](Role role, const drivers::SimulatedUnit::Shows* shows = nullptr) {
       live_.push_back({&item, role, shows});
     };
     const auto shows = std::ranges::find_if(unit.shows, [&](const auto& one) { return one.item == item.name; });
@@ -194,7 +197,7 @@ void ChamberRegisters::find_live_items() {
     if (item.name == "set_point" || item.name == "active_set_point" || item.name == "working_set_point")
       add(Role::set_point);
     if (item.name == "output") add(Role::output);
-    if (item.type == RegisterType::date_time && item.readable) add(Role::clock);
+    if (item.type == drivers::RegisterType::date_time && item.readable) add(Role::clock);
     if (shows != unit.shows.end())
       add(Role::shows, &*shows);
     else if (is_mode)
@@ -224,7 +227,7 @@ bool ChamberRegisters::serves(int address) const {
   return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.holds(address);
 }
 
-double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
+double ChamberRegisters::shown(const drivers::SimulatedUnit::Shows& shows) const {
   const auto state = [&]() -> std::string {
     switch (run_.stage()) {
       case ProgramRun::Stage::ramping: return "ramping";
@@ -251,7 +254,8 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
       const auto code = laboratory_.is_on() ? map_.control->on : map_.control->off;
       return image_.words_at(item, static_cast<double>(code));
     }
-    case Role::clock: return encode_date(item.date, civil_time_of(kVirtualEpoch + std::chrono::seconds(seconds_)));
+    case Role::clock:
+      return encode_date(item.date, drivers::civil_time_of(kVirtualEpoch + std::chrono::seconds(seconds_)));
     case Role::shows: return image_.words_at(item, shown(*live.shows));
     case Role::sentinel: break;
   }
@@ -261,11 +265,11 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
   return encode_as_read(raw, item.sentinels.begin()->second);
 }
 
-tl::expected<void, ModbusException> ChamberRegisters::read(ReadFunction function, std::uint16_t address,
+tl::expected<void, ModbusException> ChamberRegisters::read(drivers::ReadFunction function, std::uint16_t address,
                                                            std::uint16_t count,
                                                            std::vector<std::uint16_t>& words) const {
   if (count == 0 || count > map_.link.modbus.read_at_most) return tl::unexpected(ModbusException::illegal_value);
-  const bool coils = function == ReadFunction::coils || function == ReadFunction::discrete_inputs;
+  const bool coils = function == drivers::ReadFunction::coils || function == drivers::ReadFunction::discrete_inputs;
   const int first = address + (coils ? kCoils : 0), end = first + count;
   const auto base = words.size();
   for (int at = first; at < end; ++at) {
@@ -283,10 +287,10 @@ tl::expected<void, ModbusException> ChamberRegisters::read(ReadFunction function
   return {};
 }
 
-bool ChamberRegisters::accepts(const RegisterItem& item, double value) const {
+bool ChamberRegisters::accepts(const drivers::RegisterItem& item, double value) const {
   if (!std::isfinite(value)) return false;
   if (item.name == "set_point") return laboratory_.accepts({value});
-  if (item.codes.empty() || !item.otherwise.empty() || item.type == RegisterType::bits) return true;
+  if (item.codes.empty() || !item.otherwise.empty() || item.type == drivers::RegisterType::bits) return true;
   return std::ranges::any_of(item.codes, [&](const auto& entry) {
     return std::ranges::any_of(entry.second, [&](auto code) { return static_cast<double>(code) == value; });
   });
@@ -301,7 +305,7 @@ tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::as
     if (!item.writable || from != address || coil != (from >= kCoils)) continue;
     if (words.size() < count) return tl::unexpected(ModbusException::illegal_address);
     Assignment made{.item = &item, .address = from, .words = {words.begin(), words.begin() + count}};
-    if (item.type == RegisterType::text || item.type == RegisterType::date_time) return made;
+    if (item.type == drivers::RegisterType::text || item.type == drivers::RegisterType::date_time) return made;
     made.value = decode_as_written(image_.in_its_context(item), made.words);
     if (!accepts(item, made.value)) return tl::unexpected(ModbusException::illegal_value);
     return made;
@@ -310,9 +314,9 @@ tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::as
   return Assignment{.item = nullptr, .address = address, .words = {words.front()}};
 }
 
-tl::expected<void, ModbusException> ChamberRegisters::write(WriteFunction function, std::uint16_t address,
+tl::expected<void, ModbusException> ChamberRegisters::write(drivers::WriteFunction function, std::uint16_t address,
                                                             std::span<const std::uint16_t> words) {
-  const bool coil = function == WriteFunction::coil;
+  const bool coil = function == drivers::WriteFunction::coil;
   if (map_.simulated.ignores_blocks_elsewhere && is_block(function) && !memory_.holds(address)) return {};
   if (words.size() > map_.link.modbus.write_at_most) return tl::unexpected(ModbusException::illegal_value);
   std::vector<Assignment> assignments;
@@ -336,7 +340,7 @@ void ChamberRegisters::apply(const Assignment& assignment) {
   if (assignment.item) take_effect(*assignment.item, assignment.value);
 }
 
-void ChamberRegisters::take_effect(const RegisterItem& item, double value) {
+void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double value) {
   const auto& unit = map_.simulated;
   if (item.name == "set_point") laboratory_.command({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
@@ -377,4 +381,4 @@ void ChamberRegisters::pass_second() {
   if (laboratory_.accepts(set_point)) laboratory_.command(set_point);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

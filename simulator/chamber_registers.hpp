@@ -14,38 +14,38 @@
 #include "drivers/chamber/register_map.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 class RegisterImage {
  public:
   /// `map` outlives it. Holds the map's fingerprint and initial values, zeros otherwise.
-  explicit RegisterImage(const RegisterMap& map);
+  explicit RegisterImage(const drivers::RegisterMap& map);
 
   [[nodiscard]] std::uint16_t word(int address) const;
   void set_word(int address, std::uint16_t word) { words_[address] = word; }
   [[nodiscard]] std::vector<std::uint16_t> words(int address, int count) const;
 
   /// As the controller shows it, with its decimals and unit.
-  [[nodiscard]] double value(const RegisterItem& item) const;
-  void set_value(const RegisterItem& item, double value);
-  [[nodiscard]] RegisterItem in_its_context(const RegisterItem& item) const;
+  [[nodiscard]] double value(const drivers::RegisterItem& item) const;
+  void set_value(const drivers::RegisterItem& item, double value);
+  [[nodiscard]] drivers::RegisterItem in_its_context(const drivers::RegisterItem& item) const;
 
   /// The words of `item` at `value`; of a bit field with the other bits as they are.
-  [[nodiscard]] std::vector<std::uint16_t> words_at(const RegisterItem& item, double value) const;
+  [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const;
 
  private:
-  const RegisterMap& map_;
+  const drivers::RegisterMap& map_;
   std::map<int, std::uint16_t> words_;
 };
 
 /// Coils and registers have addresses of their own: those of coils are this much higher in an image.
 inline constexpr int kCoils = 0x10000;
-[[nodiscard]] int image_address(const RegisterItem& item);
+[[nodiscard]] int image_address(const drivers::RegisterItem& item);
 
 class MemoryImage {
  public:
   /// Both outlive it.
-  MemoryImage(const RegisterMap& map, RegisterImage& registers);
+  MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers);
 
   [[nodiscard]] bool holds(int address) const;
   [[nodiscard]] std::uint16_t word(int address) const;
@@ -56,7 +56,7 @@ class MemoryImage {
   void store() { stored_ = window_; }
   void load() { window_ = stored_; }
 
-  [[nodiscard]] Result<ChamberProgram> program(Celsius from) const;
+  [[nodiscard]] Result<drivers::ChamberProgram> program(Celsius from) const;
 
  private:
   struct Range {
@@ -69,7 +69,7 @@ class MemoryImage {
   [[nodiscard]] int selected_step() const;
   [[nodiscard]] std::uint16_t word_at(const Place& place) const;
 
-  const RegisterMap& map_;
+  const drivers::RegisterMap& map_;
   RegisterImage& registers_;
   std::vector<Range> ranges_;
   std::map<Place, std::uint16_t> window_, stored_;
@@ -82,7 +82,7 @@ class ProgramRun {
   enum class Stage { none, ramping, soaking, held, done };
 
   /// From the step `first` (from 0) on; a program without it is done at once.
-  void start(ChamberProgram program, int first);
+  void start(drivers::ChamberProgram program, int first);
   void hold();
   void resume();
   void end() { stage_ = Stage::none; }
@@ -90,7 +90,7 @@ class ProgramRun {
   [[nodiscard]] Stage stage() const { return stage_; }
   [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
   [[nodiscard]] int step() const { return static_cast<int>(step_); }  ///< from 0
-  [[nodiscard]] const ChamberProgram& program() const { return program_; }
+  [[nodiscard]] const drivers::ChamberProgram& program() const { return program_; }
 
   /// The set point of the second that begins now; only while it runs. Then that second is over, unless a guaranteed
   /// soak waits for the air.
@@ -99,7 +99,7 @@ class ProgramRun {
  private:
   void enter(std::size_t step);
 
-  ChamberProgram program_;
+  drivers::ChamberProgram program_;
   std::size_t step_{};
   Duration elapsed_{};
   Stage stage_ = Stage::none;
@@ -114,19 +114,19 @@ enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_addres
 class ChamberRegisters {
  public:
   /// `world` must outlive this.
-  ChamberRegisters(RegisterMap map, VirtualLaboratory& laboratory);
+  ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
-  [[nodiscard]] const RegisterMap& map() const { return map_; }
+  [[nodiscard]] const drivers::RegisterMap& map() const { return map_; }
   [[nodiscard]] std::uint8_t unit() const { return map_.link.modbus.unit; }
 
   /// Appends `count` words to `words`. Fails with illegal_value if the map reads fewer at once, or illegal_address at a
   /// register that is none of the map's (inside a map's one block such a hole reads 0).
-  [[nodiscard]] tl::expected<void, ModbusException> read(ReadFunction function, std::uint16_t address,
+  [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
                                                          std::uint16_t count, std::vector<std::uint16_t>& words) const;
   /// All or nothing. Fails with illegal_address at a register that is not writable or belongs to an item written in
   /// part, or illegal_value if the controller does not accept what is written.
-  [[nodiscard]] tl::expected<void, ModbusException> write(WriteFunction function, std::uint16_t address,
+  [[nodiscard]] tl::expected<void, ModbusException> write(drivers::WriteFunction function, std::uint16_t address,
                                                           std::span<const std::uint16_t> words);
 
   /// The second that begins: a program that runs has its set point in it. To be called before the world's step.
@@ -136,12 +136,12 @@ class ChamberRegisters {
  private:
   enum class Role { air, set_point, output, mode, clock, shows, sentinel };
   struct Live {
-    const RegisterItem* item{};
+    const drivers::RegisterItem* item{};
     Role role{};
-    const SimulatedUnit::Shows* shows{};
+    const drivers::SimulatedUnit::Shows* shows{};
   };
   struct Assignment {
-    const RegisterItem* item{};  ///< nothing: a word of the profile memory
+    const drivers::RegisterItem* item{};  ///< nothing: a word of the profile memory
     int address{};
     std::vector<std::uint16_t> words;
     double value{};
@@ -151,15 +151,15 @@ class ChamberRegisters {
   void find_addresses();
   [[nodiscard]] bool serves(int address) const;
   [[nodiscard]] std::vector<std::uint16_t> live_words(const Live& live) const;
-  [[nodiscard]] double shown(const SimulatedUnit::Shows& shows) const;
+  [[nodiscard]] double shown(const drivers::SimulatedUnit::Shows& shows) const;
   [[nodiscard]] tl::expected<Assignment, ModbusException> assignment(int address, std::span<const std::uint16_t> words,
                                                                      bool coil) const;
-  [[nodiscard]] bool accepts(const RegisterItem& item, double value) const;
+  [[nodiscard]] bool accepts(const drivers::RegisterItem& item, double value) const;
   void apply(const Assignment& assignment);
-  void take_effect(const RegisterItem& item, double value);
+  void take_effect(const drivers::RegisterItem& item, double value);
   void start_program();
 
-  RegisterMap map_;
+  drivers::RegisterMap map_;
   VirtualLaboratory& laboratory_;
   RegisterImage image_;
   MemoryImage memory_;
@@ -170,4 +170,4 @@ class ChamberRegisters {
   std::int64_t seconds_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

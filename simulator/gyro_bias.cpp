@@ -5,17 +5,19 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kReferenceC = 20;
 
-double at(InnerTemperatures inner_c, ThermalOutput output) { return inner_c[static_cast<std::size_t>(output)]; }
+double at(InnerTemperatures inner_c, thermal::ThermalOutput output) {
+  return inner_c[static_cast<std::size_t>(output)];
+}
 
 /// B, C, F, H.
 std::array<double, 4> mirrors_c(InnerTemperatures inner_c) {
-  return {at(inner_c, ThermalOutput::mirror_b), at(inner_c, ThermalOutput::mirror_c),
-          at(inner_c, ThermalOutput::mirror_f), at(inner_c, ThermalOutput::mirror_h)};
+  return {at(inner_c, thermal::ThermalOutput::mirror_b), at(inner_c, thermal::ThermalOutput::mirror_c),
+          at(inner_c, thermal::ThermalOutput::mirror_f), at(inner_c, thermal::ThermalOutput::mirror_h)};
 }
 
 double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std::vector<Play>& plays) {
@@ -37,7 +39,7 @@ double gas_flow_deg_per_h(const GasFlow& flow, double left_c, double right_c) {
 
 double deformation_deg_per_h(const BiasPhysics& physics, InnerTemperatures inner_c) {
   const auto mirrors = mirrors_c(inner_c);
-  const double block = at(inner_c, ThermalOutput::block);
+  const double block = at(inner_c, thermal::ThermalOutput::block);
   double sum = 0;
   for (std::size_t i = 0; i < mirrors.size(); ++i) sum += physics.mirror_deg_per_h_per_k[i] * (mirrors[i] - block);
   return sum;
@@ -60,22 +62,23 @@ double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double p
 double light_path_c(InnerTemperatures inner_c) {
   const auto mirrors = mirrors_c(inner_c);
   const double mirror_mean = (mirrors[0] + mirrors[1] + mirrors[2] + mirrors[3]) / 4;
-  return (at(inner_c, ThermalOutput::block) + mirror_mean) / 2;
+  return (at(inner_c, thermal::ThermalOutput::block) + mirror_mean) / 2;
 }
 
 GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c)
     : physics_(physics), lock_(physics.mode_hops, light_path_c(start_c)) {
-  for (const auto& play : physics.plays) plays_.emplace_back(play.half_width_k, at(start_c, ThermalOutput::block));
+  for (const auto& play : physics.plays)
+    plays_.emplace_back(play.half_width_k, at(start_c, thermal::ThermalOutput::block));
   step(start_c);
 }
 
 void GyroBias::step(InnerTemperatures now_c) {
-  const double block = at(now_c, ThermalOutput::block);
+  const double block = at(now_c, thermal::ThermalOutput::block);
   const double path = light_path_c(now_c);
   for (auto& play : plays_) play.follow(block);
   lock_.follow(path);
-  parts_ = {.gas_flow = gas_flow_deg_per_h(physics_.flow, at(now_c, ThermalOutput::gain_left),
-                                           at(now_c, ThermalOutput::gain_right)),
+  parts_ = {.gas_flow = gas_flow_deg_per_h(physics_.flow, at(now_c, thermal::ThermalOutput::gain_left),
+                                           at(now_c, thermal::ThermalOutput::gain_right)),
             .deformation = deformation_deg_per_h(physics_, now_c),
             .temperature = temperature_deg_per_h(physics_, block),
             .backscatter = backscatter_deg_per_h(physics_.waves, path),
@@ -88,4 +91,4 @@ DegreesPerHour GyroBias::total() const {
   return {p.gas_flow + p.deformation + p.temperature + p.backscatter + p.hysteresis + p.mode_hops};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Flow of the gas in the two discharge arms, against each other along the light's path.
 struct GasFlow {
@@ -92,7 +92,7 @@ class ModeLock {
   double mode_{};
 };
 
-using InnerTemperatures = std::span<const double, kThermalOutputs>;  ///< °C, in the order of ThermalOutput
+using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  ///< °C, in the order of ThermalOutput
 
 /// Langmuir flow: in each arm the discharge drives the gas along the light, at v₀ (T/293.15 K)^p, T the arm's; the two
 /// arms oppose each other, and what is left drags the light (Aronowitz & Lim, Opt. Eng. 18, 1979): k {(1 + u/2) v_left
@@ -140,4 +140,4 @@ class GyroBias {
   BiasParts parts_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 double turn_on(const ReadoutParameters& p, std::uint64_t seed) {
@@ -79,4 +79,4 @@ std::int64_t GyroReadout::device_time_us() const {
   return std::llround(static_cast<double>(seconds_) * (1e6 + parameters_.clock_skew_ppm));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

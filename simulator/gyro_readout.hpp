@@ -9,7 +9,7 @@
 #include "core/random.hpp"
 #include "simulator/laboratory_parameters.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// A stationary first-order Markov (Ornstein-Uhlenbeck) process.
 struct MarkovProcess {
@@ -75,4 +75,4 @@ class GyroReadout {
   std::int64_t seconds_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -9,7 +9,7 @@
 #include "simulator/virtual_gyro.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 namespace {
 
@@ -156,7 +156,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
   if (!is_reduced) return laboratory;
   const auto used = gyro_model_of(rig_text, file, gyro_model_text);
   if (!used) return failure(used.error());
-  auto model = parse_reduced_model(used->text, used->name);
+  auto model = thermal::parse_reduced_model(used->text, used->name);
   if (!model) return failure(model.error());
   std::get<ReducedGyroParameters>(laboratory.body).model = std::move(*model);
   return laboratory;
@@ -203,4 +203,4 @@ std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t
   return values;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -11,7 +11,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Of the chamber; by default nothing is broken.
 struct PlantFaults {
@@ -56,4 +56,4 @@ struct LaboratoryFaults {
 /// empty: another file has it.
 [[nodiscard]] ReducedGyroParameters read_reduced_gyro(const TomlTable& table);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

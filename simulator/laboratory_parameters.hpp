@@ -11,7 +11,7 @@
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// [virtual.plant]: the chamber's air, wall, machinery and controller.
 struct PlantParameters {
@@ -80,12 +80,12 @@ struct UnequalArms {
 
 /// body = "twin": the finite-element gyro, reduced, and the physics of its bias.
 struct ReducedGyroParameters {
-  ReducedModel model;
+  thermal::ReducedModel model;
   double start_c{};  ///< chamber temperature at which the gyro rests at the start
-  GyroFilm film{};
+  thermal::GyroFilm film{};
   UnequalArms arms;
   BiasPhysics bias;
-  ThermalSpread spread;
+  thermal::ThermalSpread spread;
   double lead_spread{};  ///< sigma of ln of each lead's factor
 };
 
@@ -137,4 +137,4 @@ struct LaboratoryParameters {
   SpreadParameters spread;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

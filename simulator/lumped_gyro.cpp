@@ -12,7 +12,7 @@
 #include "simulator/laboratory_file.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 Eigen::Index node_of(const NetworkParameters& network, std::string_view name) {
@@ -206,4 +206,4 @@ LumpedGyroParameters read_lumped_gyro(const TomlTable& table) {
   return {.network = read_network(table.table("network")), .bias = read_bias(table.table("bias"))};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

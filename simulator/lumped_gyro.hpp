@@ -8,7 +8,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// dT/dt = rates·T + chamber·T_chamber + heating, in 1/s, 1/s and K/s.
 struct NetworkEquations {
@@ -65,4 +65,4 @@ class LumpedGyro final : public VirtualGyro {
   ThermalNetwork network_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

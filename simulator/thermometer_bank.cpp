@@ -7,7 +7,7 @@
 #include "core/random.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 namespace {
 
@@ -122,4 +122,4 @@ void ThermometerBank::read() {
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -8,7 +8,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
 /// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
@@ -48,4 +48,4 @@ class ThermometerBank {
   std::array<double, kThermalPlaces> readings_c_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -6,15 +6,17 @@
 
 #include "simulator/laboratory_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 namespace {
 
-static_assert(static_cast<std::size_t>(ThermalOutput::h) + 1 == kBlockPlaces);
-static_assert(static_cast<std::size_t>(ThermalOutput::shell) + 1 == kThermalPlaces);
+static_assert(static_cast<std::size_t>(thermal::ThermalOutput::h) + 1 == kBlockPlaces);
+static_assert(static_cast<std::size_t>(thermal::ThermalOutput::shell) + 1 == kThermalPlaces);
 
 /// The powers come after the ambient.
-double& power_w(ReducedModel& model, ThermalInput input) { return model.powers_w[static_cast<std::size_t>(input) - 1]; }
+double& power_w(thermal::ReducedModel& model, thermal::ThermalInput input) {
+  return model.powers_w[static_cast<std::size_t>(input) - 1];
+}
 
 void share(double& left_w, double& right_w, double left_over_right) {
   const double factor = left_w * left_over_right;
@@ -24,9 +26,9 @@ void share(double& left_w, double& right_w, double left_over_right) {
   right_w = sum - left_w;
 }
 
-void add_lead(ReducedModel& model, ThermalOutput arm, double w_per_k) {
-  const auto row = [&](ThermalOutput output) { return model.outputs.row(static_cast<Eigen::Index>(output)); };
-  const Eigen::VectorXd drop = (row(arm) - row(ThermalOutput::shell)).transpose();
+void add_lead(thermal::ReducedModel& model, thermal::ThermalOutput arm, double w_per_k) {
+  const auto row = [&](thermal::ThermalOutput output) { return model.outputs.row(static_cast<Eigen::Index>(output)); };
+  const Eigen::VectorXd drop = (row(arm) - row(thermal::ThermalOutput::shell)).transpose();
   model.conduction += w_per_k * drop * drop.transpose();
 }
 
@@ -70,7 +72,7 @@ BiasPhysics read_physics(const TomlTable& table) {
   return b;
 }
 
-ThermalSpread read_thermal_spread(const TomlTable& table) {
+thermal::ThermalSpread read_thermal_spread(const TomlTable& table) {
   return {.capacity = not_negative(table, "capacity"),
           .gap = not_negative(table, "gap"),
           .film = not_negative(table, "film"),
@@ -80,12 +82,13 @@ ThermalSpread read_thermal_spread(const TomlTable& table) {
 
 }  // namespace
 
-ReducedModel with_unequal_arms(ReducedModel model, const UnequalArms& arms) {
-  share(power_w(model, ThermalInput::gain_left), power_w(model, ThermalInput::gain_right), arms.gain_left_over_right);
-  share(power_w(model, ThermalInput::ballast_left), power_w(model, ThermalInput::ballast_right),
+thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms) {
+  share(power_w(model, thermal::ThermalInput::gain_left), power_w(model, thermal::ThermalInput::gain_right),
+        arms.gain_left_over_right);
+  share(power_w(model, thermal::ThermalInput::ballast_left), power_w(model, thermal::ThermalInput::ballast_right),
         arms.ballast_left_over_right);
-  add_lead(model, ThermalOutput::gain_left, arms.left_lead_w_per_k);
-  add_lead(model, ThermalOutput::gain_right, arms.right_lead_w_per_k);
+  add_lead(model, thermal::ThermalOutput::gain_left, arms.left_lead_w_per_k);
+  add_lead(model, thermal::ThermalOutput::gain_right, arms.right_lead_w_per_k);
   return model;
 }
 
@@ -104,7 +107,8 @@ ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   (void)thermal.text("gyro");  // read by gyro_model_of
   ReducedGyroParameters p;
   p.start_c = thermal.celsius("start").value;
-  p.film = thermal.choice("film", {"chamber", "still"}) == "still" ? GyroFilm::still : GyroFilm::chamber;
+  p.film =
+      thermal.choice("film", {"chamber", "still"}) == "still" ? thermal::GyroFilm::still : thermal::GyroFilm::chamber;
   p.arms = {.gain_left_over_right = positive(thermal, "gain_left_over_right"),
             .ballast_left_over_right = positive(thermal, "ballast_left_over_right"),
             .left_lead_w_per_k = not_negative(thermal, "left_lead_w_per_k"),
@@ -116,4 +120,4 @@ ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   return p;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

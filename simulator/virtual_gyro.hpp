@@ -11,7 +11,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 inline constexpr std::size_t kBlockPlaces = 8;    ///< A…H, on the block
 inline constexpr std::size_t kThermalPlaces = 9;  ///< and "shell": the cabinet's, or the air in it
@@ -39,7 +39,7 @@ class VirtualGyro {
 /// The model with its left and right half made unequal: powers shared anew, and for each lead, of conductance g from
 /// gain arm to shell, K₀ + g (l − s)(l − s)ᵀ, l and s their rows of the outputs: heat leaves the arm as evenly as its
 /// own power enters it. Symmetric positive definite stays so.
-[[nodiscard]] ReducedModel with_unequal_arms(ReducedModel model, const UnequalArms& arms);
+[[nodiscard]] thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms);
 
 /// The thermometers see A…H and the shell; the bias sees the twin's gain arms, mirrors and block alone.
 class ReducedGyro final : public VirtualGyro {
@@ -55,8 +55,8 @@ class ReducedGyro final : public VirtualGyro {
   [[nodiscard]] InnerTemperatures inner_c() const { return reduced_.outputs_c(); }
 
  private:
-  ReducedTransient reduced_;
+  thermal::ReducedTransient reduced_;
   GyroBias bias_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -17,14 +17,14 @@
 #include "simulator/servers/reply_server.hpp"
 #include "simulator/servers/virtual_usb_temp.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// Indices of the world's thermometers, in the order of an instrument's inputs.
 using Places = std::vector<std::size_t>;
 
 std::size_t inputs_of(const VirtualThermometer& thermometer) {
-  const auto modules = thermometer.kind == ThermometerKind::dcon ? thermometer.addresses.size() : 1;
+  const auto modules = thermometer.kind == drivers::ThermometerKind::dcon ? thermometer.addresses.size() : 1;
   return row_of(thermometer.kind).inputs * modules;
 }
 
@@ -55,10 +55,11 @@ OnInputs on_inputs(const Places& places, std::size_t first = 0) {
 std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const Places& places) {
   std::vector<DconModule> modules;
   for (const auto address : thermometer.addresses)
-    modules.push_back({.address = address,
-                       .type = thermometer.type,
-                       .checksum = thermometer.checksum,
-                       .inputs = on_inputs<Inputs<kDconInputs>>(places, modules.size() * kDconInputs)});
+    modules.push_back(
+        {.address = address,
+         .type = thermometer.type,
+         .checksum = thermometer.checksum,
+         .inputs = on_inputs<Inputs<drivers::kDconInputs>>(places, modules.size() * drivers::kDconInputs)});
   return modules;
 }
 
@@ -66,19 +67,19 @@ std::vector<DconModule> modules_of(const VirtualThermometer& thermometer, const 
 MakeSession session_of(const VirtualThermometer& thermometer, const Places& places,
                        const VirtualLaboratory& laboratory) {
   switch (thermometer.kind) {
-    case ThermometerKind::lakeshore_218:
+    case drivers::ThermometerKind::lakeshore_218:
       return [&laboratory, inputs = on_inputs<Lakeshore218Session::Inputs>(places)] {
         return std::make_unique<Lakeshore218Session>(laboratory, inputs);
       };
-    case ThermometerKind::pt12:
+    case drivers::ThermometerKind::pt12:
       return [&laboratory, inputs = on_inputs<Pt12Session::Inputs>(places)] {
         return std::make_unique<Pt12Session>(laboratory, inputs);
       };
-    case ThermometerKind::dcon:
+    case drivers::ThermometerKind::dcon:
       return [&laboratory, modules = modules_of(thermometer, places)] {
         return std::make_unique<DconSession>(laboratory, modules);
       };
-    case ThermometerKind::mcc_usb_temp: return {};
+    case drivers::ThermometerKind::mcc_usb_temp: return {};
   }
   return {};
 }
@@ -108,7 +109,7 @@ Result<std::vector<Pty>> open_ptys(std::size_t count) {
   return ptys;
 }
 
-FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
+drivers::FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
   return options.frames == FramePace::full_rate ? options.gyro : at_one_frame_a_second(options.gyro);
 }
 
@@ -125,7 +126,7 @@ class Servers final : public VirtualInstruments {
   }
   [[nodiscard]] std::uint16_t gyro_port() const override { return gyro_port_; }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
-  [[nodiscard]] std::unique_ptr<HidReports> usb_temp(std::size_t index) override {
+  [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
     return std::make_unique<VirtualUsbTemp>(laboratory_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
   }
 
@@ -173,7 +174,8 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
   const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
   chamber_port_ = serve("chamber", std::move(*listener++), chamber);
   if (options.ptys)
-    serve("chamber", std::move(*pty++), [this] { return std::make_unique<ModbusRtuSession>(chamber_, LinkKind::rtu); });
+    serve("chamber", std::move(*pty++),
+          [this] { return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu); });
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
     const auto session = session_of(options.thermometers[i], places_[i], laboratory_);
@@ -249,7 +251,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
     auto found = places_of(thermometer, laboratory);
     if (!found) return failure(std::move(found.error()));
     places.push_back(std::move(*found));
-    servers += thermometer.kind == ThermometerKind::mcc_usb_temp ? 0 : 1;
+    servers += thermometer.kind == drivers::ThermometerKind::mcc_usb_temp ? 0 : 1;
   }
   auto listeners = listen_all(options.first_port, servers);
   if (!listeners) return failure(std::move(listeners.error()));
@@ -259,4 +261,4 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
                                    std::move(*ptys));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

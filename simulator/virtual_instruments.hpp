@@ -14,15 +14,15 @@
 #include "drivers/wires.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// One thermometer of the virtual rig: which of the world's are on its inputs, in order; on DCON modules eight to each.
 struct VirtualThermometer {
   std::vector<std::string> channels;
-  ThermometerKind kind{};
+  drivers::ThermometerKind kind{};
   std::vector<std::uint8_t> addresses{1};  ///< DCON: of the modules on the line
   std::uint8_t type = 0x10;                ///< DCON: of all their inputs
-  DconChecksum checksum{};
+  drivers::DconChecksum checksum{};
 };
 
 /// At how many frames a second the gyro sends.
@@ -32,12 +32,12 @@ enum class FramePace {
 };
 
 struct VirtualInstrumentsOptions {
-  RegisterMap chamber;
+  drivers::RegisterMap chamber;
   std::vector<VirtualThermometer> thermometers;
-  FrameFormat gyro;
+  drivers::FrameFormat gyro;
   std::uint16_t first_port = 0;  ///< 0: any free ones; else chamber, thermometers, gyro on consecutive ones
   FramePace frames{};
-  std::vector<GyroCommand> gyro_commands{};  ///< that start its stream: those with a reply are answered
+  std::vector<drivers::GyroCommand> gyro_commands{};  ///< that start its stream: those with a reply are answered
   bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there the chamber speaks Modbus RTU, with
                       ///< unit and registers of the map's link in use
 };
@@ -73,7 +73,7 @@ class VirtualInstruments {
   [[nodiscard]] virtual std::vector<ServedLine> lines() const = 0;
 
   /// The wire of a USB-TEMP, in memory; must not outlive this.
-  [[nodiscard]] virtual std::unique_ptr<HidReports> usb_temp(std::size_t index) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

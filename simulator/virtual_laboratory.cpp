@@ -10,7 +10,7 @@
 #include "simulator/thermometer_bank.hpp"
 #include "simulator/virtual_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
@@ -110,4 +110,4 @@ std::int64_t VirtualLaboratory::device_time_us() const { return parts_->readout.
 double VirtualLaboratory::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
 DegreesPerHour VirtualLaboratory::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -14,7 +14,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 struct LaboratoryParameters;  // simulator/laboratory_parameters.hpp
 struct LaboratoryFaults;      // simulator/laboratory_faults.hpp
@@ -77,4 +77,4 @@ class VirtualLaboratory {
   std::unique_ptr<Parts> parts_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

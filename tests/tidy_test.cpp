@@ -201,6 +201,22 @@ TEST(House, WrappersOfThirdPartiesAreIncludedBySourcesAlone) {
   }
 }
 
+/// core is gyrotherm itself; another floor's namespace has its name, and what lies below it is the room's.
+std::string namespace_of(const Source& source) {
+  if (source.room == "core") return "gyrotherm";
+  const bool has_floors = source.room == "acquisition" || source.room == "sequencer" || source.room == "analysis";
+  return "gyrotherm::" + (has_floors ? source.floor.substr(source.floor.find('/') + 1) : source.room);
+}
+
+TEST(House, EachRoomHasItsNamespace) {
+  for (const auto& source : sources()) {
+    std::string last;  // before it others may stand: of what is declared there, or specialised
+    for (const auto& line : source.lines)
+      if (line.starts_with("namespace gyrotherm")) last = line;
+    if (!last.empty()) EXPECT_EQ(last, "namespace " + namespace_of(source) + " {") << source.at(0);
+  }
+}
+
 TEST(House, FilesHaveOneSubject) {
   for (const auto& source : all_sources()) EXPECT_LE(source.lines.size(), 800u) << source.at(0) << ": split this file";
 }

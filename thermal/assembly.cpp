@@ -7,7 +7,7 @@
 
 #include "thermal/hex20.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr int kReach = 125;  // points of the doubled grid at most two away along each axis
@@ -378,4 +378,4 @@ ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh) {
   return system;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

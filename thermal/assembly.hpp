@@ -9,7 +9,7 @@
 #include "thermal/mesh.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// What a class of bricks weighs in a matrix: conductivities, W/(m·K), or a heat capacity by volume, J/(m³·K).
 struct BrickWeight {
@@ -68,4 +68,4 @@ struct BrickPoint {
 };
 [[nodiscard]] BrickPoint locate(const GyroMesh& mesh, double x, double y, double z);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -10,7 +10,7 @@
 #include "core/result.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 struct ConjugateGradientsOptions {
   double tolerance = 1e-10;      ///< residual's 2-norm over the right-hand side's
@@ -52,4 +52,4 @@ class ConjugateGradients {
 /// "hypre BoomerAMG" or "diagonal".
 [[nodiscard]] std::string_view preconditioner_name();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

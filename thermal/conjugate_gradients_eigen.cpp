@@ -6,7 +6,7 @@
 
 #include "thermal/conjugate_gradients.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 struct ConjugateGradients::Parts {
   SparseMatrix matrix;
@@ -52,4 +52,4 @@ Result<void> ConjugateGradients::replace(SparseMatrix matrix) {
 
 std::string_view preconditioner_name() { return "diagonal"; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -21,7 +21,7 @@
 
 #include "thermal/conjugate_gradients.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// Keeps every signal's handler and puts it back.
@@ -259,4 +259,4 @@ Result<void> ConjugateGradients::replace(SparseMatrix matrix) {
 
 std::string_view preconditioner_name() { return "hypre BoomerAMG"; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

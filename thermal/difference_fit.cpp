@@ -7,7 +7,7 @@
 #include "thermal/mesh.hpp"
 #include "thermal/steady_state.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// A value tried, and how far its difference is from the wanted one.
@@ -144,4 +144,4 @@ Result<std::vector<FittedDifference>> fit_family(const GyroModel& model, double 
   return family;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

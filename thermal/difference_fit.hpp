@@ -9,7 +9,7 @@
 #include "core/result.hpp"
 #include "thermal/gyro_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// Of all gaps alike: effective emissivity, Nusselt number; the block's thickness; the dither zone's conductivity; the
 /// film, on the cabinet in still air or on the block that stands alone.
@@ -54,4 +54,4 @@ struct FittedDifference {
                                                                const FitOptions& options = {},
                                                                const ProgressSink& progress = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -10,7 +10,7 @@
 #include "core/toml_reader.hpp"
 #include "thermal/gyro_parts.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 GyroMaterial material_of(GyroPart part) {
   using enum GyroPart;
@@ -314,4 +314,4 @@ Result<GyroModel> parse_gyro(std::string_view text, const std::string& file) {
   return model;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

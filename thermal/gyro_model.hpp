@@ -14,7 +14,7 @@
 #include "core/toml_reader.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// What a piece of space belongs to. Left is the side of x below the centre.
 enum class GyroPart : std::uint8_t {
@@ -140,4 +140,4 @@ void check_geometry(const TomlTable& root, const GyroModel& model);
 /// cabinet, a thermometer off the block, powers that contradict rate × volume.
 [[nodiscard]] Result<GyroModel> parse_gyro(std::string_view text, const std::string& file);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

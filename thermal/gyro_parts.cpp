@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// Twice the signed area of a, b, p: above 0 if p is left of the way from a to b.
@@ -192,4 +192,4 @@ std::optional<GyroPart> part_at(const GyroModel& model, const GyroParts& parts, 
   return air_at(model, z);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

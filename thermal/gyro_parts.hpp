@@ -6,7 +6,7 @@
 
 #include "thermal/gyro_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 struct PlanPoint {
   double x{};
@@ -65,4 +65,4 @@ struct GyroParts {
 /// Air of which gap, by height alone.
 [[nodiscard]] GyroPart air_at(const GyroModel& model, double z);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -6,7 +6,7 @@
 #include "thermal/conjugate_gradients.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 SolveColumns multigrid_solver() {
   return [](const SparseMatrix& matrix, const Eigen::MatrixXd& right) -> Result<Eigen::MatrixXd> {
@@ -48,4 +48,4 @@ Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& sourc
   return std::move(reduced->model);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -8,7 +8,7 @@
 #include "thermal/mesh.hpp"
 #include "thermal/model_order_reduction.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// By conjugate gradients with algebraic multigrid, set up once per matrix.
 [[nodiscard]] SolveColumns multigrid_solver();
@@ -20,4 +20,4 @@ namespace gyrotherm {
 [[nodiscard]] Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& source_sha256, MeshSize mesh,
                                                const ReductionOptions& options, const ProgressSink& progress = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 namespace {
 
@@ -142,4 +142,4 @@ const Hex20Integrals& hex20_integrals() {
   return integrals;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -7,7 +7,7 @@
 
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 class AffineMatrix final {
  public:
@@ -59,4 +59,4 @@ struct Hex20Integrals {
 };
 [[nodiscard]] const Hex20Integrals& hex20_integrals();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -11,7 +11,7 @@
 #include "thermal/gyro_parts.hpp"
 #include "thermal/hex20.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kSame = 1e-6;  // mm
@@ -592,4 +592,4 @@ double share_of(const BrickClass& brick, GyroPart part) {
   return found == brick.shares.end() ? 0 : found->share;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

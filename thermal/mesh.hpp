@@ -18,7 +18,7 @@
 #include "thermal/gyro_model.hpp"
 #include "thermal/gyro_parts.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 enum class MeshSize { coarse, medium, fine };
 inline constexpr std::array<std::string_view, 3> kMeshSizeNames{"coarse", "medium", "fine"};
@@ -128,4 +128,4 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& lines);
 [[nodiscard]] std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
                                                const std::vector<BrickContents>& contents);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -13,7 +13,7 @@
 #include "thermal/assembly.hpp"
 #include "thermal/hex20.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 namespace {
 
@@ -227,4 +227,4 @@ void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& f
   out << "\n</AppendedData>\n</VTKFile>\n";
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -9,7 +9,7 @@
 #include "thermal/mesh.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 struct CalculixOptions {
   double ambient_c = 20;
@@ -28,4 +28,4 @@ void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroM
 /// point and the number of each brick's main part (GyroPart) by cell. Failure is the stream's to tell.
 void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -14,7 +14,7 @@
 #include "thermal/hex20.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kColdest_c = -60;
@@ -479,4 +479,4 @@ Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& ab
   return reduced;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

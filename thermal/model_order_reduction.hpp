@@ -16,7 +16,7 @@
 #include "thermal/hex20.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// Where an answer is asked for: (K(c) + s C) X = B(c).
 struct ThermalPoint {
@@ -100,4 +100,4 @@ struct ReducedSystem {
 /// is weak or off counts with a tenth of all.
 [[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -7,7 +7,7 @@
 #include <cassert>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kStart_c = 20;
@@ -226,4 +226,4 @@ Result<ReductionError> measure(const ThermalSystem& system, const ReducedSystem&
   return error;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

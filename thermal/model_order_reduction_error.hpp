@@ -8,7 +8,7 @@
 #include "thermal/hex20.hpp"
 #include "thermal/model_order_reduction.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 using ThermalInputValues = Eigen::Vector<double, kThermalInputs>;
 
@@ -67,4 +67,4 @@ struct ReductionTrial {
                                              const ReductionTrial& trial, const SolveColumns& solve,
                                              const ProgressSink& progress = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -11,7 +11,7 @@
 #include "thermal/conjugate_gradients.hpp"
 #include "thermal/hex20.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// The part that fills most of a brick.
@@ -156,4 +156,4 @@ double air_temperature_c(std::span<const double, kThermalOutputs> outputs_c) {
          2;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

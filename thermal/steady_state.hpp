@@ -12,7 +12,7 @@
 #include "thermal/mesh.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 struct SteadyOptions {
   double ambient_c = 20;
@@ -54,4 +54,4 @@ struct SteadyState {
 /// Temperature that the gaps' air takes from the outputs: the mean of block and shell.
 [[nodiscard]] double air_temperature_c(std::span<const double, kThermalOutputs> outputs_c);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

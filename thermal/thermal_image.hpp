@@ -13,7 +13,7 @@
 #include "thermal/gyro_parts.hpp"
 #include "thermal/mesh.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// Keeps references: model, mesh and field must outlive it. Coordinates in m, in the cabinet's axes.
 class ThermalField {
@@ -46,10 +46,10 @@ struct ThermalMark {
 struct ThermalImage {
   std::string title;                ///< "Top face of the block, z = 52.5 mm"
   std::string x_title, y_title;     ///< "x, mm"
-  Range x_mm, y_mm;                 ///< that the samples cover; y points upwards
-  SampledField celsius;             ///< top row first; NaN is left white
+  plot::Range x_mm, y_mm;           ///< that the samples cover; y points upwards
+  plot::SampledField celsius;       ///< top row first; NaN is left white
   std::vector<std::uint8_t> parts;  ///< of each sample, what it lies in: a line is drawn where it changes
-  Range colours_c;                  ///< temperatures of the first and the last colour
+  plot::Range colours_c;            ///< temperatures of the first and the last colour
   double isotherm_step_k = 0.5;
   std::vector<ThermalMark> marks;
   bool simulated = false;
@@ -62,13 +62,13 @@ struct ThermalImage {
 [[nodiscard]] std::string png_of(const ThermalImage& image);
 
 /// The temperatures' colours, white where there is none, and the outlines of the parts.
-[[nodiscard]] Picture coloured(const ThermalImage& image);
+[[nodiscard]] plot::Picture coloured(const ThermalImage& image);
 
 /// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
 
 /// Draws the isotherms into the picture, then a dot and a letter at each thermometer.
-void draw_isotherms(Picture& picture, const ThermalImage& image);
-void draw_marks(Picture& picture, const ThermalImage& image);
+void draw_isotherms(plot::Picture& picture, const ThermalImage& image);
+void draw_marks(plot::Picture& picture, const ThermalImage& image);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

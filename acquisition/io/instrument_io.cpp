@@ -17,7 +17,7 @@
 
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::io {
 namespace {
 
 using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
@@ -34,7 +34,7 @@ Reading<T> stamped(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
-ThermometerReadings read_stamped(Thermometer& thermometer, const Clock& clock) {
+ThermometerReadings read_stamped(drivers::Thermometer& thermometer, const Clock& clock) {
   return stamped<std::vector<Result<Celsius>>>(clock, thermometer.read());
 }
 
@@ -58,7 +58,7 @@ Sample empty_sample(std::int64_t slot, Instant at) {
   return sample;
 }
 
-Result<void> switched(Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
+Result<void> switched(drivers::Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
 
 class InlineIo final : public InstrumentIo {
  public:
@@ -285,4 +285,4 @@ std::unique_ptr<InstrumentIo> InstrumentIo::workers(Instruments instruments, Ins
   return std::make_unique<WorkerIo>(std::move(instruments), options);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::io

@@ -13,20 +13,20 @@
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/instruments.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::io {
 
 /// A thermometer and the names of the inputs that are used: its first ones, in its order.
 struct ThermometerInputs {
-  Thermometer& instrument;
+  drivers::Thermometer& instrument;
   std::vector<std::string> channels;
 };
 
 /// The instruments of a rig. They must outlive the InstrumentIo, and nobody else calls them while it lives.
 struct Instruments {
-  Chamber& chamber;
+  drivers::Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
-  Gyro& gyro;
-  const LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
+  drivers::Gyro& gyro;
+  const drivers::LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
 };
 
 struct InstrumentIoOptions {
@@ -69,4 +69,4 @@ class InstrumentIo {
   [[nodiscard]] virtual Duration stuck_for() { return {}; }
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::io

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 bool is_safety(const Event& event) {
@@ -78,4 +78,4 @@ void Backlog::acknowledge() {
   in_flight_ = 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -8,7 +8,7 @@
 
 #include "acquisition/record/row.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 using EntryPointer = std::shared_ptr<const Entry>;
 
@@ -46,4 +46,4 @@ inline constexpr const char* kDropped = "dropped: the disk took no rows for long
 /// Interlocks, states, commands and ends: what must be in the record although the disk failed.
 [[nodiscard]] bool carries_safety_event(const Entry& entry);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

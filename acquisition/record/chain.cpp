@@ -25,7 +25,7 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 void RowChain::begin(std::string_view table) {
   row_.assign(reinterpret_cast<const char*>(head_.data()), head_.size());
@@ -357,4 +357,4 @@ Result<void> close_record(const std::string& path, int last_part) {
   return write_manifest(path, last_part);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

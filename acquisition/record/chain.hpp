@@ -15,7 +15,7 @@
 #include "core/result.hpp"
 #include "core/sha256.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 // The chain over a record's rows: each carries the beginning of a hash of itself and of the whole hash before it, so
 // that a row that was changed, taken out, put in or moved no longer fits. It begins with what the run knew at its
@@ -100,4 +100,4 @@ struct Verified {
 /// none if it is not as it was written; fails then like verify_record(), otherwise with storage.
 [[nodiscard]] Result<void> close_record(const std::string& path, int last_part);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

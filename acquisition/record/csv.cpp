@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -141,4 +141,4 @@ Result<void> LiveRows::read_row() {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -9,7 +9,7 @@
 
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 // One line of a text table, cut into fields.
 
@@ -64,4 +64,4 @@ class LiveRows {
   std::vector<double> numbers_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -8,7 +8,7 @@
 #include "core/file.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 using Buffer = fmt::memory_buffer;
@@ -103,4 +103,4 @@ Result<void> export_record(const std::string& record_path, const std::string& cs
   return replace_text_file(csv_path, to_csv(*record));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -6,7 +6,7 @@
 #include "acquisition/record/record.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 /// The record as text: comment lines with `#` that say what it is ("SIMULATED" first, if it is), a header of names with
 /// units, one row per sample; an empty field where there is no value. Quoted as in RFC 4180, lines end with LF; numbers
@@ -16,4 +16,4 @@ namespace gyrotherm {
 /// Writes it; the file appears as a whole. Fails like read_record, or with storage.
 [[nodiscard]] Result<void> export_record(const std::string& record_path, const std::string& csv_path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

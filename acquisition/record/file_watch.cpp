@@ -18,7 +18,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -302,4 +302,4 @@ std::optional<Interference> FileWatch::look_closely(std::int64_t frames) const {
   return look_at_log(frames);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

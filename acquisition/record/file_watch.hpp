@@ -15,7 +15,7 @@
 #include "core/file.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 // Whether a write-ahead log of SQLite still has what was written into it, by the sums in it. Without them a power cut
 // or a crash would keep nothing behind the place where somebody else wrote, and nobody would know before.
@@ -107,4 +107,4 @@ class FileWatch {
   std::optional<Duration> log_seen_;  ///< when the log's sums were last compared
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -16,7 +16,7 @@
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -413,4 +413,4 @@ Result<ImportSummary> import_record(const std::string& table_path, const std::st
   return ImportSummary{rows->gyro.size(), rows->time.back(), silences.count};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

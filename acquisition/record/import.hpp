@@ -12,7 +12,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 // How a foreign text table is to be read: which column is the time, which are thermometers, which is the gyro, and in
 // what units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
@@ -105,4 +105,4 @@ struct ImportSummary {
 [[nodiscard]] Result<ImportSummary> import_record(const std::string& table_path, const std::string& map_path,
                                                   const std::string& record_path, const std::string& program_version);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -11,7 +11,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 /// Says in bad_file's words that a file is damaged, and in a locked one's who holds it.
@@ -175,4 +175,4 @@ Result<Record> read_record(const std::string& path) {
   return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

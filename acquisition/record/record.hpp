@@ -11,7 +11,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 struct Gap {
   std::int64_t first{};
@@ -47,4 +47,4 @@ struct Record {
 /// …"); see status.hpp. Fails with bad_file (not a record, another schema version, damaged).
 [[nodiscard]] Result<Record> read_record(const std::string& path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -7,7 +7,7 @@
 
 #include "acquisition/record/chain.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 /// The last instant that the entries know.
@@ -132,4 +132,4 @@ Result<void> RecordWriter::finish() {
   return spoiled_ ? Result<void>{} : close_record(path_, options_.part);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -12,7 +12,7 @@
 #include "acquisition/record/run_file.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 struct RecordWriterOptions {
   std::size_t most_rows{};   ///< acknowledged rows that stay in memory, for a file that is found to have lost them
@@ -75,4 +75,4 @@ class RecordWriter {
   int locked_{};  ///< attempts in a row
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

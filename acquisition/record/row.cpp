@@ -9,7 +9,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -244,4 +244,4 @@ Result<std::int64_t> last_slot(Database& database) {
       "SELECT max(coalesce((SELECT max(slot) FROM sample), -1), coalesce((SELECT max(last) FROM gap), -1))", -1);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -17,7 +17,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 // What one call of Store puts into the record: the rows of a second, of a gap, or of an event that came alone.
 
@@ -129,4 +129,4 @@ template <class Row>
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
 [[nodiscard]] RunState run_state_named(std::string_view text);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -13,7 +13,7 @@
 #include "acquisition/record/store.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 bool in_memory(const std::string& path) { return path == kInMemory; }
@@ -282,7 +282,7 @@ Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::str
   return Row(statements_->gap, now_.chain, "gap").put(first).put(last).put(plain(cause)).run();
 }
 
-Result<void> RunFile::copy_row(std::string_view table, const Statement& row) {
+Result<void> RunFile::copy_row(std::string_view table, const record::Statement& row) {
   auto& statement = table == "sample"  ? statements_->sample
                     : table == "fault" ? statements_->fault
                     : table == "event" ? statements_->event
@@ -337,4 +337,4 @@ Result<void> RunFile::finish() {
       .and_then([this] { return keep_no_journal(database_, path_); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -16,7 +16,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 class RunFile {
  public:
@@ -78,7 +78,7 @@ class RunFile {
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
-  [[nodiscard]] Result<void> copy_row(std::string_view table, const ::gyrotherm::Statement& row);
+  [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
 
   std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
   Database database_;
@@ -96,4 +96,4 @@ class RunFile {
   Position committed_;  ///< what a roll-back returns to
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

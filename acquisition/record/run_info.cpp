@@ -11,7 +11,7 @@
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/store.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -285,4 +285,4 @@ std::vector<std::string> overdue_calibrations(std::span<const Channel> channels,
   return lines;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -13,7 +13,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 /// The unit under test of a rig that has one.
 inline constexpr const char* kOnlyUnit = "gyro";
@@ -103,4 +103,4 @@ struct RunInfo {
 /// 2027-03-01".
 [[nodiscard]] std::vector<std::string> overdue_calibrations(std::span<const Channel> channels, Duration utc);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

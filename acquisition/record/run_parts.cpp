@@ -8,7 +8,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 struct Found {
@@ -120,4 +120,4 @@ int next_part(const std::string& record_path) {
   return number;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

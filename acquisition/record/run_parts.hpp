@@ -9,7 +9,7 @@
 #include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 /// What a part says of the one before. Rows from slot `from` on stand in it, also those that the one before may have.
 struct Continuation {
@@ -54,4 +54,4 @@ struct RecordFiles {
 /// The first name that no file has yet.
 [[nodiscard]] int next_part(const std::string& record_path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -11,7 +11,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/store.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -241,4 +241,4 @@ Result<void> check_schema(Database& database, const std::string& path) {
       .and_then([&] { return check_slots(database, path); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -24,7 +24,7 @@
 #include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 /// A thermometer's name becomes a column: 1 to 64 of [A-Za-z0-9_ .-], unlike every other column of the sample (letter
 /// case apart). Fails with bad_file naming the channel.
@@ -47,4 +47,4 @@ inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of sec
 /// The sample's columns in the order of SampleRow, quoted, separated by commas.
 [[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

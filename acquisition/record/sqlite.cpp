@@ -20,7 +20,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -442,4 +442,4 @@ bool is_written_here(const std::string& path) {
   return file && written().files.contains(*file);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -16,7 +16,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 enum class ColumnType { null, integer, real, text };
 
@@ -168,4 +168,4 @@ class WrittenHere {
 /// Nothing is opened to find that out. Any thread.
 [[nodiscard]] bool is_written_here(const std::string& path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

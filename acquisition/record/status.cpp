@@ -12,43 +12,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 
-namespace gyrotherm {
-
-/// A time, in whole nanoseconds.
-template <>
-struct JsonValue<Duration> {
-  static Json write(Duration time) { return time.count(); }
-  static void read(const JsonPlace& place, Duration& time) { time = Duration(place.long_integer()); }
-};
-
-/// A time in seconds.
-template <class T>
-struct InSeconds {
-  T& time;
-};
-template <class T>
-struct JsonValue<InSeconds<T>> {
-  static Json write(const InSeconds<T>& in) { return in.time ? Json(to_seconds(*in.time)) : Json(nullptr); }
-  static void read(const JsonPlace& place, const InSeconds<T>& in) {
-    in.time.reset();
-    if (!place.is_null()) in.time = from_seconds(place.number());
-  }
-};
-
-void describe(auto& form, Like<FrameCount> auto& frames) {
-  form("seen", frames.seen);
-  form("lost", frames.lost);
-  form("bad", frames.bad);
-}
-
-void describe(auto& form, Like<RunStanding> auto& standing) {
-  form("state", one_of(standing.state, kRunStates));
-  form("cause", standing.cause);
-  form("time_left_s", InSeconds{standing.time_left});
-  form("behind_plan_s", InSeconds{standing.behind_plan});
-  form("missed_set_points", standing.missed_set_points);
-  form("faults_now", standing.faults_now);
-}
+namespace gyrotherm::record {
 
 void describe(auto& form, Like<RunStatus> auto& status) {
   form.derived("schema", kStatusSchema);
@@ -247,4 +211,4 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   return status;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -12,7 +12,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 inline constexpr const char* kStatusSchema = "gyrotherm-status/1";
 
@@ -91,4 +91,4 @@ void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition
 /// Of an open record: its last sample and its counts.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

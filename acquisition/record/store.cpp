@@ -22,7 +22,7 @@
 #include "core/clock.hpp"
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 /// The law of slots, and what the status file tells: the same for every store. Each slot has exactly one row or lies in
@@ -511,4 +511,4 @@ void remove_record(const std::string& path) {
   ::unlink(status_path(path).c_str());
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -12,7 +12,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 class RecordWriter;
 struct Record;
@@ -91,4 +91,4 @@ struct AttendedStore {
 [[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status,
                                                 const StoreOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -13,7 +13,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// θ of NIST SP 1065: the running sum, one longer than the values.
@@ -420,4 +420,4 @@ AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates) {
   return fit;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -9,7 +9,7 @@
 
 #include "core/form.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// Rates in °/h, evenly spaced in time, cut where a sample is missing: no difference is taken across two stretches.
 struct RateStretches {
@@ -138,4 +138,4 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 /// χ² is its f degrees of freedom (Mandel and Paule 1970), so that the sure points of short τ do not bend all the rest.
 [[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

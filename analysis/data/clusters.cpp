@@ -10,7 +10,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// Of a cluster length: what rounding of a time stamp may amount to.
@@ -145,4 +145,4 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   return all;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -8,7 +8,7 @@
 #include "analysis/data/dataset.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// The clusters of a record, a row each. Cluster k holds the samples with 100k ≤ t − t_0 < 100(k + 1) s.
 struct Clusters {
@@ -47,4 +47,4 @@ struct RecordedRun {
 /// none.
 [[nodiscard]] Result<Clusters> concatenate(const std::vector<Clusters>& parts);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

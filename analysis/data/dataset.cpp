@@ -8,12 +8,12 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-Eigen::Index rows_of(const Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
+Eigen::Index rows_of(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
 /// A column of the record, or all NaN if a foreign record has none.
 Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
@@ -21,14 +21,14 @@ Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
 }
 
-Eigen::VectorXd times_of(const Record& record) {
+Eigen::VectorXd times_of(const record::Record& record) {
   if (record.info.imported) return column(record.time_s, rows_of(record));
   Eigen::VectorXd seconds(rows_of(record));
   for (Eigen::Index i = 0; i < seconds.size(); ++i) seconds(i) = static_cast<double>(record.slot[i]);
   return seconds;
 }
 
-Eigen::MatrixXd calibrated_temperatures(const Record& record) {
+Eigen::MatrixXd calibrated_temperatures(const record::Record& record) {
   const auto& channels = record.info.thermometers;
   Eigen::MatrixXd temperature(rows_of(record), static_cast<Eigen::Index>(channels.size()));
   for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -40,14 +40,14 @@ Eigen::MatrixXd calibrated_temperatures(const Record& record) {
   return temperature;
 }
 
-Eigen::VectorXd rotation_deg_per_h(const Record& record) {
-  const GyroInfo& gyro = record.info.gyro;
+Eigen::VectorXd rotation_deg_per_h(const record::Record& record) {
+  const record::GyroInfo& gyro = record.info.gyro;
   const Eigen::VectorXd number = column(record.gyro, rows_of(record));
-  if (gyro.kind == GyroKind::rate) return gyro.scale * number;
+  if (gyro.kind == record::GyroKind::rate) return gyro.scale * number;
   return gyro.scale * number.array() / column(record.gyro_interval_s, rows_of(record)).array();
 }
 
-void place_in_profile(Dataset& dataset, const Record& record) {
+void place_in_profile(Dataset& dataset, const record::Record& record) {
   const Eigen::Index rows = rows_of(record);
   dataset.segment = Eigen::VectorXi::Constant(rows, -1);
   dataset.cycle = Eigen::VectorXi::Constant(rows, -1);
@@ -63,7 +63,7 @@ void place_in_profile(Dataset& dataset, const Record& record) {
 
 /// NaN if no hold has a bias.
 double mean_of_first_hold(const Dataset& dataset) {
-  const auto hold = std::ranges::find_if(dataset.segments, &RunInfo::SegmentInfo::hold);
+  const auto hold = std::ranges::find_if(dataset.segments, &record::RunInfo::SegmentInfo::hold);
   if (hold == dataset.segments.end()) return kMissing;
   const auto first = static_cast<int>(hold - dataset.segments.begin());
   double sum = 0;
@@ -91,7 +91,7 @@ void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate)
 }
 
 /// Errata 3.3: a rig that names no shell has G, the coldest of the block, in its place.
-void name_three_points(Dataset& dataset, const RunInfo& info) {
+void name_three_points(Dataset& dataset, const record::RunInfo& info) {
   dataset.three_point = info.three_point;
   const auto has = [&](const char* name) { return std::ranges::count(dataset.thermometers, name) > 0; };
   if (!info.three_point.empty() || !has("A") || !has("D") || !has("G")) return;
@@ -101,8 +101,8 @@ void name_three_points(Dataset& dataset, const RunInfo& info) {
 
 }  // namespace
 
-Dataset make_dataset(const Record& record, const std::string& path) {
-  const RunInfo& info = record.info;
+Dataset make_dataset(const record::Record& record, const std::string& path) {
+  const record::RunInfo& info = record.info;
   Dataset dataset;
   dataset.run_id = info.id;
   dataset.path = path;
@@ -112,7 +112,7 @@ Dataset make_dataset(const Record& record, const std::string& path) {
   dataset.gradients = info.gradients;
   dataset.cycles = info.cycles;
   dataset.segments = info.segments;
-  for (const Channel& channel : info.thermometers) dataset.thermometers.push_back(channel.name);
+  for (const record::Channel& channel : info.thermometers) dataset.thermometers.push_back(channel.name);
   if (dataset.gradients.empty()) dataset.gradients = dataset.thermometers;
   name_three_points(dataset, info);
   dataset.time_s = times_of(record);
@@ -121,14 +121,14 @@ Dataset make_dataset(const Record& record, const std::string& path) {
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
   place_in_profile(dataset, record);
   set_zero(dataset, info.gyro.earth_rate);
-  for (const Gap& gap : record.gaps) {
+  for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));
   }
   return dataset;
 }
 
 Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options) {
-  const Result<Record> record = read_record(path);
+  const Result<record::Record> record = record::read_record(path);
   if (!record) return failure(record.error());
   if (!record->finished && !options.unfinished) {
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
@@ -144,4 +144,4 @@ double sample_interval_s(const Dataset& dataset) {
   return step(steps / 2);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

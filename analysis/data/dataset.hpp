@@ -10,9 +10,11 @@
 #include "acquisition/record/run_info.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
-
+namespace gyrotherm::record {
 struct Record;
+}
+
+namespace gyrotherm::data {
 
 /// A record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
@@ -26,7 +28,7 @@ struct Dataset {
   std::vector<std::string> three_point;   ///< cathode, anode, shell (or a stand-in)
   bool three_point_stand_in{};            ///< the record names no shell; G stands in (errata 3.3)
   std::vector<std::string> cycles;
-  std::vector<RunInfo::SegmentInfo> segments;
+  std::vector<record::RunInfo::SegmentInfo> segments;
   std::string bias_zero;          ///< "earth rate removed", "mean of the first hold removed" or "nothing removed"
   Eigen::VectorXd time_s;         ///< since the run started: whole seconds (the slot) of our own records, else the
                                   ///< foreign record's own time
@@ -46,7 +48,7 @@ struct DatasetOptions {
 /// pulses were counted, scale × number where a rate was read, less the Earth rate. Where that is not known, the mean of
 /// the first hold is removed from our own records and nothing from imported ones. Temperatures are the readings plus
 /// their channel's offset. Without a list of gradient thermometers, all are taken.
-[[nodiscard]] Dataset make_dataset(const Record& record, const std::string& path);
+[[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path);
 
 /// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
 /// unfinished run is never mistaken for a finished one).
@@ -55,4 +57,4 @@ struct DatasetOptions {
 /// The time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

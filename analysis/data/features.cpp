@@ -11,7 +11,7 @@
 
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr std::string_view kRatePrefix = "rate:";
@@ -255,4 +255,4 @@ SampleMatrix apply(const Scaling& scaling, const SampleMatrix& values) {
   return ((values.rowwise() - scaling.mean).array().rowwise() / scaling.std.array()).matrix();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -2,15 +2,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
+#include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 enum class FactorKind { temperature, gradient, rate };
 /// The word for the kind: "temperature", "gradient", "rate".
@@ -33,6 +35,14 @@ struct Term {
   auto operator<=>(const Term&) const = default;
 };
 
+void describe(auto& form, Like<Factor> auto& factor) {
+  form("kind", one_of(factor.kind, {FactorKind::temperature, FactorKind::gradient, FactorKind::rate}));
+  form("first", factor.first);
+  form.if_there("second", factor.kind == FactorKind::gradient, factor.second);
+  form.expect("second", (factor.kind == FactorKind::gradient) == !factor.second.empty(),
+              "expected of a gradient, and of nothing else");
+}
+
 [[nodiscard]] Term temperature_term(std::string thermometer);
 [[nodiscard]] Term gradient_term(std::string first, std::string second);
 [[nodiscard]] Term rate_term(std::string thermometer);
@@ -48,6 +58,16 @@ struct Term {
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
 /// The text that parse_term reads as the same term, unless another thermometer bears that very name.
 [[nodiscard]] std::string text(const Term& term);
+
+/// The words are for people; the factors say the same where a thermometer's name holds a '-'.
+void describe(auto& form, Like<Term> auto& term) {
+  auto words = text(term);
+  form("term", words);
+  form("factors", term.factors);
+  form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
+  form.expect("term", words == text(term), "does not say the same as its factors");
+}
 
 /// Rows are samples, row-major so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -71,4 +91,4 @@ struct Scaling {
 [[nodiscard]] Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>& terms);
 [[nodiscard]] SampleMatrix apply(const Scaling& scaling, const SampleMatrix& values);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -12,7 +12,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -234,4 +234,4 @@ Result<TrainingSet> with_two_folds(TrainingSet training_set) {
   return training_set;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

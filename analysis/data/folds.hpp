@@ -11,7 +11,7 @@
 #include "analysis/data/clusters.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 enum class FoldKind {
   automatic,  ///< records where there are kFewestForRecords or more and none of them has a cycle, else cycles
@@ -73,4 +73,4 @@ struct TrainingSet {
 /// into blocks. Fails with usage if they are too few for that.
 [[nodiscard]] Result<TrainingSet> with_two_folds(TrainingSet training_set);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

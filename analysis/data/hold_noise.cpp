@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -20,7 +20,7 @@ struct Hold {
   Eigen::Index first{}, last{};
 };
 
-std::vector<Hold> holds_of(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments) {
+std::vector<Hold> holds_of(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments) {
   const Eigen::Index count = clusters.start_s.size();
   if (segments.empty()) return count > 0 ? std::vector<Hold>{{0, count - 1}} : std::vector<Hold>{};
   std::vector<Hold> holds;
@@ -131,7 +131,7 @@ std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
   return fitted;
 }
 
-NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments) {
+NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments) {
   assert(clusters.last_segment.size() == clusters.segment.size());
   double sum = 0;
   int followed = 0;
@@ -196,4 +196,4 @@ AllanCurve allan_curve_of(const Eigen::Ref<const Eigen::VectorXd>& values, const
   return allan_curve(cut_at_gaps(clusters.start_s, values, clusters.length_s));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -11,7 +11,7 @@
 #include "analysis/data/dataset.hpp"
 #include "analysis/data/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// The last hour of each hold tells of the gyro's own noise: what the temperature still does is slow by then.
 inline constexpr double kQuietSeconds = 3600;
@@ -24,7 +24,8 @@ struct NoiseFloor {
   int differences{};
   double error_deg_per_h{};  ///< standard error for white noise, whose neighbouring differences are correlated by −½
 };
-[[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters, const std::vector<RunInfo::SegmentInfo>& segments);
+[[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters,
+                                     const std::vector<record::RunInfo::SegmentInfo>& segments);
 
 /// What a fit of `effective_parameters` p to n independent clusters leaves of noise alone: floor·√(1 − p/n). NaN where
 /// p is not known (0 or NaN) or not below n.
@@ -78,4 +79,4 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 /// value is not finite: raw or compensated bias as a user averages it.
 [[nodiscard]] AllanCurve allan_curve_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// Mean product of neighbours `lag` places apart, of centred values.
@@ -155,4 +155,4 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   return r;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -9,7 +9,7 @@
 #include "analysis/data/clusters.hpp"
 #include "core/form.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// How many independent values tell as much as these, which depend on their neighbours; 0 if that was not asked.
 struct EffectiveNumber {
@@ -79,4 +79,4 @@ struct Correlation {
 /// Correlates the named thermometers on these clusters alone; rates on the clusters that have one.
 [[nodiscard]] Correlation correlate(const Clusters& clusters, const std::vector<std::string>& names);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -11,7 +11,7 @@
 #include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 /// Limits of the logarithms, so that no search ends in infinity.
@@ -71,7 +71,7 @@ Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) 
   return covariance;
 }
 
-Result<Ascent> best_ascent(const SampleMatrix& x, const Eigen::VectorXd& y, const MethodOptions& options) {
+Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y, const MethodOptions& options) {
   std::vector<Result<Ascent>> ascents(options.quick ? 1 : kAscents);
   const bool finished = in_parallel(ascents.size(), options.tuning.swarm.threads, "fitting", {}, [&](std::size_t i) {
     ascents[i] = climb_likelihood(start_of(i, x.cols(), options.seed), x, y, kMostEvaluations);
@@ -94,7 +94,7 @@ std::vector<Eigen::Index> thinned(Eigen::Index rows) {
   return kept;
 }
 
-std::string particulars_of(const Covariance& covariance, const std::vector<Term>& terms,
+std::string particulars_of(const Covariance& covariance, const std::vector<data::Term>& terms,
                            const Eigen::VectorXd& deviation, std::size_t samples) {
   std::vector<std::string> lengths;
   for (std::size_t j = 0; j < terms.size(); ++j) {
@@ -124,30 +124,32 @@ Covariance covariance_of(const Eigen::VectorXd& logarithms) {
   return {.lengths = all.head(inputs).transpose(), .signal = all(inputs), .noise = all(inputs + 1)};
 }
 
-Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const SampleMatrix& a, const SampleMatrix& b) {
-  const SampleMatrix left = a.array().rowwise() / covariance.lengths.array();
-  const SampleMatrix right = b.array().rowwise() / covariance.lengths.array();
-  return covariance.signal * covariance.signal * gaussian_kernel(left, right, 1);
+Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const data::SampleMatrix& a,
+                                  const data::SampleMatrix& b) {
+  const data::SampleMatrix left = a.array().rowwise() / covariance.lengths.array();
+  const data::SampleMatrix right = b.array().rowwise() / covariance.lengths.array();
+  return covariance.signal * covariance.signal * svm::gaussian_kernel(left, right, 1);
 }
 
-Result<Likelihood> marginal_likelihood(const Covariance& covariance, const SampleMatrix& x, const Eigen::VectorXd& y) {
+Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data::SampleMatrix& x,
+                                       const Eigen::VectorXd& y) {
   const Eigen::Index inputs = x.cols();
   const auto samples = static_cast<double>(y.size());
   const double variance = covariance.noise * covariance.noise;
   const Eigen::MatrixXd signal = covariance_matrix(covariance, x, x);
   Eigen::MatrixXd factor = signal;
   factor.diagonal().array() += variance;
-  if (!factor_cholesky(factor)) {
+  if (!svm::factor_cholesky(factor)) {
     return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
   }
   Eigen::MatrixXd alpha = y;
-  solve_cholesky(factor, alpha);
+  svm::solve_cholesky(factor, alpha);
   Likelihood likelihood{.log_value = -0.5 * y.dot(alpha.col(0)) - factor.diagonal().array().log().sum() -
                                      0.5 * samples * std::log(2 * std::numbers::pi),
                         .gradient = Eigen::VectorXd(inputs + 2)};
   // ½ tr((ααᵀ − K⁻¹) ∂K/∂θ); ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², which sums to products of Q = (ααᵀ − K⁻¹) ∘ S with
   // x.
-  const Eigen::MatrixXd lower = inverse_lower(factor);
+  const Eigen::MatrixXd lower = svm::inverse_lower(factor);
   Eigen::MatrixXd weighed = lower.selfadjointView<Eigen::Lower>();
   weighed = alpha * alpha.transpose() - weighed;
   const double trace = weighed.trace();
@@ -163,7 +165,8 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const Sampl
   return likelihood;
 }
 
-Result<Ascent> climb_likelihood(const Covariance& start, const SampleMatrix& x, const Eigen::VectorXd& y, int most) {
+Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x, const Eigen::VectorXd& y,
+                                int most) {
   constexpr double kFlat = 0.05;  // nats per unit of a logarithm
   Eigen::VectorXd at = clamped(logarithms_of(start));
   auto likelihood = marginal_likelihood(covariance_of(at), x, y);
@@ -194,12 +197,12 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
 
   Eigen::MatrixXd factor = covariance_matrix(covariance, set.x, set.x);
   factor.diagonal().array() += variance;
-  if (!factor_cholesky(factor)) {
+  if (!svm::factor_cholesky(factor)) {
     return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
   }
   Eigen::MatrixXd alpha = y;
-  solve_cholesky(factor, alpha);
-  const Eigen::VectorXd diagonal = inverse_diagonal(factor);
+  svm::solve_cholesky(factor, alpha);
+  const Eigen::VectorXd diagonal = svm::inverse_diagonal(factor);
   const Eigen::VectorXd deviation = (variance - variance * variance * diagonal.array()).max(0).sqrt();
   return Fit{.function = ExpansionModel{.centres = set.x,
                                         .lengths = covariance.lengths,
@@ -210,4 +213,4 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
              .particulars = particulars_of(covariance, set.terms, deviation, kept.size())};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -9,7 +9,7 @@
 #include "analysis/svm/svr.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
 struct Covariance {
@@ -23,8 +23,8 @@ struct Covariance {
 [[nodiscard]] Covariance covariance_of(const Eigen::VectorXd& logarithms);
 
 /// The covariance between the rows of a and b, without noise.
-[[nodiscard]] Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const SampleMatrix& a,
-                                                const SampleMatrix& b);
+[[nodiscard]] Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const data::SampleMatrix& a,
+                                                const data::SampleMatrix& b);
 
 struct Likelihood {
   double log_value{};        ///< log p(y | X)
@@ -33,7 +33,7 @@ struct Likelihood {
 /// The marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and Williams, Gaussian Processes for
 /// Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the
 /// covariance is not positive definite in double.
-[[nodiscard]] Result<Likelihood> marginal_likelihood(const Covariance& covariance, const SampleMatrix& x,
+[[nodiscard]] Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data::SampleMatrix& x,
                                                      const Eigen::VectorXd& y);
 
 struct Ascent {
@@ -44,8 +44,8 @@ struct Ascent {
 /// Climbs from a start by Rprop (Blum and Riedmiller, ESANN 2013): the sign of each derivative sets the step of its
 /// logarithm; ends after `most` evaluations or when no derivative exceeds 0.05. Lengths stay within 0.05 … 200, σ_f
 /// within 0.01 … 100, σ_n within 0.001 … 2. Fails like marginal_likelihood, at the start only.
-[[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const SampleMatrix& x, const Eigen::VectorXd& y,
-                                              int most);
+[[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
+                                              const Eigen::VectorXd& y, int most);
 
 /// Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal likelihood of its training
 /// samples, and held-out samples choose nothing. The likelihood is climbed from three starts, one in the middle and two
@@ -56,4 +56,4 @@ struct Ascent {
 [[nodiscard]] Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters& parameters,
                                                const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -144,4 +144,4 @@ Result<Choice> choose_among(std::span<const HyperParameters> candidates,
   return choice;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -12,7 +12,7 @@
 #include "analysis/methods/method.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Calls `work(i)` for each i below `count`, in any order, on at most `threads` threads (0: all there are). The sink is
 /// asked from the calling thread alone; false if it asked to stop, and some of the work was then left out.
@@ -49,4 +49,4 @@ struct Least {
                                           std::span<const Fold> folds, const MethodOptions& options,
                                           const ProgressSink& progress);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

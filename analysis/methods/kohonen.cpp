@@ -10,7 +10,7 @@
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/radial_basis.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 /// 0 … count − 1 in an order drawn at random.
@@ -22,7 +22,7 @@ std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generato
 }
 
 /// One sample is shown to the map.
-void show(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side, SampleMatrix& nodes) {
+void show(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side, data::SampleMatrix& nodes) {
   Eigen::Index winner = 0;
   (nodes.rowwise() - sample).rowwise().squaredNorm().minCoeff(&winner);
   const Eigen::Index row = winner / side, column = winner % side;
@@ -40,14 +40,14 @@ double tolerance_at(Eigen::Index step) { return std::pow(10.0, -1 - 0.25 * stati
 
 /// The nodes and how far they lie from their neighbours.
 struct Map {
-  SampleMatrix nodes;
+  data::SampleMatrix nodes;
   double apart{};
   [[nodiscard]] Eigen::VectorXd widths(double factor) const {
     return Eigen::VectorXd::Constant(nodes.rows(), factor * apart);
   }
 };
 
-Result<Map> make_map(const SampleMatrix& x, std::uint64_t seed) {
+Result<Map> make_map(const data::SampleMatrix& x, std::uint64_t seed) {
   Map map{.nodes = self_organising_map(x, seed), .apart = 0};
   map.apart = neighbour_distances(map.nodes).mean();
   if (map.apart > 0) return map;
@@ -64,17 +64,18 @@ ExpansionModel expansion_of(const Map& map, double factor, const OrthogonalPath&
           .b = offset_of(path, weights)};
 }
 
-OrthogonalPath path_of(const Map& map, double factor, const SampleMatrix& x, const Eigen::VectorXd& y,
+OrthogonalPath path_of(const Map& map, double factor, const data::SampleMatrix& x, const Eigen::VectorXd& y,
                        double tolerance) {
   return orthogonal_least_squares(gaussian_units(x, map.nodes, map.widths(factor)), y, tolerance, map.nodes.rows());
 }
 
 }  // namespace
 
-SampleMatrix self_organising_map(const SampleMatrix& samples, std::uint64_t seed, const MapOptions& options) {
+data::SampleMatrix self_organising_map(const data::SampleMatrix& samples, std::uint64_t seed,
+                                       const MapOptions& options) {
   assert(samples.rows() > 0 && options.side > 0 && options.rounds > 0);
   std::mt19937_64 generator(seed);
-  SampleMatrix nodes(options.side * options.side, samples.cols());
+  data::SampleMatrix nodes(options.side * options.side, samples.cols());
   for (Eigen::Index j = 0; j < nodes.rows(); ++j) nodes.row(j) = samples.row(index_below(samples.rows(), generator));
   const double last = std::max(1.0, static_cast<double>(options.rounds) * static_cast<double>(samples.rows()) - 1);
   double shown = 0;
@@ -186,4 +187,4 @@ Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters, 
              .particulars = fmt::format("{} of {} nodes taken as centres", count, map->nodes.rows())};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

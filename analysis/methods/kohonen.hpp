@@ -10,7 +10,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// How a self-organising map is made.
 struct MapOptions {
@@ -23,8 +23,8 @@ struct MapOptions {
 /// Makes Kohonen's self-organising map: for a sample z and its nearest node c each node j moves by
 /// α exp(−d_jc²/(2ρ²)) (z − w_j), d_jc their distance on the map (Kohonen, Biol. Cybern. 43 (1982) 59). The result is
 /// nodes × inputs; they start at samples drawn at random.
-[[nodiscard]] SampleMatrix self_organising_map(const SampleMatrix& samples, std::uint64_t seed,
-                                               const MapOptions& options = {});
+[[nodiscard]] data::SampleMatrix self_organising_map(const data::SampleMatrix& samples, std::uint64_t seed,
+                                                     const MapOptions& options = {});
 
 /// Candidates of orthogonal least squares (Chen, Cowan and Grant, IEEE Trans. Neural Networks 2 (1991) 302) in the
 /// order in which they were taken, each the one that then explained most of the target's spread.
@@ -61,4 +61,4 @@ struct OrthogonalPath {
 [[nodiscard]] Result<Fit> fit_kohonen(const FitInput& set, const HyperParameters& parameters,
                                       const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -6,7 +6,7 @@
 
 #include "analysis/methods/held_out.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
@@ -25,4 +25,4 @@ Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const Method
              .particulars = {}};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

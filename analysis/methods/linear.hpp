@@ -3,7 +3,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Fits by a column-pivoted QR with a constant, which gives the shortest weights where inputs are dependent. Inputs
 /// that depend on the others to one part in 10⁹ count as dependent. The effective parameters are the rank. Fails with
@@ -11,4 +11,4 @@ namespace gyrotherm {
 [[nodiscard]] Result<Fit> fit_linear(const FitInput& set, const HyperParameters& parameters,
                                      const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

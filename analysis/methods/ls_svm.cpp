@@ -9,7 +9,7 @@
 #include "analysis/svm/newton.hpp"
 #include "analysis/svm/svr.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 /// log2 of γ and σ.
@@ -49,9 +49,9 @@ void warn_of_edge(const char* name, double at, double least, double largest, std
 Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, Position at) {
   const double sigma = std::exp2(at.sigma);
   const auto machine =
-      solve_ls_svm(gaussian_kernel(fold.train_x, fold.train_x, sigma), fold.train_y, std::exp2(at.gamma));
+      solve_ls_svm(svm::gaussian_kernel(fold.train_x, fold.train_x, sigma), fold.train_y, std::exp2(at.gamma));
   if (!machine) return failure(machine.error());
-  return (gaussian_kernel(fold.test_x, fold.train_x, sigma) * machine->alpha).array() + machine->b;
+  return (svm::gaussian_kernel(fold.test_x, fold.train_x, sigma) * machine->alpha).array() + machine->b;
 }
 
 }  // namespace
@@ -61,13 +61,13 @@ Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel, cons
   assert(gamma > 0 && kernel.rows() == y.size());
   LsSvm machine{.factor = kernel, .eta = {}, .alpha = {}, .b = 0};
   machine.factor.diagonal().array() += 1 / gamma;
-  if (!factor_cholesky(machine.factor)) {
+  if (!svm::factor_cholesky(machine.factor)) {
     return failure(FaultKind::numeric, "least-squares support vector machine",
                    fmt::format("the kernel with gamma = {:.4g} is not positive definite", gamma));
   }
   Eigen::MatrixXd both(y.size(), 2);
   both << Eigen::VectorXd::Ones(y.size()), y;
-  solve_cholesky(machine.factor, both);
+  svm::solve_cholesky(machine.factor, both);
   machine.eta = both.col(0);
   machine.b = both.col(1).sum() / machine.eta.sum();
   machine.alpha = both.col(1) - machine.b * machine.eta;
@@ -75,7 +75,7 @@ Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel, cons
 }
 
 Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine) {
-  return inverse_diagonal(machine.factor).array() - machine.eta.array().square() / machine.eta.sum();
+  return svm::inverse_diagonal(machine.factor).array() - machine.eta.array().square() / machine.eta.sum();
 }
 
 Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
@@ -104,7 +104,7 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
 Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
-  const auto machine = solve_ls_svm(gaussian_kernel(set.x, set.x, sigma), set.y, gamma);
+  const auto machine = solve_ls_svm(svm::gaussian_kernel(set.x, set.x, sigma), set.y, gamma);
   if (!machine) return failure(machine.error());
   const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
   const auto samples = static_cast<double>(set.y.size());
@@ -120,4 +120,4 @@ Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, c
                                         left_out)};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

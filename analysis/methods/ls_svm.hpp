@@ -9,7 +9,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// A machine, and what its solution leaves for other questions.
 struct LsSvm {
@@ -39,4 +39,4 @@ struct LsSvm {
 [[nodiscard]] Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters,
                                      const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -19,27 +19,27 @@
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
-Eigen::VectorXd value(const SvrModel& svr, const SampleMatrix& scaled) {
+Eigen::VectorXd value(const SvrModel& svr, const data::SampleMatrix& scaled) {
   const Eigen::VectorXd widths = Eigen::VectorXd::Constant(svr.beta.size(), svr.parameters.sigma);
-  return GaussianSum(svr.support_vectors, widths, svr.beta).at(scaled).array() + svr.b;
+  return svm::GaussianSum(svr.support_vectors, widths, svr.beta).at(scaled).array() + svr.b;
 }
 
-Eigen::VectorXd value(const LinearModel& linear, const SampleMatrix& scaled) {
+Eigen::VectorXd value(const LinearModel& linear, const data::SampleMatrix& scaled) {
   return (scaled * linear.weights).array() + linear.b;
 }
 
-Eigen::VectorXd value(const ExpansionModel& expansion, const SampleMatrix& scaled) {
-  const auto in_lengths = [&](const SampleMatrix& rows) -> SampleMatrix {
+Eigen::VectorXd value(const ExpansionModel& expansion, const data::SampleMatrix& scaled) {
+  const auto in_lengths = [&](const data::SampleMatrix& rows) -> data::SampleMatrix {
     return rows.array().rowwise() / expansion.lengths.array();
   };
-  const GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
+  const svm::GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
   return sum.at(in_lengths(scaled)).array() + expansion.b;
 }
 
-Eigen::VectorXd value(const NetworkModel& network, const SampleMatrix& scaled) {
+Eigen::VectorXd value(const NetworkModel& network, const data::SampleMatrix& scaled) {
   const Eigen::MatrixXd sums = (scaled * network.weights.transpose()).rowwise() + network.offsets.transpose();
   return (sums.array().tanh().matrix() * network.out).array() + network.b;
 }
@@ -137,7 +137,7 @@ constexpr std::array kMethods = {
 
 }  // namespace
 
-Eigen::VectorXd value_of(const Function& function, const SampleMatrix& scaled) {
+Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled) {
   return std::visit([&](const auto& form) { return value(form, scaled); }, function);
 }
 
@@ -171,4 +171,4 @@ double value_of(const HyperParameters& parameters, std::string_view name) {
   return found->value;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -17,17 +17,18 @@
 #include "analysis/data/features.hpp"
 #include "analysis/svm/svr.hpp"
 #include "analysis/svm/tuning.hpp"
+#include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// What every method ends in is one of four functions of the scaled inputs z, in units of the target's STD from the
 /// target's mean. The first is f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b.
 struct SvrModel {
-  SampleMatrix support_vectors;  ///< scaled
+  data::SampleMatrix support_vectors;  ///< scaled
   Eigen::VectorXd beta;
   double b{};
-  SvrParameters parameters;
+  svm::SvrParameters parameters;
   double relative_gap{};
   double kkt_violation{};
 };
@@ -40,7 +41,7 @@ struct LinearModel {
 
 /// f(z) = Σ_k w_k exp(−½ Σ_j ((z_j − c_kj)/(l_j s_k))²) + b.
 struct ExpansionModel {
-  SampleMatrix centres;        ///< k × inputs, scaled
+  data::SampleMatrix centres;  ///< k × inputs, scaled
   Eigen::RowVectorXd lengths;  ///< l, > 0, one per input; ones unless the method weighs its inputs
   Eigen::VectorXd widths;      ///< s, > 0, one per centre
   Eigen::VectorXd weights;     ///< w, one per centre
@@ -49,16 +50,16 @@ struct ExpansionModel {
 
 /// f(z) = Σ_k v_k tanh(w_k·z + u_k) + b.
 struct NetworkModel {
-  SampleMatrix weights;     ///< w, hidden units × inputs
-  Eigen::VectorXd offsets;  ///< u, one per hidden unit
-  Eigen::VectorXd out;      ///< v, one per hidden unit
+  data::SampleMatrix weights;  ///< w, hidden units × inputs
+  Eigen::VectorXd offsets;     ///< u, one per hidden unit
+  Eigen::VectorXd out;         ///< v, one per hidden unit
   double b{};
 };
 
 using Function = std::variant<SvrModel, LinearModel, ExpansionModel, NetworkModel>;
 
 /// The value of the function at each row. `scaled` has the function's number of inputs.
-[[nodiscard]] Eigen::VectorXd value_of(const Function& function, const SampleMatrix& scaled);
+[[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled);
 
 /// How many numbers the function stores: its size in a navigation computer.
 [[nodiscard]] int numbers_in(const Function& function);
@@ -70,36 +71,41 @@ struct HyperParameter {
 };
 using HyperParameters = std::vector<HyperParameter>;
 
+void describe(auto& form, Like<HyperParameter> auto& parameter) {
+  form("name", parameter.name);
+  form("value", parameter.value);
+}
+
 /// The value of that name, which must be among them.
 [[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
 
 /// One held-out fold as methods see it: what there is to learn and to predict, and of what its columns are.
-struct Fold : TuningFold {
-  std::vector<Term> terms;
+struct Fold : svm::TuningFold {
+  std::vector<data::Term> terms;
 };
 
 /// Fails as check_fold() does for the first fold that it finds wrong, or if there is none.
 [[nodiscard]] Result<void> check_folds(std::span<const Fold> folds);
 
 struct MethodOptions {
-  TuningOptions tuning{};  ///< of the support vector methods
-  std::uint64_t seed = 1;  ///< of methods that start at random
-  double tight_gap = 0;    ///< > 0: the support vector methods try for this relative gap first
-  bool quick = false;      ///< a try: methods that search long search less
+  svm::TuningOptions tuning{};  ///< of the support vector methods
+  std::uint64_t seed = 1;       ///< of methods that start at random
+  double tight_gap = 0;         ///< > 0: the support vector methods try for this relative gap first
+  bool quick = false;           ///< a try: methods that search long search less
 };
 
 /// Hyper-parameters and how they were come by.
 struct Choice {
   HyperParameters parameters;
-  std::optional<TuningSummary> tuning;  ///< support vector methods only
+  std::optional<svm::TuningSummary> tuning;  ///< support vector methods only
   std::vector<std::string> warnings;
 };
 
 /// What one fit learns from. Inputs are scaled; targets are in units of their training STD from their training mean.
 struct FitInput {
-  const SampleMatrix& x;
+  const data::SampleMatrix& x;
   const Eigen::VectorXd& y;
-  const std::vector<Term>& terms;  ///< of the columns of x
+  const std::vector<data::Term>& terms;  ///< of the columns of x
 };
 
 struct Fit {
@@ -121,7 +127,7 @@ struct Method {
   Result<Fit> (*fit)(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
   /// out.
-  Eigen::VectorXd (*filter)(const Clusters& training) = nullptr;
+  Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;
 };
 
 /// All of them, the paper's own first.
@@ -130,4 +136,4 @@ struct Method {
 /// Fails with usage, naming the nearest.
 [[nodiscard]] Result<const Method*> find_method(std::string_view name);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

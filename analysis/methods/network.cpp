@@ -14,19 +14,19 @@
 #include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 /// tanh of each, from one fast pass of exp; right to rounding of 1.
 Eigen::MatrixXd tanh_of(const Eigen::MatrixXd& sums) {
   Eigen::MatrixXd shrunk = sums.cwiseAbs();
-  exponentiate(shrunk.data(), shrunk.size(), -2, shrunk.data());
+  svm::exponentiate(shrunk.data(), shrunk.size(), -2, shrunk.data());
   return ((1 - shrunk.array()) / (1 + shrunk.array())) *
          (sums.array() < 0).select(-1.0, Eigen::ArrayXXd::Ones(sums.rows(), sums.cols()));
 }
 
 /// Hidden units' outputs, units × samples.
-Eigen::MatrixXd hidden_of(const NetworkModel& network, const SampleMatrix& x) {
+Eigen::MatrixXd hidden_of(const NetworkModel& network, const data::SampleMatrix& x) {
   return tanh_of((network.weights * x.transpose()).colwise() + network.offsets);
 }
 
@@ -72,7 +72,7 @@ NetworkModel random_network(Eigen::Index inputs, int hidden, std::uint64_t seed)
   // Uniform in ±√3 has the variance 1.
   const auto draw = [&](double deviation) { return deviation * std::sqrt(3.0) * (2 * uniform(generator) - 1); };
   const double inner = 1 / std::sqrt(static_cast<double>(inputs) + 1), outer = 1 / std::sqrt(hidden);
-  NetworkModel network{.weights = SampleMatrix(hidden, inputs),
+  NetworkModel network{.weights = data::SampleMatrix(hidden, inputs),
                        .offsets = Eigen::VectorXd(hidden),
                        .out = Eigen::VectorXd(hidden),
                        .b = 0};
@@ -96,7 +96,7 @@ void set_numbers(NetworkModel& network, const Eigen::VectorXd& numbers) {
   network.b = numbers(numbers.size() - 1);
 }
 
-Linearised linearise(const NetworkModel& network, const SampleMatrix& x) {
+Linearised linearise(const NetworkModel& network, const data::SampleMatrix& x) {
   const Eigen::Index hidden = network.out.size(), inputs = x.cols(), samples = x.rows();
   const Eigen::MatrixXd units = hidden_of(network, x);
   Linearised at{.value = value_at(network, units), .derivatives = Eigen::MatrixXd(hidden * (inputs + 2) + 1, samples)};
@@ -111,7 +111,7 @@ Linearised linearise(const NetworkModel& network, const SampleMatrix& x) {
   return at;
 }
 
-LevenbergMarquardt::LevenbergMarquardt(NetworkModel start, const SampleMatrix& x, const Eigen::VectorXd& y)
+LevenbergMarquardt::LevenbergMarquardt(NetworkModel start, const data::SampleMatrix& x, const Eigen::VectorXd& y)
     : network_(std::move(start)),
       x_(x),
       y_(y),
@@ -123,13 +123,13 @@ bool LevenbergMarquardt::step() {
   const Eigen::VectorXd gradient = at.derivatives * (at.value - y_);
   const Eigen::VectorXd numbers = numbers_of(network_);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(numbers.size(), numbers.size());
-  subtract_square(at.derivatives, normal);
+  svm::subtract_square(at.derivatives, normal);
   for (; mu_ <= kLargestMu; mu_ *= 10) {
     Eigen::MatrixXd factor = -normal;
     factor.diagonal().array() += mu_;
-    if (!factor_cholesky(factor)) continue;
+    if (!svm::factor_cholesky(factor)) continue;
     Eigen::MatrixXd change = -gradient;
-    solve_cholesky(factor, change);
+    svm::solve_cholesky(factor, change);
     NetworkModel next = network_;
     set_numbers(next, numbers + change.col(0));
     const double error = (value_at(next, hidden_of(next, x_)) - y_).squaredNorm();
@@ -186,4 +186,4 @@ Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters, 
                                         steps, kStarts, weights)};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

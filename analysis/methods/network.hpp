@@ -12,7 +12,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// A network to start from: hidden weights are uniform with a variance of one by the number of inputs and the offset,
 /// so that sums begin inside the tanh's bend; output weights likewise by the number of hidden units.
@@ -28,7 +28,7 @@ struct Linearised {
   Eigen::VectorXd value;
   Eigen::MatrixXd derivatives;
 };
-[[nodiscard]] Linearised linearise(const NetworkModel& network, const SampleMatrix& x);
+[[nodiscard]] Linearised linearise(const NetworkModel& network, const data::SampleMatrix& x);
 
 /// Trains a network of one hidden tanh layer by Levenberg–Marquardt (Hagan and Menhaj, IEEE Trans. Neural Networks 5
 /// (1994) 989), one step at a time: (JᵀJ + µI)δ = −Jᵀe, e = ŷ − y; µ is divided by 10 after a step that lowers Σe²,
@@ -36,7 +36,7 @@ struct Linearised {
 class LevenbergMarquardt {
  public:
   /// Begins at `start`. The samples x and targets y outlive it.
-  LevenbergMarquardt(NetworkModel start, const SampleMatrix& x, const Eigen::VectorXd& y);
+  LevenbergMarquardt(NetworkModel start, const data::SampleMatrix& x, const Eigen::VectorXd& y);
   /// Takes one step that lowers the error; false if there is none.
   [[nodiscard]] bool step();
   [[nodiscard]] const NetworkModel& network() const { return network_; }
@@ -44,7 +44,7 @@ class LevenbergMarquardt {
 
  private:
   NetworkModel network_;
-  const SampleMatrix& x_;
+  const data::SampleMatrix& x_;
   const Eigen::VectorXd& y_;
   double mu_ = 1e-3;
   double squared_error_{};
@@ -60,4 +60,4 @@ class LevenbergMarquardt {
 [[nodiscard]] Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters,
                                       const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -5,17 +5,17 @@
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/linear.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 constexpr int kHighestOrder = 3;
 
-int order_of(const Term& term) {
-  return static_cast<int>(
-      std::ranges::count_if(term.factors, [](const Factor& factor) { return factor.kind != FactorKind::rate; }));
+int order_of(const data::Term& term) {
+  return static_cast<int>(std::ranges::count_if(
+      term.factors, [](const data::Factor& factor) { return factor.kind != data::FactorKind::rate; }));
 }
 
-std::vector<Eigen::Index> columns_of(const std::vector<Term>& terms, int order, bool rates) {
+std::vector<Eigen::Index> columns_of(const std::vector<data::Term>& terms, int order, bool rates) {
   std::vector<Eigen::Index> columns;
   for (std::size_t j = 0; j < terms.size(); ++j) {
     const bool taken = has_rate(terms[j]) ? rates : order_of(terms[j]) <= order;
@@ -25,7 +25,7 @@ std::vector<Eigen::Index> columns_of(const std::vector<Term>& terms, int order, 
 }
 
 /// Every different polynomial that the inputs offer, the simple first.
-std::vector<HyperParameters> candidates_of(const std::vector<Term>& terms) {
+std::vector<HyperParameters> candidates_of(const std::vector<data::Term>& terms) {
   std::vector<HyperParameters> candidates;
   std::vector<std::vector<Eigen::Index>> seen;
   for (int order = 1; order <= kHighestOrder; ++order) {
@@ -50,7 +50,7 @@ Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOption
 Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
   const auto columns =
       columns_of(set.terms, static_cast<int>(value_of(parameters, "order")), value_of(parameters, "rate terms") != 0);
-  const SampleMatrix taken = set.x(Eigen::all, columns);
+  const data::SampleMatrix taken = set.x(Eigen::all, columns);
   auto fitted = fit_linear({taken, set.y, set.terms}, parameters, options);
   if (!fitted) return fitted;
   auto& polynomial = std::get<LinearModel>(fitted->function);
@@ -60,4 +60,4 @@ Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameter
   return fitted;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -5,7 +5,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Chooses "order", m of 1 … 3, and "rate terms", 0 or 1, as far as the inputs offer them, by held-out error.
 [[nodiscard]] Result<Choice> choose_polynomial(std::span<const Fold> folds, const MethodOptions& options,
@@ -17,4 +17,4 @@ namespace gyrotherm {
 [[nodiscard]] Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameters,
                                          const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -13,7 +13,7 @@
 #include "analysis/methods/ridge.hpp"
 #include "core/random.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 /// Lloyd's rounds work on columns, so that distances to one centre are one pass.
@@ -24,8 +24,8 @@ Eigen::VectorXd squared_distances_to(const Eigen::MatrixXd& samples, const Eigen
 }
 
 /// Each next centre is a sample drawn with a probability in proportion to its squared distance from those before.
-Result<SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
-  SampleMatrix centres(count, samples.cols());
+Result<data::SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
+  data::SampleMatrix centres(count, samples.cols());
   Eigen::VectorXd nearest = Eigen::VectorXd::Constant(samples.rows(), std::numeric_limits<double>::infinity());
   Eigen::Index chosen = index_below(samples.rows(), generator);
   for (int k = 0; k < count; ++k) {
@@ -44,7 +44,7 @@ Result<SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count, std::
 }
 
 /// The nearest centre of each sample, the first of equals; their squared distances into `nearest`.
-std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const SampleMatrix& centres,
+std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const data::SampleMatrix& centres,
                                  Eigen::VectorXd& nearest) {
   std::vector<Eigen::Index> owner(samples.rows(), 0);
   nearest = squared_distances_to(samples, centres.row(0));
@@ -60,8 +60,9 @@ std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const SampleMat
 }
 
 /// A centre that owns nothing stays where it is.
-void move_to_means(const SampleMatrix& samples, const std::vector<Eigen::Index>& owner, SampleMatrix& centres) {
-  SampleMatrix sums = SampleMatrix::Zero(centres.rows(), centres.cols());
+void move_to_means(const data::SampleMatrix& samples, const std::vector<Eigen::Index>& owner,
+                   data::SampleMatrix& centres) {
+  data::SampleMatrix sums = data::SampleMatrix::Zero(centres.rows(), centres.cols());
   Eigen::VectorXd counts = Eigen::VectorXd::Zero(centres.rows());
   for (Eigen::Index i = 0; i < samples.rows(); ++i) {
     sums.row(owner[i]) += samples.row(i);
@@ -76,11 +77,11 @@ constexpr std::array kCentres = {10, 20, 40, 80};
 constexpr std::array kLambdas = {1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 
 struct Units {
-  SampleMatrix centres;
+  data::SampleMatrix centres;
   Eigen::VectorXd widths;
 };
 
-Result<Units> place_units(const SampleMatrix& x, int count, std::uint64_t seed) {
+Result<Units> place_units(const data::SampleMatrix& x, int count, std::uint64_t seed) {
   return k_means(x, count, seed).map([](KMeans&& found) {
     Eigen::VectorXd widths = neighbour_distances(found.centres);
     return Units{std::move(found.centres), std::move(widths)};
@@ -89,7 +90,7 @@ Result<Units> place_units(const SampleMatrix& x, int count, std::uint64_t seed) 
 
 }  // namespace
 
-Result<KMeans> k_means(const SampleMatrix& samples, int count, std::uint64_t seed) {
+Result<KMeans> k_means(const data::SampleMatrix& samples, int count, std::uint64_t seed) {
   assert(count > 0);
   constexpr int kMostRounds = 200;
   std::mt19937_64 generator(seed);
@@ -112,7 +113,7 @@ Result<KMeans> k_means(const SampleMatrix& samples, int count, std::uint64_t see
   return result;
 }
 
-Eigen::VectorXd neighbour_distances(const SampleMatrix& centres) {
+Eigen::VectorXd neighbour_distances(const data::SampleMatrix& centres) {
   assert(centres.rows() >= 3);
   Eigen::VectorXd means(centres.rows());
   for (Eigen::Index k = 0; k < centres.rows(); ++k) {
@@ -123,7 +124,7 @@ Eigen::VectorXd neighbour_distances(const SampleMatrix& centres) {
   return means;
 }
 
-Eigen::MatrixXd gaussian_units(const SampleMatrix& samples, const SampleMatrix& centres,
+Eigen::MatrixXd gaussian_units(const data::SampleMatrix& samples, const data::SampleMatrix& centres,
                                const Eigen::VectorXd& widths) {
   const Eigen::MatrixXd columns = samples;
   Eigen::MatrixXd units(samples.rows(), centres.rows());
@@ -172,4 +173,4 @@ Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& paramet
              .particulars = {}};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -14,23 +14,23 @@
 #include "analysis/svm/svr.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Centres of clusters of samples.
 struct KMeans {
-  SampleMatrix centres;
+  data::SampleMatrix centres;
   std::vector<double> costs;  ///< Σ of squared distances to the nearest centre, per round of Lloyd
 };
 
 /// Finds centres by k-means++ (Arthur and Vassilvitskii 2007), then Lloyd's rounds until no sample changes its centre,
 /// or 200 rounds. Fails with usage if there are fewer than `count` different samples.
-[[nodiscard]] Result<KMeans> k_means(const SampleMatrix& samples, int count, std::uint64_t seed);
+[[nodiscard]] Result<KMeans> k_means(const data::SampleMatrix& samples, int count, std::uint64_t seed);
 
 /// The mean distance of each centre to its two nearest others; there are three at least.
-[[nodiscard]] Eigen::VectorXd neighbour_distances(const SampleMatrix& centres);
+[[nodiscard]] Eigen::VectorXd neighbour_distances(const data::SampleMatrix& centres);
 
 /// What units at these centres with these widths make of samples: exp(−‖z_i − c_k‖²/(2 s_k²)), samples × centres.
-[[nodiscard]] Eigen::MatrixXd gaussian_units(const SampleMatrix& samples, const SampleMatrix& centres,
+[[nodiscard]] Eigen::MatrixXd gaussian_units(const data::SampleMatrix& samples, const data::SampleMatrix& centres,
                                              const Eigen::VectorXd& widths);
 
 /// Chooses "centres", K of 10, 20, 40, 80, and "lambda" of 10⁻¹⁰ … 10⁻² in steps of two decades, by held-out error.
@@ -42,4 +42,4 @@ struct KMeans {
 [[nodiscard]] Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& parameters,
                                            const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -8,7 +8,7 @@
 
 #include "analysis/methods/held_out.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 constexpr int kFirstDecade = -8, kLastDecade = 2;
@@ -70,4 +70,4 @@ Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, co
              .particulars = {}};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -11,7 +11,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Ridge regression for any penalty from one decomposition: it minimises ‖y − Zw − b‖² + λn‖w‖², b free.
 class RidgePath {
@@ -42,4 +42,4 @@ class RidgePath {
 [[nodiscard]] Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters,
                                     const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -8,7 +8,7 @@
 
 #include "analysis/methods/held_out.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 using Subset = std::vector<Eigen::Index>;
@@ -17,7 +17,7 @@ using Subset = std::vector<Eigen::Index>;
 /// costs p³ instead of np².
 class Subsets {
  public:
-  Subsets(const SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
+  Subsets(const data::SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
     Eigen::MatrixXd all(x.rows(), x.cols() + 1);
     all << x.rowwise() - x.colwise().mean(), y.array() - y.mean();
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(all);
@@ -115,4 +115,4 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
                                         names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -9,7 +9,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 inline constexpr double kFToEnter = 3.84;
 inline constexpr double kFToRemove = 2.71;
@@ -21,4 +21,4 @@ inline constexpr double kFToRemove = 2.71;
 [[nodiscard]] Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters& parameters,
                                        const MethodOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

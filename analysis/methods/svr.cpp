@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
-SvrModel model_of(const FitInput& set, const SvrSolution& solution, const SvrParameters& parameters) {
+SvrModel model_of(const FitInput& set, const svm::SvrSolution& solution, const svm::SvrParameters& parameters) {
   std::vector<Eigen::Index> support;
   for (Eigen::Index i = 0; i < solution.beta.size(); ++i) {
     if (solution.beta(i) != 0) support.push_back(i);
@@ -23,10 +23,11 @@ SvrModel model_of(const FitInput& set, const SvrSolution& solution, const SvrPar
 }
 
 // The tighter certificate if it can be had, else the common one.
-Result<SvrSolution> solve(const FitInput& set, const SvrParameters& parameters, const MethodOptions& options) {
-  SvrOptions common = options.tuning.svr;
+Result<svm::SvrSolution> solve(const FitInput& set, const svm::SvrParameters& parameters,
+                               const MethodOptions& options) {
+  svm::SvrOptions common = options.tuning.svr;
   if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
-    SvrOptions tight = common;
+    svm::SvrOptions tight = common;
     tight.relative_gap = options.tight_gap;
     auto solution = solve_svr(set.x, set.y, parameters, tight);
     if (solution || solution.error().kind != FaultKind::numeric) return solution;
@@ -35,7 +36,7 @@ Result<SvrSolution> solve(const FitInput& set, const SvrParameters& parameters, 
 }
 
 /// One past the last cluster of the stretch that begins at `first`.
-Eigen::Index end_of_stretch(const Clusters& clusters, Eigen::Index first) {
+Eigen::Index end_of_stretch(const data::Clusters& clusters, Eigen::Index first) {
   Eigen::Index next = first + 1;
   const auto follows = [&](Eigen::Index k) {
     const double apart = clusters.start_s(k) - clusters.start_s(k - 1);
@@ -48,7 +49,7 @@ Eigen::Index end_of_stretch(const Clusters& clusters, Eigen::Index first) {
 }  // namespace
 
 Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
-  const std::vector<TuningFold> unnamed(folds.begin(), folds.end());
+  const std::vector<svm::TuningFold> unnamed(folds.begin(), folds.end());
   auto tuned = tune_svr(unnamed, options.tuning, progress);
   if (!tuned) return failure(tuned.error());
   Choice choice;
@@ -63,9 +64,9 @@ Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, cons
     return failure(FaultKind::usage, "support vector regression",
                    fmt::format("{} samples, needs at least two", set.x.rows()));
   }
-  const SvrParameters svr{.C = value_of(parameters, "C"),
-                          .sigma = value_of(parameters, "sigma"),
-                          .epsilon = value_of(parameters, "epsilon")};
+  const svm::SvrParameters svr{.C = value_of(parameters, "C"),
+                               .sigma = value_of(parameters, "sigma"),
+                               .epsilon = value_of(parameters, "epsilon")};
   const auto solution = solve(set, svr, options);
   if (!solution) return failure(solution.error());
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
@@ -87,7 +88,7 @@ Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& valu
   return predicted;
 }
 
-Eigen::VectorXd filter_bias(const Clusters& training) {
+Eigen::VectorXd filter_bias(const data::Clusters& training) {
   Eigen::VectorXd filtered = training.bias_deg_per_h;
   for (Eigen::Index first = 0, end = 0; first < filtered.size(); first = end) {
     end = end_of_stretch(training, first);
@@ -98,4 +99,4 @@ Eigen::VectorXd filter_bias(const Clusters& training) {
   return filtered;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -6,7 +6,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 
 /// Chooses C, sigma and epsilon by tune_svr.
 [[nodiscard]] Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options,
@@ -33,6 +33,6 @@ struct ForwardPrediction {
 /// A stretch ends where a cluster is missing or another record begins. A predictor takes noise from a bias
 /// that stands still; one that moves it follows no closer than the noise it takes: on the virtual rate run, with the
 /// order and step that predict it best, the filtered bias lies 0.0020 °/h from a smooth fit, the raw one 0.0019.
-[[nodiscard]] Eigen::VectorXd filter_bias(const Clusters& training);
+[[nodiscard]] Eigen::VectorXd filter_bias(const data::Clusters& training);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -9,89 +9,89 @@
 
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-using Terms = std::vector<Term>;
+using Terms = std::vector<data::Term>;
 
 /// What a word of --inputs stands for.
 struct Word {
   std::string_view name;
-  Result<Terms> (*terms)(const Dataset&);
+  Result<Terms> (*terms)(const data::Dataset&);
   bool selects = false;  ///< by correlation, where no rule is given
 };
 
-Result<void> check_gradients(const Dataset& dataset) {
+Result<void> check_gradients(const data::Dataset& dataset) {
   if (dataset.gradients.size() >= 2) return {};
   return failure(FaultKind::usage, dataset.path, "there are no gradients: it has fewer than two gradient thermometers");
 }
 
-Result<Terms> gradients(const Dataset& dataset) {
-  return check_gradients(dataset).map([&] { return all_gradients(dataset.gradients); });
+Result<Terms> gradients(const data::Dataset& dataset) {
+  return check_gradients(dataset).map([&] { return data::all_gradients(dataset.gradients); });
 }
 
-Result<Terms> differences_with_the_first(const Dataset& dataset) {
+Result<Terms> differences_with_the_first(const data::Dataset& dataset) {
   if (const auto sound = check_gradients(dataset); !sound) return failure(sound.error());
   Terms terms;
   for (std::size_t j = 1; j < dataset.gradients.size(); ++j) {
-    terms.push_back(gradient_term(dataset.gradients.front(), dataset.gradients[j]));
+    terms.push_back(data::gradient_term(dataset.gradients.front(), dataset.gradients[j]));
   }
   return terms;
 }
 
-Result<Terms> three_points(const Dataset& dataset) {
+Result<Terms> three_points(const data::Dataset& dataset) {
   const auto& points = dataset.three_point;
   if (points.size() != 3) {
     return failure(FaultKind::usage, dataset.path,
                    "three-point needs a cathode, an anode and a shell thermometer; the record names none");
   }
-  return Terms{gradient_term(points[0], points[1]), gradient_term(points[0], points[2]),
-               gradient_term(points[1], points[2])};
+  return Terms{data::gradient_term(points[0], points[1]), data::gradient_term(points[0], points[2]),
+               data::gradient_term(points[1], points[2])};
 }
 
-Result<Terms> temperatures(const Dataset& dataset) {
+Result<Terms> temperatures(const data::Dataset& dataset) {
   Terms terms;
-  for (const std::string& name : dataset.gradients) terms.push_back(temperature_term(name));
+  for (const std::string& name : dataset.gradients) terms.push_back(data::temperature_term(name));
   return terms;
 }
 
-Result<Terms> rates(const Dataset& dataset) {
+Result<Terms> rates(const data::Dataset& dataset) {
   Terms terms;
-  for (const std::string& name : dataset.gradients) terms.push_back(rate_term(name));
+  for (const std::string& name : dataset.gradients) terms.push_back(data::rate_term(name));
   return terms;
 }
 
-Result<Term> first_temperature(const Dataset& dataset) {
-  if (!dataset.gradients.empty()) return temperature_term(dataset.gradients.front());
+Result<data::Term> first_temperature(const data::Dataset& dataset) {
+  if (!dataset.gradients.empty()) return data::temperature_term(dataset.gradients.front());
   return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
 }
 
 /// Those with the first, or none of a single thermometer.
-Terms differences_if_any(const Dataset& dataset) { return differences_with_the_first(dataset).value_or(Terms{}); }
+Terms differences_if_any(const data::Dataset& dataset) { return differences_with_the_first(dataset).value_or(Terms{}); }
 
-Result<Terms> polynomial(const Dataset& dataset) {
-  return first_temperature(dataset).map([&](const Term& t) {
-    const Term rate = rate_term(dataset.gradients.front());
+Result<Terms> polynomial(const data::Dataset& dataset) {
+  return first_temperature(dataset).map([&](const data::Term& t) {
+    const data::Term rate = data::rate_term(dataset.gradients.front());
     return Terms{t, t * t, t * t * t, rate, t * rate};
   });
 }
 
-Result<Terms> temperature_gradient_rate(const Dataset& dataset) {
-  return first_temperature(dataset).map([&](const Term& t) {
+Result<Terms> temperature_gradient_rate(const data::Dataset& dataset) {
+  return first_temperature(dataset).map([&](const data::Term& t) {
     Terms terms = differences_if_any(dataset);
     terms.insert(terms.begin(), t);
-    terms.push_back(rate_term(dataset.gradients.front()));
+    terms.push_back(data::rate_term(dataset.gradients.front()));
     return terms;
   });
 }
 
-Result<Terms> physics(const Dataset& dataset) {
-  return first_temperature(dataset).map([&](const Term& t) {
+Result<Terms> physics(const data::Dataset& dataset) {
+  return first_temperature(dataset).map([&](const data::Term& t) {
     const Terms differences = differences_if_any(dataset);
     Terms terms{t, t * t};
     terms.insert(terms.end(), differences.begin(), differences.end());
-    for (const Term& difference : differences) terms.push_back(t * difference);
-    terms.push_back(rate_term(dataset.gradients.front()));
+    for (const data::Term& difference : differences) terms.push_back(t * difference);
+    terms.push_back(data::rate_term(dataset.gradients.front()));
     return terms;
   });
 }
@@ -107,10 +107,10 @@ constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"temperature-gradient-rate", temperature_gradient_rate},
                                Word{"physics", physics}};
 
-bool contains(const Terms& terms, const Term& term) { return std::ranges::count(terms, term) > 0; }
+bool contains(const Terms& terms, const data::Term& term) { return std::ranges::count(terms, term) > 0; }
 
 void add_new(Terms& to, const Terms& terms) {
-  for (const Term& term : terms) {
+  for (const data::Term& term : terms) {
     if (!contains(to, term)) to.push_back(term);
   }
 }
@@ -128,12 +128,12 @@ std::vector<std::string_view> split_at(char separator, std::string_view text) {
   }
 }
 
-bool is_input(std::string_view part, const Dataset& dataset) {
-  return std::ranges::count(kWords, part, &Word::name) > 0 || parse_term(part, dataset.thermometers);
+bool is_input(std::string_view part, const data::Dataset& dataset) {
+  return std::ranges::count(kWords, part, &Word::name) > 0 || data::parse_term(part, dataset.thermometers);
 }
 
 /// At commas; and at '+' where what lies between two commas is no input as it stands, since a name may hold a '+'.
-std::vector<std::string_view> parts_of(std::string_view inputs, const Dataset& dataset) {
+std::vector<std::string_view> parts_of(std::string_view inputs, const data::Dataset& dataset) {
   std::vector<std::string_view> parts;
   for (const std::string_view part : split_at(',', inputs)) {
     if (is_input(part, dataset)) {
@@ -145,8 +145,8 @@ std::vector<std::string_view> parts_of(std::string_view inputs, const Dataset& d
   return parts;
 }
 
-Result<Term> read_term(std::string_view part, const Dataset& dataset) {
-  auto term = parse_term(part, dataset.thermometers);
+Result<data::Term> read_term(std::string_view part, const data::Dataset& dataset) {
+  auto term = data::parse_term(part, dataset.thermometers);
   if (term) return term;
   std::vector<std::string> words;
   for (const Word& word : kWords) words.emplace_back(word.name);
@@ -158,7 +158,7 @@ Result<Term> read_term(std::string_view part, const Dataset& dataset) {
 
 }  // namespace
 
-Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
+Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& dataset,
                               const std::optional<SelectionRule>& rule) {
   InputPlan plan{.fixed = {}, .candidates = {}, .rule = rule.value_or(SelectionRule{})};
   Terms named;
@@ -167,7 +167,7 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
       const auto terms = word->terms(dataset);
       if (!terms) return failure(terms.error());
       add_new(rule || word->selects ? plan.candidates : plan.fixed, *terms);
-      if (word->name == "multi-point-t") add_new(plan.fixed, {temperature_term(dataset.gradients.front())});
+      if (word->name == "multi-point-t") add_new(plan.fixed, {data::temperature_term(dataset.gradients.front())});
       continue;
     }
     auto term = read_term(part, dataset);
@@ -178,7 +178,7 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
     named.push_back(std::move(*term));
   }
   add_new(plan.fixed, named);
-  std::erase_if(plan.candidates, [&](const Term& term) { return contains(plan.fixed, term); });
+  std::erase_if(plan.candidates, [&](const data::Term& term) { return contains(plan.fixed, term); });
   if (rule && plan.candidates.empty()) {
     return failure(FaultKind::usage, "--select",
                    "there is nothing to select from: name gradients, temperatures or rates among the inputs");
@@ -186,10 +186,10 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
   return plan;
 }
 
-Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const Clusters& clusters) {
+Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const data::Clusters& clusters) {
   Terms terms = plan.fixed;
   add_new(terms, plan.candidates);
-  return evaluate(terms, clusters).map([](const SampleMatrix& values) {
+  return evaluate(terms, clusters).map([](const data::SampleMatrix& values) {
     std::vector<Eigen::Index> rows;
     for (Eigen::Index k = 0; k < values.rows(); ++k) {
       if (values.row(k).allFinite()) rows.push_back(k);
@@ -198,7 +198,7 @@ Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const 
   });
 }
 
-Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& training_set) {
+Result<ChosenInputs> choose_inputs(const InputPlan& plan, const data::TrainingSet& training_set) {
   ChosenInputs chosen;
   if (!plan.candidates.empty()) {
     auto selection = select_inputs(plan.rule, plan.fixed, plan.candidates, training_set);
@@ -211,4 +211,4 @@ Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& tra
   return chosen;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

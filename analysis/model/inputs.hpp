@@ -11,13 +11,13 @@
 #include "analysis/model/selection.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// Terms that are known beforehand, and terms among which to select on each training set.
 struct InputPlan {
-  std::vector<Term> fixed;       ///< always taken; after the selected ones
-  std::vector<Term> candidates;  ///< empty: nothing is selected
-  SelectionRule rule;            ///< of the candidates
+  std::vector<data::Term> fixed;       ///< always taken; after the selected ones
+  std::vector<data::Term> candidates;  ///< empty: nothing is selected
+  SelectionRule rule;                  ///< of the candidates
 };
 
 /// Reads what the user asks for: words and terms, joined by commas or '+'. A word stands for several terms:
@@ -34,20 +34,20 @@ struct InputPlan {
 /// With a `rule` what the words stand for is selected from by that rule, and terms given one by one are always taken;
 /// without one only multi-point selects. Fails with usage: a record that lacks the thermometers, an unknown or repeated
 /// term, a rule without a word.
-[[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const Dataset& dataset,
+[[nodiscard]] Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& dataset,
                                             const std::optional<SelectionRule>& rule = {});
 
 /// The numbers of the clusters that have a value of every term that may be taken, rising; where rates may be, the first
 /// cluster of a run has none. Fails with usage if a thermometer is lacking.
-[[nodiscard]] Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const Clusters& clusters);
+[[nodiscard]] Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const data::Clusters& clusters);
 
 /// What choose_inputs took.
 struct ChosenInputs {
-  std::vector<Term> terms;
+  std::vector<data::Term> terms;
   Selection selection;  ///< empty if nothing was selected
 };
 
 /// Chooses the terms for one training set. Fails with usage if none is left or as select_inputs does.
-[[nodiscard]] Result<ChosenInputs> choose_inputs(const InputPlan& plan, const TrainingSet& training_set);
+[[nodiscard]] Result<ChosenInputs> choose_inputs(const InputPlan& plan, const data::TrainingSet& training_set);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 constexpr std::array kPolicies = {Outside::clamp, Outside::refuse, Outside::extrapolate};
@@ -22,15 +22,15 @@ double excess(double value, double low, double high) {
 
 }  // namespace
 
-Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters) {
+Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   return predict(model, *inputs);
 }
 
-Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs) {
+Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs) {
   assert(inputs.cols() == static_cast<Eigen::Index>(model.terms.size()));
-  const SampleMatrix scaled = apply(model.scaling, inputs);
+  const data::SampleMatrix scaled = apply(model.scaling, inputs);
   Eigen::VectorXd f = value_of(model.function, scaled);
   for (Eigen::Index k = 0; k < f.size(); ++k) {
     if (!inputs.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
@@ -60,7 +60,7 @@ Result<Outside> parse_outside(std::string_view text) {
                  fmt::format("\"{}\" is no policy, expected clamp, refuse or extrapolate", text));
 }
 
-RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outside) {
+RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside) {
   assert(inputs.cols() == model.input_min.size() && inputs.cols() == model.input_max.size());
   RangedInputs ranged;
   for (Eigen::Index row = 0; row < inputs.rows(); ++row) {
@@ -84,4 +84,4 @@ RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outsi
   return ranged;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

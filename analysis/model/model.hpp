@@ -16,7 +16,7 @@
 #include "analysis/svm/tuning.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 
@@ -44,27 +44,28 @@ struct Model {
   std::string inputs;             ///< "multi-point", "multi-point-t", "three-point" or the terms as given
   std::string method;             ///< a name of the table of methods
   double cluster_length_s = 100;  ///< of the means it was trained on
-  std::vector<Term> terms;
-  Scaling scaling;
+  std::vector<data::Term> terms;
+  data::Scaling scaling;
   double target_mean_deg_per_h{};
   double target_std_deg_per_h{};
-  Function function;
-  HyperParameters hyper_parameters;  ///< as chosen on the held-out folds
-  double effective_parameters{};     ///< of the function; see Fit
-  double residual_std_deg_per_h{};   ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
-  std::string particulars;           ///< see Fit
+  methods::Function function;
+  methods::HyperParameters hyper_parameters;  ///< as chosen on the held-out folds
+  double effective_parameters{};              ///< of the function; see Fit
+  double residual_std_deg_per_h{};  ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
+  std::string particulars;          ///< see Fit
   std::optional<ReducedSetSummary> reduction;  ///< of vectors; the figures below are those of the full function
   std::vector<TrainingRecord> trained_on;
-  Selection selection;           ///< multi-point only
-  TuningSummary tuning;          ///< support vector methods only; else "was not run"
-  TuningOptions tuning_options;  ///< as used
-  bool quick{};                  ///< tuned with a small swarm, for a try
-  std::string folds;             ///< "leave one cycle out (4)", "4 consecutive blocks"
-  Figures in_sample;             ///< residual on the training clusters: not a verification
-  Figures leave_cycle_out;       ///< each fold predicted by a model refitted without it, selection and scaling included
-  std::optional<Figures> nested_leave_cycle_out;  ///< the same, hyper-parameters chosen without the fold too
-  Eigen::VectorXd leave_cycle_out_residual;       ///< per training cluster, °/h (kept in the file for the report)
-  Eigen::RowVectorXd input_min, input_max;        ///< trained range of each term, unscaled
+  Selection selection;                ///< multi-point only
+  svm::TuningSummary tuning;          ///< support vector methods only; else "was not run"
+  svm::TuningOptions tuning_options;  ///< as used
+  bool quick{};                       ///< tuned with a small swarm, for a try
+  std::string folds;                  ///< "leave one cycle out (4)", "4 consecutive blocks"
+  data::Figures in_sample;            ///< residual on the training clusters: not a verification
+  data::Figures
+      leave_cycle_out;  ///< each fold predicted by a model refitted without it, selection and scaling included
+  std::optional<data::Figures> nested_leave_cycle_out;  ///< the same, hyper-parameters chosen without the fold too
+  Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
+  Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
 };
 
@@ -72,9 +73,9 @@ struct Model {
 [[nodiscard]] int stored_numbers(const Model& model);
 
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
-[[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const Clusters& clusters);
+[[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters);
 /// Predicted bias of each row of unscaled inputs (rows × terms), °/h; NaN where an input is not finite.
-[[nodiscard]] Eigen::VectorXd predict(const Model& model, const SampleMatrix& inputs);
+[[nodiscard]] Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs);
 
 /// What is done with inputs beyond the range in which a model was trained.
 ///
@@ -89,7 +90,7 @@ enum class Outside { clamp, refuse, extrapolate };
 
 /// Inputs of a model after the policy.
 struct RangedInputs {
-  SampleMatrix inputs;             ///< unscaled; with refuse, NaN in every row that is outside
+  data::SampleMatrix inputs;       ///< unscaled; with refuse, NaN in every row that is outside
   std::vector<Eigen::Index> rows;  ///< those with an input outside, in order
   Eigen::Index worst_term = -1;    ///< the term that is farthest outside, as a part of its own range; −1: none is
   double worst_excess{};           ///< how far: 0.1 is a tenth of the term's trained range
@@ -97,7 +98,7 @@ struct RangedInputs {
 
 /// Applies the policy to `inputs`, rows × terms of the model, unscaled. A row that holds a NaN is not outside and stays
 /// NaN.
-[[nodiscard]] RangedInputs within_range(const Model& model, SampleMatrix inputs, Outside outside);
+[[nodiscard]] RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside);
 
 /// The model file.
 [[nodiscard]] std::string to_json(const Model& model);
@@ -105,4 +106,4 @@ struct RangedInputs {
 /// place is file:line:column for syntax and the JSON path for content.
 [[nodiscard]] Result<Model> model_from_json(std::string_view json, const std::string& file);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -15,7 +15,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 using Words = std::map<std::string, std::string, std::less<>>;
@@ -53,7 +53,7 @@ std::string c_vector(std::string_view name, const Eigen::Ref<const Eigen::Vector
 }
 
 /// "static const double NAME[rows][columns] = {…};", a line per row.
-std::string c_table(std::string_view name, const Eigen::Ref<const SampleMatrix>& values) {
+std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMatrix>& values) {
   std::string text = fmt::format("static const double {}[{}][{}] = {{\n", name, values.rows(), values.cols());
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     const Eigen::VectorXd row = values.row(i);
@@ -138,13 +138,13 @@ std::string count(Eigen::Index number) { return fmt::format("{}", number); }
 
 std::string constant(double b) { return c_filled(kConstant, {{"b", c_number(b)}}); }
 
-std::string text_of(const LinearModel& linear) {
+std::string text_of(const methods::LinearModel& linear) {
   return c_filled(kLinear, {{"weight", c_vector("weight", linear.weights)},
                             {"inputs", count(linear.weights.size())},
                             {"b", c_number(linear.b)}});
 }
 
-std::string text_of(const SvrModel& svr) {
+std::string text_of(const methods::SvrModel& svr) {
   if (svr.beta.size() == 0) return constant(svr.b);
   const double sigma = svr.parameters.sigma;
   return kAdd + c_filled(kOneWidth, {{"narrowness", c_number(-0.5 / (sigma * sigma))},
@@ -155,9 +155,9 @@ std::string text_of(const SvrModel& svr) {
                                      {"b", c_number(svr.b)}});
 }
 
-std::string text_of(const ExpansionModel& expansion) {
+std::string text_of(const methods::ExpansionModel& expansion) {
   if (expansion.weights.size() == 0) return constant(expansion.b);
-  const SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
+  const data::SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
   return kAdd + c_filled(kGaussians, {{"length", c_vector("length", expansion.lengths.transpose())},
                                       {"centre", c_table("centre", centres)},
@@ -168,7 +168,7 @@ std::string text_of(const ExpansionModel& expansion) {
                                       {"b", c_number(expansion.b)}});
 }
 
-std::string text_of(const NetworkModel& network) {
+std::string text_of(const methods::NetworkModel& network) {
   if (network.out.size() == 0) return constant(network.b);
   return kAdd + c_filled(kNetwork, {{"inward", c_table("inward", network.weights)},
                                     {"offset", c_vector("offset", network.offsets)},
@@ -178,22 +178,22 @@ std::string text_of(const NetworkModel& network) {
                                     {"b", c_number(network.b)}});
 }
 
-double weights_of(const LinearModel& linear) { return linear.weights.lpNorm<1>(); }
-double weights_of(const SvrModel& svr) { return svr.beta.lpNorm<1>(); }
-double weights_of(const ExpansionModel& expansion) { return expansion.weights.lpNorm<1>(); }
-double weights_of(const NetworkModel& network) { return network.out.lpNorm<1>(); }
+double weights_of(const methods::LinearModel& linear) { return linear.weights.lpNorm<1>(); }
+double weights_of(const methods::SvrModel& svr) { return svr.beta.lpNorm<1>(); }
+double weights_of(const methods::ExpansionModel& expansion) { return expansion.weights.lpNorm<1>(); }
+double weights_of(const methods::NetworkModel& network) { return network.out.lpNorm<1>(); }
 
 /// Tables and "static double function_of(const double z[])".
-std::string c_function(const Function& function) {
+std::string c_function(const methods::Function& function) {
   return std::visit([](const auto& form) { return text_of(form); }, function);
 }
 
 /// The sum of the weights of what the function adds up: it says how much the rounding of that sum can amount to.
-double sum_of_weights(const Function& function) {
+double sum_of_weights(const methods::Function& function) {
   return std::visit([](const auto& form) { return weights_of(form); }, function);
 }
 
-std::string figures(const Figures& f) {
+std::string figures(const data::Figures& f) {
   return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} deg/h over {} means", f.std, f.mean, f.rmse,
                      f.max_abs, f.count);
 }
@@ -243,7 +243,8 @@ std::string c_provenance(const Model& model) {
 
 /// Known answers for the self-test of an exported model: temperatures and what the model predicts from them.
 struct KnownAnswers {
-  SampleMatrix mean_c, before_c;   ///< means of the last cluster length and of the one before; columns are thermometers
+  data::SampleMatrix mean_c,
+      before_c;                    ///< means of the last cluster length and of the one before; columns are thermometers
   Eigen::VectorXd bias_deg_per_h;  ///< predicted, inputs outside the trained range clamped
   std::vector<bool> outside;       ///< an input was
 };
@@ -262,27 +263,27 @@ Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& na
   for (Eigen::Index i = 0; i < slopes.rows(); ++i) {
     const auto& factors = model.terms[static_cast<std::size_t>(i)].factors;
     if (factors.size() != 1) continue;
-    const Factor& factor = factors.front();
-    const bool rate = factor.kind == FactorKind::rate;
+    const data::Factor& factor = factors.front();
+    const bool rate = factor.kind == data::FactorKind::rate;
     slopes(i, place_of(names, factor.first) + (rate ? count : 0)) = 1;
-    if (factor.kind == FactorKind::gradient) slopes(i, place_of(names, factor.second)) -= 1;
+    if (factor.kind == data::FactorKind::gradient) slopes(i, place_of(names, factor.second)) -= 1;
   }
   return slopes;
 }
 
 /// Centres of the function, scaled; none if it has no centres.
-SampleMatrix centres_of(const Function& function) {
-  if (const auto* svr = std::get_if<SvrModel>(&function)) return svr->support_vectors;
-  if (const auto* expansion = std::get_if<ExpansionModel>(&function)) return expansion->centres;
+data::SampleMatrix centres_of(const methods::Function& function) {
+  if (const auto* svr = std::get_if<methods::SvrModel>(&function)) return svr->support_vectors;
+  if (const auto* expansion = std::get_if<methods::ExpansionModel>(&function)) return expansion->centres;
   return {};
 }
 
 /// Unscaled inputs like those of the training: near the function's centres, or anywhere in the trained range.
-SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
+data::SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
   std::mt19937_64 generator(1);
   const auto below_one = [&] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
-  const SampleMatrix centres = centres_of(model.function);
-  SampleMatrix inputs(rows, model.input_min.size());
+  const data::SampleMatrix centres = centres_of(model.function);
+  data::SampleMatrix inputs(rows, model.input_min.size());
   for (Eigen::Index i = 0; i < rows; ++i) {
     const auto from = Eigen::RowVectorXd::NullaryExpr(inputs.cols(), below_one).eval();
     if (centres.rows() == 0) {
@@ -305,10 +306,10 @@ double rounded(double value) {
 /// The names of the thermometers that a model needs, sorted.
 std::vector<std::string> thermometers_of(const Model& model) {
   std::set<std::string> names;
-  for (const Term& term : model.terms) {
-    for (const Factor& factor : term.factors) {
+  for (const data::Term& term : model.terms) {
+    for (const data::Factor& factor : term.factors) {
       names.insert(factor.first);
-      if (factor.kind == FactorKind::gradient) names.insert(factor.second);
+      if (factor.kind == data::FactorKind::gradient) names.insert(factor.second);
     }
   }
   return {names.begin(), names.end()};
@@ -319,7 +320,7 @@ KnownAnswers known_answers(const Model& model) {
   const std::vector<std::string> names = thermometers_of(model);
   const auto count = static_cast<Eigen::Index>(names.size());
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> slopes(slopes_of(model, names));
-  const SampleMatrix wanted = wanted_inputs(model, kInside + kBeyond);
+  const data::SampleMatrix wanted = wanted_inputs(model, kInside + kBeyond);
   Eigen::VectorXd room = Eigen::VectorXd::Zero(2 * count);
   room.head(count).setConstant(kRoom_c);
   const Eigen::VectorXd at_room = slopes_of(model, names) * room;
@@ -334,7 +335,7 @@ KnownAnswers known_answers(const Model& model) {
     const Eigen::VectorXd before = state.head(count) - state.tail(count) * (model.cluster_length_s / kSecondsPerMinute);
     answers.before_c.row(i) = before.transpose().unaryExpr(&rounded);
   }
-  Clusters clusters;
+  data::Clusters clusters;
   clusters.length_s = model.cluster_length_s;
   clusters.thermometers = names;
   clusters.temperature_c = answers.mean_c;
@@ -491,13 +492,13 @@ int @name@_self_test(void) {
 }
 )";
 
-std::string of(const Factor& factor, const std::vector<std::string>& names, double length_s) {
+std::string of(const data::Factor& factor, const std::vector<std::string>& names, double length_s) {
   const auto at = [&](const std::string& name) { return std::ranges::find(names, name) - names.begin(); };
   const auto first = at(factor.first);
   switch (factor.kind) {
-    case FactorKind::temperature: return fmt::format("t[{}]", first);
-    case FactorKind::gradient: return fmt::format("(t[{}] - t[{}])", first, at(factor.second));
-    case FactorKind::rate:
+    case data::FactorKind::temperature: return fmt::format("t[{}]", first);
+    case data::FactorKind::gradient: return fmt::format("(t[{}] - t[{}])", first, at(factor.second));
+    case data::FactorKind::rate:
       return fmt::format("((t[{0}] - before[{0}]) * {1})", first, c_number(kSecondsPerMinute / length_s));
   }
   return {};
@@ -507,7 +508,7 @@ std::string terms_of(const Model& model, const std::vector<std::string>& names) 
   std::string lines;
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     std::string product;
-    for (const Factor& factor : model.terms[i].factors) {
+    for (const data::Factor& factor : model.terms[i].factors) {
       product += (product.empty() ? "" : " * ") + of(factor, names, model.cluster_length_s);
     }
     lines += fmt::format("  x[{}] = {}; /* {} */\n", i, product, c_comment(text(model.terms[i])));
@@ -600,7 +601,7 @@ Result<CProgram> to_c(const Model& model, std::string_view name) {
                    fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
   }
   const std::vector<std::string> names = thermometers_of(model);
-  const bool rates = std::ranges::any_of(model.terms, has_rate);
+  const bool rates = std::ranges::any_of(model.terms, data::has_rate);
   return CProgram{c_filled(kHeader, header_words(model, name, names, rates)),
                   c_filled(kSource, source_words(model, name, names, rates))};
 }
@@ -622,7 +623,7 @@ std::string c_name(std::string_view text) {
 }
 
 Result<std::string> to_libsvm(const Model& model) {
-  const auto* svr = std::get_if<SvrModel>(&model.function);
+  const auto* svr = std::get_if<methods::SvrModel>(&model.function);
   if (svr == nullptr)
     return failure(FaultKind::usage, "LIBSVM export", "needs an svr model, this one is " + model.method);
   const double sigma = svr->parameters.sigma;
@@ -636,10 +637,10 @@ Result<std::string> to_libsvm(const Model& model) {
   return out;
 }
 
-Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters) {
+Result<std::string> to_libsvm_data(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const SampleMatrix scaled = apply(model.scaling, *inputs);
+  const data::SampleMatrix scaled = apply(model.scaling, *inputs);
   std::string out;
   for (Eigen::Index k = 0; k < scaled.rows(); ++k) {
     if (!scaled.row(k).allFinite()) continue;
@@ -650,4 +651,4 @@ Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters)
   return out;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

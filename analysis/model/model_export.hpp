@@ -11,7 +11,7 @@
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// The two files of an exported model, NAME.h and NAME.c.
 struct CProgram {
@@ -51,6 +51,6 @@ struct CProgram {
 
 /// The data file of svm-predict: one row "target index:value …" per cluster that has every input, inputs and target
 /// scaled as the model scales them. Fails like predict.
-[[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const Clusters& clusters);
+[[nodiscard]] Result<std::string> to_libsvm_data(const Model& model, const data::Clusters& clusters);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -9,14 +9,6 @@
 #include "core/json.hpp"
 
 namespace gyrotherm {
-namespace {
-
-std::string_view form_of(const Function& function) {
-  constexpr std::array kForms = {"svr", "linear", "expansion", "network"};
-  return kForms[function.index()];
-}
-
-}  // namespace
 
 /// A row of numbers as an array.
 template <class Vector>
@@ -57,31 +49,19 @@ struct JsonValue<Rows<Matrix>> {
   }
 };
 
-void describe(auto& form, Like<Factor> auto& factor) {
-  form("kind", one_of(factor.kind, {FactorKind::temperature, FactorKind::gradient, FactorKind::rate}));
-  form("first", factor.first);
-  form.if_there("second", factor.kind == FactorKind::gradient, factor.second);
-  form.expect("second", (factor.kind == FactorKind::gradient) == !factor.second.empty(),
-              "expected of a gradient, and of nothing else");
+}  // namespace gyrotherm
+
+namespace gyrotherm::model {
+namespace {
+
+std::string_view form_of(const methods::Function& function) {
+  constexpr std::array kForms = {"svr", "linear", "expansion", "network"};
+  return kForms[function.index()];
 }
 
-/// The words are for people; the factors say the same where a thermometer's name holds a '-'.
-void describe(auto& form, Like<Term> auto& term) {
-  auto words = text(term);
-  form("term", words);
-  form("factors", term.factors);
-  form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
-  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
-  form.expect("term", words == text(term), "does not say the same as its factors");
-}
+}  // namespace
 
-void describe(auto& form, Like<SvrParameters> auto& parameters) {
-  form("C", positive(parameters.C));
-  form("sigma", positive(parameters.sigma));
-  form("epsilon", not_negative(parameters.epsilon));
-}
-
-void describe_function(auto& form, Like<SvrModel> auto& svr, Eigen::Index inputs) {
+void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Index inputs) {
   form("parameters", svr.parameters);
   form("b", svr.b);
   form("relative_gap", svr.relative_gap);
@@ -91,13 +71,13 @@ void describe_function(auto& form, Like<SvrModel> auto& svr, Eigen::Index inputs
   form.expect("beta", svr.beta.size() == svr.support_vectors.rows(), "expected one number per support vector");
 }
 
-void describe_function(auto& form, Like<LinearModel> auto& linear, Eigen::Index inputs) {
+void describe_function(auto& form, Like<methods::LinearModel> auto& linear, Eigen::Index inputs) {
   form("weights", linear.weights);
   form("b", linear.b);
   form.expect("weights", linear.weights.size() == inputs, "expected one number per input");
 }
 
-void describe_function(auto& form, Like<ExpansionModel> auto& expansion, Eigen::Index inputs) {
+void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion, Eigen::Index inputs) {
   form("b", expansion.b);
   form("lengths", expansion.lengths);
   form("widths", expansion.widths);
@@ -110,7 +90,7 @@ void describe_function(auto& form, Like<ExpansionModel> auto& expansion, Eigen::
   form.expect("weights", expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
 }
 
-void describe_function(auto& form, Like<NetworkModel> auto& network, Eigen::Index inputs) {
+void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Eigen::Index inputs) {
   form("b", network.b);
   form("out", network.out);
   form("offsets", network.offsets);
@@ -120,20 +100,16 @@ void describe_function(auto& form, Like<NetworkModel> auto& network, Eigen::Inde
 }
 
 /// One of the four functions; "form" says which.
-void describe_function(auto& form, Like<Function> auto& function, Eigen::Index inputs) {
+void describe_function(auto& form, Like<methods::Function> auto& function, Eigen::Index inputs) {
   auto word = std::string(form_of(function));
   form("form", word);
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(function)>>) {
-    for (Function empty : std::array<Function, 4>{SvrModel{}, LinearModel{}, ExpansionModel{}, NetworkModel{}})
+    for (methods::Function empty : std::array<methods::Function, 4>{methods::SvrModel{}, methods::LinearModel{},
+                                                                    methods::ExpansionModel{}, methods::NetworkModel{}})
       if (word == form_of(empty)) function = std::move(empty);
   }
   form.expect("form", word == form_of(function), "expected svr, linear, expansion or network");
   std::visit([&](auto& one) { describe_function(form, one, inputs); }, function);
-}
-
-void describe(auto& form, Like<HyperParameter> auto& parameter) {
-  form("name", parameter.name);
-  form("value", parameter.value);
 }
 
 void describe(auto& form, Like<TrainingRecord> auto& record) {
@@ -163,35 +139,6 @@ void describe(auto& form, Like<Selection> auto& selection) {
   form("statement", selection.statement);
 }
 
-void describe(auto& form, Like<SwarmSummary> auto& swarm) {
-  form("end", one_of(swarm.end, kSwarmEnds));
-  form("best", swarm.best);
-  form("best_fitness", swarm.best_fitness);
-  form("history", swarm.history);
-  form("coordinates_on_edge", swarm.coordinates_on_edge);
-  form("evaluations", swarm.evaluations);
-}
-
-void describe(auto& form, Like<SwarmOptions> auto& swarm) {
-  form("particles", swarm.particles);
-  form("iterations", swarm.iterations);
-  form("omega_max", swarm.omega_max);
-  form("omega_min", swarm.omega_min);
-  form("c1", swarm.c1);
-  form("c2", swarm.c2);
-  form("v_max", swarm.v_max);
-  form("stall_iterations", swarm.stall_iterations);
-  form("stall_gain", swarm.stall_gain);
-  form("seed", swarm.seed);
-}
-
-void describe(auto& form, Like<TuningOptions> auto& options) {
-  describe_bounds(form, options);
-  form("relative_gap", options.svr.relative_gap);
-  form("max_newton_steps", options.svr.max_newton_steps);
-  form("swarm", options.swarm);
-}
-
 void describe_tuning(auto& form, Like<Model> auto& model) {
   auto& tuning = model.tuning;
   form("best", tuning.best);
@@ -206,7 +153,7 @@ namespace {
 
 /// One input: what a person reading the file wants side by side.
 struct ModelInput {
-  Term term;
+  data::Term term;
   double mean{}, std{}, min{}, max{};
 };
 
@@ -249,7 +196,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form("program_version", model.program_version);
   form("inputs", model.inputs);
   form("method", model.method);
-  form.expect("method", find_method(model.method).has_value(), "expected a method that is known");
+  form.expect("method", methods::find_method(model.method).has_value(), "expected a method that is known");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
   auto inputs = inputs_of(model);
@@ -276,12 +223,12 @@ void describe(auto& form, Like<Model> auto& model) {
   form.if_there("residual_std_deg_per_h", std::isfinite(model.residual_std_deg_per_h),
                 not_negative(model.residual_std_deg_per_h));
   form.if_there("nested_leave_cycle_out", model.nested_leave_cycle_out.has_value(), model.nested_leave_cycle_out);
-  form.object_if_there("tuning", model.tuning.swarm.end != SwarmEnd::was_not_run,
+  form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
                        [&](auto& tuning) { describe_tuning(tuning, model); });
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
 }
 
-std::string to_json(const Model& model) { return text_of(json_of(model), 1) + "\n"; }
+std::string to_json(const Model& model) { return gyrotherm::text_of(json_of(model), 1) + "\n"; }
 
 Result<Model> model_from_json(std::string_view json, const std::string& file) {
   const auto root = JsonPlace::parse(json, file, JsonPlace::Nulls::are_mistakes);
@@ -297,4 +244,4 @@ Result<Model> model_from_json(std::string_view json, const std::string& file) {
   return model;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

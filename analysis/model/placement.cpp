@@ -13,7 +13,7 @@
 #include "analysis/data/features.hpp"
 #include "analysis/model/response_surface.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 /// Thermometers that are kept, by number, rising.
@@ -33,12 +33,12 @@ std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t fro
 
 struct Judged {
   SurfaceTrial trial;
-  Figures held_out;
+  data::Figures held_out;
 };
 
 class Study {
  public:
-  Study(TrainingSet training_set, std::optional<Clusters> unseen, const ProgressSink& progress)
+  Study(data::TrainingSet training_set, std::optional<data::Clusters> unseen, const ProgressSink& progress)
       : training_set_(std::move(training_set)), unseen_(std::move(unseen)), progress_(progress) {
     everything_.resize(training_set_.clusters.thermometers.size());
     std::iota(everything_.begin(), everything_.end(), std::size_t{0});
@@ -52,7 +52,7 @@ class Study {
     for (const std::size_t thermometer : set) names.push_back(training_set_.clusters.thermometers[thermometer]);
     return names;
   }
-  [[nodiscard]] SampleMatrix inputs(const Set& set, const Clusters& clusters) const {
+  [[nodiscard]] data::SampleMatrix inputs(const Set& set, const data::Clusters& clusters) const {
     return *evaluate(placement_terms(names(set)), clusters);
   }
   [[nodiscard]] Judged judge(const Set& set) const;
@@ -65,8 +65,8 @@ class Study {
 
   static constexpr std::size_t kManyThermometers = 12;
 
-  TrainingSet training_set_;
-  std::optional<Clusters> unseen_;
+  data::TrainingSet training_set_;
+  std::optional<data::Clusters> unseen_;
   ProgressSink progress_;
   Set everything_;
   std::map<Set, Judged> judged_;
@@ -109,7 +109,7 @@ LeftOut Study::left_out(const Set& kept) const {
     return (judged.trial.residual.array() - judged.held_out.mean).square();
   };
   // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
-  const Figures excess = figures_of((squares(rest) - squares(with)).matrix(), training_set_.clusters);
+  const data::Figures excess = figures_of((squares(rest) - squares(with)).matrix(), training_set_.clusters);
   Set gone;
   std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
   LeftOut result{.left_out = names(gone),
@@ -182,16 +182,16 @@ Result<Placement> Study::conduct() {
 
 }  // namespace
 
-std::vector<Term> placement_terms(const std::vector<std::string>& thermometers) {
-  std::vector<Term> terms{temperature_term(thermometers.front())};
+std::vector<data::Term> placement_terms(const std::vector<std::string>& thermometers) {
+  std::vector<data::Term> terms{data::temperature_term(thermometers.front())};
   for (std::size_t j = 1; j < thermometers.size(); ++j) {
-    terms.push_back(gradient_term(thermometers.front(), thermometers[j]));
+    terms.push_back(data::gradient_term(thermometers.front(), thermometers[j]));
   }
   return terms;
 }
 
-Result<Placement> study_placement(const std::vector<Clusters>& records, const std::vector<Clusters>& unseen,
-                                  const FoldOptions& options, const ProgressSink& progress) {
+Result<Placement> study_placement(const std::vector<data::Clusters>& records, const std::vector<data::Clusters>& unseen,
+                                  const data::FoldOptions& options, const ProgressSink& progress) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
   if (clusters->thermometers.size() < 2) {
@@ -200,7 +200,7 @@ Result<Placement> study_placement(const std::vector<Clusters>& records, const st
   }
   auto folds = plan_folds(records, options);
   if (!folds) return failure(folds.error());
-  std::optional<Clusters> others;
+  std::optional<data::Clusters> others;
   if (!unseen.empty()) {
     auto joined = concatenate(unseen);
     if (!joined) return failure(joined.error());
@@ -212,4 +212,4 @@ Result<Placement> study_placement(const std::vector<Clusters>& records, const st
   return Study({.clusters = std::move(*clusters), .folds = std::move(*folds)}, std::move(others), progress).conduct();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

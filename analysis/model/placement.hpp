@@ -11,16 +11,16 @@
 #include "analysis/data/statistics.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// What a learner does without some of the thermometers.
 struct LeftOut {
-  std::vector<std::string> left_out;  ///< in the order of the record, or of the elimination
-  std::vector<std::string> kept;      ///< in the order of the record
-  Figures held_out;                   ///< °/h, each fold predicted without it
-  double price_deg_per_h{};           ///< STD held out, less that with all thermometers
-  double price_error_deg_per_h{};     ///< standard error of the price, from the squared errors cluster by cluster
-  std::optional<Figures> unseen;      ///< of the unseen records
+  std::vector<std::string> left_out;    ///< in the order of the record, or of the elimination
+  std::vector<std::string> kept;        ///< in the order of the record
+  data::Figures held_out;               ///< °/h, each fold predicted without it
+  double price_deg_per_h{};             ///< STD held out, less that with all thermometers
+  double price_error_deg_per_h{};       ///< standard error of the price, from the squared errors cluster by cluster
+  std::optional<data::Figures> unseen;  ///< of the unseen records
 };
 
 /// The price of each thermometer, alone and together with others.
@@ -39,11 +39,11 @@ struct Placement {
 /// so that absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out
 /// clusters decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two
 /// thermometers, records that differ in them, no record, or as plan_folds does; with interrupted.
-[[nodiscard]] Result<Placement> study_placement(const std::vector<Clusters>& records,
-                                                const std::vector<Clusters>& unseen, const FoldOptions& folds = {},
-                                                const ProgressSink& progress = {});
+[[nodiscard]] Result<Placement> study_placement(const std::vector<data::Clusters>& records,
+                                                const std::vector<data::Clusters>& unseen,
+                                                const data::FoldOptions& folds = {}, const ProgressSink& progress = {});
 
 /// The inputs of the learner that judges these thermometers: the first one, and its differences with the others.
-[[nodiscard]] std::vector<Term> placement_terms(const std::vector<std::string>& thermometers);
+[[nodiscard]] std::vector<data::Term> placement_terms(const std::vector<std::string>& thermometers);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -8,7 +8,7 @@
 #include "analysis/methods/method.hpp"
 #include "analysis/model/training.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 constexpr std::string_view kMethod = "svr";
@@ -18,7 +18,7 @@ struct Task {
   std::string stage, method, inputs;
 };
 
-Result<TrainedModel> train_one(const Task& task, const RecordedRun& rate, const RecordedRun& random,
+Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, const data::RecordedRun& random,
                                const QualificationOptions& options, const ProgressSink& progress) {
   TrainingOptions training;
   training.inputs = task.inputs;
@@ -47,7 +47,7 @@ std::vector<Task> tasks_of_comparison() {
   const auto add = [&](std::string_view method, std::string_view inputs) {
     if (!inputs.empty()) tasks.push_back({"", std::string(method), std::string(inputs)});
   };
-  for (const Method& method : methods()) {
+  for (const methods::Method& method : methods::methods()) {
     if (method.name != kMethod) add(method.name, method.inputs);
     for (const std::string_view inputs : method.compared_on) add(method.name, inputs);
   }
@@ -58,7 +58,7 @@ std::vector<Task> tasks_of_comparison() {
 
 }  // namespace
 
-Result<PerModel<TrainedModel>> train_models(const RecordedRun& rate, const RecordedRun& random,
+Result<PerModel<TrainedModel>> train_models(const data::RecordedRun& rate, const data::RecordedRun& random,
                                             const QualificationOptions& options, const ProgressSink& progress) {
   PerModel<TrainedModel> models;
   for (const auto& [inputs, place] : {std::pair{"three-point", &models.three_point},
@@ -72,7 +72,7 @@ Result<PerModel<TrainedModel>> train_models(const RecordedRun& rate, const Recor
   return models;
 }
 
-Result<Comparison> train_compared(const RecordedRun& rate, const RecordedRun& random,
+Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
                                   const QualificationOptions& options, const ComparisonBegins& begins,
                                   const ProgressSink& progress) {
   Comparison comparison;
@@ -90,4 +90,4 @@ Result<Comparison> train_compared(const RecordedRun& rate, const RecordedRun& ra
   return comparison;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -13,7 +13,7 @@
 #include "analysis/model/verification.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// One value for each of the models of the experiment, support vector machines on three-point, multi-point and
 /// multi-point-t.
@@ -54,7 +54,8 @@ struct QualificationOptions {
 };
 
 /// Trains the three models of the experiment. Fails like train() and verify().
-[[nodiscard]] Result<PerModel<TrainedModel>> train_models(const RecordedRun& rate, const RecordedRun& random,
+[[nodiscard]] Result<PerModel<TrainedModel>> train_models(const data::RecordedRun& rate,
+                                                          const data::RecordedRun& random,
                                                           const QualificationOptions& options,
                                                           const ProgressSink& progress = {});
 
@@ -69,7 +70,7 @@ using ComparisonBegins = std::function<void(std::string_view method, std::string
 
 /// Trains every method of the table but the models' own, each on the inputs it is published with and on those that the
 /// table names beside them. Fails with interrupted.
-[[nodiscard]] Result<Comparison> train_compared(const RecordedRun& rate, const RecordedRun& random,
+[[nodiscard]] Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
                                                 const QualificationOptions& options,
                                                 const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
 
@@ -79,4 +80,4 @@ struct Qualification {
   Comparison comparison;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

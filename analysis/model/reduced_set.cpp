@@ -9,7 +9,7 @@
 
 #include "analysis/svm/gaussian_sum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 // A centre of whose kernel function the others span all but this, squared, adds nothing but rounding.
@@ -18,13 +18,13 @@ constexpr Eigen::Index kFirstRoom = 64;
 
 /// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, centres in lengths already.
 struct Gaussians {
-  SampleMatrix centres;
+  data::SampleMatrix centres;
   Eigen::RowVectorXd lengths;
   double width{};
   Eigen::VectorXd weights;
 
-  [[nodiscard]] Eigen::VectorXd at(const SampleMatrix& points) const {
-    return GaussianSum(centres, Eigen::VectorXd::Constant(weights.size(), width), weights).at(points);
+  [[nodiscard]] Eigen::VectorXd at(const data::SampleMatrix& points) const {
+    return svm::GaussianSum(centres, Eigen::VectorXd::Constant(weights.size(), width), weights).at(points);
   }
 };
 
@@ -33,11 +33,11 @@ tl::unexpected<Fault> refusal(std::string what) {
 }
 
 Result<Gaussians> gaussians_of(const Model& model) {
-  if (const auto* svr = std::get_if<SvrModel>(&model.function)) {
+  if (const auto* svr = std::get_if<methods::SvrModel>(&model.function)) {
     return Gaussians{svr->support_vectors, Eigen::RowVectorXd::Ones(svr->support_vectors.cols()), svr->parameters.sigma,
                      svr->beta};
   }
-  const auto* expansion = std::get_if<ExpansionModel>(&model.function);
+  const auto* expansion = std::get_if<methods::ExpansionModel>(&model.function);
   if (expansion == nullptr || expansion->weights.size() == 0 ||
       expansion->widths.minCoeff() != expansion->widths.maxCoeff()) {
     return refusal(fmt::format("\"{}\" is not a sum of Gaussians of one width", model.method));
@@ -49,7 +49,7 @@ Result<Gaussians> gaussians_of(const Model& model) {
 /// Centres taken so far, and the residual they leave at every centre and every cluster.
 class Pursuit {
  public:
-  Pursuit(const Gaussians& full, const SampleMatrix& clusters) : full_(full), left_(full.weights.size()) {
+  Pursuit(const Gaussians& full, const data::SampleMatrix& clusters) : full_(full), left_(full.weights.size()) {
     points_.resize(full.centres.rows() + clusters.rows(), full.centres.cols());
     points_ << full.centres, clusters;
     residual_ = full.at(points_);
@@ -66,7 +66,7 @@ class Pursuit {
     const auto taken = static_cast<Eigen::Index>(kept_.size());
     if (taken == columns_.cols()) columns_.conservativeResize(Eigen::NoChange, 2 * taken);
     auto column = columns_.col(taken);
-    column = gaussian_kernel(points_, full_.centres.row(best), full_.width);
+    column = svm::gaussian_kernel(points_, full_.centres.row(best), full_.width);
     column.noalias() -= columns_.leftCols(taken) * columns_.row(best).head(taken).transpose();
     column /= std::sqrt(left_(best));
     const double step = residual_(best) / std::sqrt(left_(best));
@@ -91,7 +91,8 @@ class Pursuit {
     std::vector<std::pair<Eigen::Index, double>> order;
     for (std::size_t i = 0; i < kept_.size(); ++i) order.emplace_back(kept_[i], weights(static_cast<Eigen::Index>(i)));
     std::ranges::sort(order);
-    Gaussians result{SampleMatrix(taken(), full_.centres.cols()), full_.lengths, full_.width, Eigen::VectorXd(taken())};
+    Gaussians result{data::SampleMatrix(taken(), full_.centres.cols()), full_.lengths, full_.width,
+                     Eigen::VectorXd(taken())};
     for (Eigen::Index i = 0; i < taken(); ++i) {
       kept.push_back(order[static_cast<std::size_t>(i)].first);
       result.centres.row(i) = full_.centres.row(kept.back());
@@ -102,7 +103,7 @@ class Pursuit {
 
  private:
   const Gaussians& full_;
-  SampleMatrix points_;  ///< centres, then clusters
+  data::SampleMatrix points_;  ///< centres, then clusters
   Eigen::VectorXd residual_;
   Eigen::VectorXd left_;     ///< of each centre's kernel function, what the centres taken do not span, squared
   Eigen::MatrixXd columns_;  ///< of the Cholesky factor, one for each centre taken
@@ -111,12 +112,12 @@ class Pursuit {
 };
 
 void keep(Model& model, const std::vector<Eigen::Index>& kept, const Gaussians& reduced) {
-  if (auto* svr = std::get_if<SvrModel>(&model.function)) {
+  if (auto* svr = std::get_if<methods::SvrModel>(&model.function)) {
     svr->support_vectors = svr->support_vectors(kept, Eigen::all).eval();
     svr->beta = reduced.weights;
     return;
   }
-  auto& expansion = std::get<ExpansionModel>(model.function);
+  auto& expansion = std::get<methods::ExpansionModel>(model.function);
   expansion.centres = expansion.centres(kept, Eigen::all).eval();
   expansion.widths = expansion.widths(kept).eval();
   expansion.weights = reduced.weights;
@@ -130,7 +131,8 @@ double norm_of_change(const Gaussians& full, const Gaussians& reduced, const std
   return std::sqrt(std::max(0.0, weights.dot(change)));
 }
 
-Result<SampleMatrix> clusters_in_lengths(const Model& model, const Clusters& training, const Gaussians& full) {
+Result<data::SampleMatrix> clusters_in_lengths(const Model& model, const data::Clusters& training,
+                                               const Gaussians& full) {
   const auto inputs = evaluate(model.terms, training);
   if (!inputs) return failure(inputs.error());
   std::vector<Eigen::Index> whole;
@@ -138,9 +140,9 @@ Result<SampleMatrix> clusters_in_lengths(const Model& model, const Clusters& tra
     if (inputs->row(i).allFinite()) whole.push_back(i);
   }
   if (whole.empty()) return refusal("no cluster has a value of every input");
-  const SampleMatrix chosen = (*inputs)(whole, Eigen::all);
-  const SampleMatrix scaled = apply(model.scaling, chosen);
-  return SampleMatrix(scaled.array().rowwise() / full.lengths.array());
+  const data::SampleMatrix chosen = (*inputs)(whole, Eigen::all);
+  const data::SampleMatrix scaled = apply(model.scaling, chosen);
+  return data::SampleMatrix(scaled.array().rowwise() / full.lengths.array());
 }
 
 Result<void> check(const Model& model, const ReducedSetGoal& goal) {
@@ -158,7 +160,7 @@ Result<void> check(const Model& model, const ReducedSetGoal& goal) {
 
 }  // namespace
 
-Result<Model> reduce(const Model& model, const Clusters& training, const ReducedSetGoal& goal) {
+Result<Model> reduce(const Model& model, const data::Clusters& training, const ReducedSetGoal& goal) {
   if (const auto checked = check(model, goal); !checked) return failure(checked.error());
   const auto full = gaussians_of(model);
   if (!full) return failure(full.error());
@@ -192,4 +194,4 @@ Result<Model> reduce(const Model& model, const Clusters& training, const Reduced
   return smaller;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -13,7 +13,7 @@
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// How far a model is to be reduced; exactly one of the two is given.
 struct ReducedSetGoal {
@@ -25,6 +25,6 @@ struct ReducedSetGoal {
 /// function. Where all vectors are needed it keeps them as they are, at no loss. Fails with usage: a goal that is none,
 /// a function that is no sum of Gaussians of one width, a model that has been reduced before, clusters without its
 /// thermometers or without a value.
-[[nodiscard]] Result<Model> reduce(const Model& model, const Clusters& training, const ReducedSetGoal& goal);
+[[nodiscard]] Result<Model> reduce(const Model& model, const data::Clusters& training, const ReducedSetGoal& goal);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 /// Mean and 1/STD of each column; 0 in place of 1/STD where a column does not vary.
 struct Standard {
-  explicit Standard(const SampleMatrix& values)
+  explicit Standard(const svm::SampleMatrix& values)
       : mean(values.colwise().mean()), inverse_std(Eigen::RowVectorXd::Zero(values.cols())) {
     constexpr double kRounding = 1e-12;
     for (Eigen::Index j = 0; j < values.cols(); ++j) {
@@ -19,16 +19,16 @@ struct Standard {
       if (std > kRounding * values.col(j).cwiseAbs().maxCoeff()) inverse_std(j) = 1 / std;
     }
   }
-  [[nodiscard]] SampleMatrix of(const SampleMatrix& values) const {
+  [[nodiscard]] svm::SampleMatrix of(const svm::SampleMatrix& values) const {
     return ((values.rowwise() - mean).array().rowwise() * inverse_std.array()).matrix();
   }
   Eigen::RowVectorXd mean, inverse_std;
 };
 
 /// z_i, then z_i z_j for i ≤ j.
-SampleMatrix second_order(const SampleMatrix& z) {
+svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
   const Eigen::Index inputs = z.cols();
-  SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
+  svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
   all.leftCols(inputs) = z;
   Eigen::Index column = inputs;
   for (Eigen::Index i = 0; i < inputs; ++i) {
@@ -41,8 +41,8 @@ SampleMatrix second_order(const SampleMatrix& z) {
 
 }  // namespace
 
-Eigen::MatrixXd surface_predictions(const SampleMatrix& train_x, const Eigen::VectorXd& train_y,
-                                    const SampleMatrix& test_x, std::span<const double> lambdas) {
+Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
+                                    const svm::SampleMatrix& test_x, std::span<const double> lambdas) {
   assert(train_x.rows() == train_y.size() && train_x.rows() > 0 && train_x.cols() == test_x.cols());
   const auto count = static_cast<Eigen::Index>(lambdas.size());
   const double mean = train_y.mean();
@@ -50,10 +50,10 @@ Eigen::MatrixXd surface_predictions(const SampleMatrix& train_x, const Eigen::Ve
   if (train_x.cols() == 0) return predicted;
 
   const Standard inputs(train_x);
-  const SampleMatrix raw = second_order(inputs.of(train_x));
+  const svm::SampleMatrix raw = second_order(inputs.of(train_x));
   const Standard products(raw);
-  const SampleMatrix train = products.of(raw);
-  const SampleMatrix test = products.of(second_order(inputs.of(test_x)));
+  const svm::SampleMatrix train = products.of(raw);
+  const svm::SampleMatrix test = products.of(second_order(inputs.of(test_x)));
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(train.cols(), train.cols());
   gram.selfadjointView<Eigen::Lower>().rankUpdate(train.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(gram);  // reads the lower triangle
@@ -68,13 +68,13 @@ Eigen::MatrixXd surface_predictions(const SampleMatrix& train_x, const Eigen::Ve
   return predicted;
 }
 
-SurfaceTrial try_surface(const SampleMatrix& x, const Eigen::VectorXd& y, const FoldPlan& folds) {
+SurfaceTrial try_surface(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const data::FoldPlan& folds) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   constexpr auto kLambdas = static_cast<Eigen::Index>(kSurfaceLambdas.size());
   Eigen::MatrixXd residual = Eigen::MatrixXd::Constant(y.size(), kLambdas, kNone);
   Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(kLambdas);
   Eigen::Index held_out = 0;
-  for (const FoldRows& fold : folds.folds) {
+  for (const data::FoldRows& fold : folds.folds) {
     const Eigen::MatrixXd predicted = surface_predictions(x(fold.training, Eigen::all), y(fold.training),
                                                           x(fold.held_out, Eigen::all), kSurfaceLambdas);
     const Eigen::VectorXd truth = y(fold.held_out);
@@ -91,4 +91,4 @@ SurfaceTrial try_surface(const SampleMatrix& x, const Eigen::VectorXd& y, const 
           .mean_square = squares(best) / static_cast<double>(held_out)};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -14,15 +14,15 @@
 #include "analysis/data/folds.hpp"
 #include "analysis/svm/svr.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// The penalties λ that try_surface chooses from.
 inline constexpr std::array<double, 11> kSurfaceLambdas = {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100};
 
 /// Predicts the rows of `test_x` by surfaces with these λ, learnt from `train_x` and `train_y`: rows × λ. Without a
 /// column in x the prediction is the mean of `train_y`. All values are finite, λ > 0, and there is a training row.
-[[nodiscard]] Eigen::MatrixXd surface_predictions(const SampleMatrix& train_x, const Eigen::VectorXd& train_y,
-                                                  const SampleMatrix& test_x, std::span<const double> lambdas);
+[[nodiscard]] Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
+                                                  const svm::SampleMatrix& test_x, std::span<const double> lambdas);
 
 /// How well a surface predicts held-out folds, λ chosen by them.
 struct SurfaceTrial {
@@ -32,6 +32,7 @@ struct SurfaceTrial {
 };
 
 /// Holds each fold out in turn. `x` and `y` have a row per cluster that the folds number.
-[[nodiscard]] SurfaceTrial try_surface(const SampleMatrix& x, const Eigen::VectorXd& y, const FoldPlan& folds);
+[[nodiscard]] SurfaceTrial try_surface(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
+                                       const data::FoldPlan& folds);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -15,22 +15,22 @@
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/response_surface.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-std::string names_of(const std::vector<Term>& terms) {
+std::string names_of(const std::vector<data::Term>& terms) {
   std::vector<std::string> names;
-  for (const Term& term : terms) names.push_back(text(term));
+  for (const data::Term& term : terms) names.push_back(text(term));
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-bool all_gradients_of(const std::vector<Term>& terms) {
-  return std::ranges::all_of(terms, [](const Term& term) {
-    return term.factors.size() == 1 && term.factors.front().kind == FactorKind::gradient;
+bool all_gradients_of(const std::vector<data::Term>& terms) {
+  return std::ranges::all_of(terms, [](const data::Term& term) {
+    return term.factors.size() == 1 && term.factors.front().kind == data::FactorKind::gradient;
   });
 }
 
-std::string statement_of(const Selection& selection, const std::vector<Term>& candidates, std::size_t passed) {
+std::string statement_of(const Selection& selection, const std::vector<data::Term>& candidates, std::size_t passed) {
   const std::string of = fmt::format("{} of {} {} have |r| > {}", passed, candidates.size(),
                                      all_gradients_of(candidates) ? "gradients" : "inputs", selection.threshold);
   const std::string what = fmt::format("{} (rank {})", names_of(selection.terms), selection.rank);
@@ -39,9 +39,9 @@ std::string statement_of(const Selection& selection, const std::vector<Term>& ca
 }
 
 /// Each one that does not depend on those before it, whatever the temperatures are.
-std::vector<Term> independent_of_those_before(const std::vector<Term>& candidates) {
-  std::vector<Term> taken;
-  for (const Term& term : candidates) {
+std::vector<data::Term> independent_of_those_before(const std::vector<data::Term>& candidates) {
+  std::vector<data::Term> taken;
+  for (const data::Term& term : candidates) {
     taken.push_back(term);
     if (rank_of(taken) < static_cast<int>(taken.size())) taken.pop_back();
   }
@@ -55,7 +55,7 @@ bool read_number(std::string_view text, Number& number) {
 }
 
 /// Centred, each column of length 1; one that does not vary is 0.
-Eigen::MatrixXd unit_columns(const SampleMatrix& values) {
+Eigen::MatrixXd unit_columns(const data::SampleMatrix& values) {
   constexpr double kRounding = 1e-12;
   Eigen::MatrixXd unit = values.rowwise() - values.colwise().mean();
   for (Eigen::Index j = 0; j < unit.cols(); ++j) {
@@ -86,8 +86,8 @@ struct Step {
 
 /// Fixed inputs first, then the candidates.
 struct Field {
-  SampleMatrix x;
-  const TrainingSet& training_set;
+  data::SampleMatrix x;
+  const data::TrainingSet& training_set;
   std::size_t fixed;
 
   [[nodiscard]] SurfaceTrial trial_of(const Columns& columns) const {
@@ -126,7 +126,7 @@ std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_
 }
 
 /// Standard error of the mean squared error, with the effective number of the squared residuals.
-double error_of_mean_square(const SurfaceTrial& trial, const Clusters& clusters) {
+double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < trial.residual.size(); ++k) {
     if (std::isfinite(trial.residual(k))) rows.push_back(k);
@@ -169,8 +169,8 @@ Result<SelectionRule> parse_selection(std::string_view text) {
                              text));
 }
 
-Selection select_by_correlation(const std::vector<Term>& candidates, const std::vector<double>& r, double threshold,
-                                int least_rank) {
+Selection select_by_correlation(const std::vector<data::Term>& candidates, const std::vector<double>& r,
+                                double threshold, int least_rank) {
   assert(candidates.size() == r.size());
   Selection selection;
   selection.threshold = threshold;
@@ -188,8 +188,8 @@ Selection select_by_correlation(const std::vector<Term>& candidates, const std::
   return selection;
 }
 
-Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Term>& fixed,
-                                const std::vector<Term>& candidates, const TrainingSet& training_set) {
+Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<data::Term>& fixed,
+                                const std::vector<data::Term>& candidates, const data::TrainingSet& training_set) {
   if (candidates.empty()) return failure(FaultKind::usage, "selection", "there is nothing to select from");
   switch (rule.kind) {
     case SelectionKind::forward: return select_forward(fixed, candidates, training_set, rule.most);
@@ -200,13 +200,13 @@ Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Ter
   if (!inputs) return failure(inputs.error());
   std::vector<double> r;
   for (Eigen::Index j = 0; j < inputs->cols(); ++j)
-    r.push_back(pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
+    r.push_back(data::pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
   constexpr int kLeastRank = 2;  // one gradient is no choice
   return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, rank_of(candidates)));
 }
 
-Result<Selection> select_independent(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                     const Clusters& training, double tolerance) {
+Result<Selection> select_independent(const std::vector<data::Term>& fixed, const std::vector<data::Term>& candidates,
+                                     const data::Clusters& training, double tolerance) {
   const auto taken = evaluate(fixed, training);
   if (!taken) return failure(taken.error());
   const auto offered = evaluate(candidates, training);
@@ -236,11 +236,11 @@ Result<Selection> select_independent(const std::vector<Term>& fixed, const std::
   return selection;
 }
 
-Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                 const TrainingSet& training_set, int most) {
+Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std::vector<data::Term>& candidates,
+                                 const data::TrainingSet& training_set, int most) {
   const auto divided = with_two_folds(training_set);
   if (!divided) return failure(divided.error());
-  std::vector<Term> terms = fixed;
+  std::vector<data::Term> terms = fixed;
   terms.insert(terms.end(), candidates.begin(), candidates.end());
   auto x = evaluate(terms, training_set.clusters);
   if (!x) return failure(x.error());
@@ -268,4 +268,4 @@ Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vect
   return selection;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

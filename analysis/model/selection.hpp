@@ -9,7 +9,7 @@
 #include "analysis/data/folds.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 enum class SelectionKind {
   correlation,  ///< |r| with the bias above a threshold: the paper's §4.3
@@ -30,7 +30,7 @@ struct SelectionRule {
 [[nodiscard]] Result<SelectionRule> parse_selection(std::string_view text);
 
 struct Selection {
-  std::vector<Term> terms;
+  std::vector<data::Term> terms;
   double threshold = 0.90;  ///< correlation only, else 0
   int rank{};
   bool fallback{};        ///< too few passed: those that do not depend on the ones before them are used
@@ -39,26 +39,29 @@ struct Selection {
 
 /// Selects from the candidates by the rule, beside the fixed terms that are taken anyway. Fails with usage if there is
 /// no candidate, or if a term needs a thermometer that the clusters lack. All values are finite.
-[[nodiscard]] Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<Term>& fixed,
-                                              const std::vector<Term>& candidates, const TrainingSet& training_set);
+[[nodiscard]] Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<data::Term>& fixed,
+                                              const std::vector<data::Term>& candidates,
+                                              const data::TrainingSet& training_set);
 
 /// The rule correlation, given each candidate's r, takes those with |r| > threshold. Where they span fewer dimensions
 /// than `least_rank`, the candidates that do not depend on the ones before them are taken instead, and the selection
 /// says so; of all 28 gradients these are the differences with the first thermometer (errata 3.1).
-[[nodiscard]] Selection select_by_correlation(const std::vector<Term>& candidates, const std::vector<double>& r,
+[[nodiscard]] Selection select_by_correlation(const std::vector<data::Term>& candidates, const std::vector<double>& r,
                                               double threshold, int least_rank);
 
 /// The rule forward grows by the candidate whose response surface (response_surface.hpp) has the least held-out squared
 /// error, while that error falls and fewer than `most` are taken; then keeps the fewest whose mean squared error is
 /// within one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3), reckoned
 /// with the effective number of the squared residuals. A training set of fewer than two folds is cut into blocks.
-[[nodiscard]] Result<Selection> select_forward(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                               const TrainingSet& training_set, int most);
+[[nodiscard]] Result<Selection> select_forward(const std::vector<data::Term>& fixed,
+                                               const std::vector<data::Term>& candidates,
+                                               const data::TrainingSet& training_set, int most);
 
 /// The rule redundancy is a QR with column pivoting of the standardised candidates, after the fixed terms have been
 /// projected out. Candidates are kept while more than `tolerance` of their STD is their own; what remains is a
 /// combination of those and the fixed to that part.
-[[nodiscard]] Result<Selection> select_independent(const std::vector<Term>& fixed, const std::vector<Term>& candidates,
-                                                   const Clusters& training, double tolerance);
+[[nodiscard]] Result<Selection> select_independent(const std::vector<data::Term>& fixed,
+                                                   const std::vector<data::Term>& candidates,
+                                                   const data::Clusters& training, double tolerance);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -8,7 +8,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
@@ -18,8 +18,8 @@ Eigen::Index length_of(const Model& model) { return std::max<Eigen::Index>(1, st
 }  // namespace
 
 SlidingMeans::SlidingMeans(Eigen::Index length, Eigen::Index columns)
-    : block_(SampleMatrix::Zero(length, columns)),
-      ends_(SampleMatrix::Zero(length + 1, columns)),
+    : block_(data::SampleMatrix::Zero(length, columns)),
+      ends_(data::SampleMatrix::Zero(length + 1, columns)),
       begun_(Eigen::RowVectorXd::Zero(columns)),
       means_(Eigen::RowVectorXd::Constant(columns, kNotYet)) {}
 
@@ -49,7 +49,7 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
     : model_(model),
       policy_(policy),
       means_(length_of(model), static_cast<Eigen::Index>(columns.size())),
-      rates_(std::ranges::any_of(model.terms, has_rate)) {
+      rates_(std::ranges::any_of(model.terms, data::has_rate)) {
   const auto count = static_cast<Eigen::Index>(columns.size());
   if (rates_) past_.setConstant(length_of(model), count, kNotYet);
   latest_.length_s = model.cluster_length_s;
@@ -58,7 +58,7 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
   latest_.rate_c_per_min.setZero(1, count);
 }
 
-Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
+Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                          const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h) {
   assert(temperatures_c.cols() == latest_.temperature_c.cols() && temperatures_c.rows() == bias_deg_per_h.size());
   latest_.temperature_c.resize(temperatures_c.rows(), temperatures_c.cols());
@@ -78,4 +78,4 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const SampleMatrix>& t
   return bias_deg_per_h - predict(model_, ranged.inputs);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -8,7 +8,7 @@
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// Means of each column over the last `length` rows. A window is the rest of the block of `length` rows before and the
 /// beginning of this one, each summed anew: nothing is ever subtracted, so that nothing drifts and a NaN leaves with
@@ -20,8 +20,8 @@ class SlidingMeans {
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::Ref<const Eigen::RowVectorXd>& row);
 
  private:
-  SampleMatrix block_;        ///< rows of this block as they come
-  SampleMatrix ends_;         ///< sums of the block before from each row to its end
+  data::SampleMatrix block_;  ///< rows of this block as they come
+  data::SampleMatrix ends_;   ///< sums of the block before from each row to its end
   Eigen::RowVectorXd begun_;  ///< sum of this block so far
   Eigen::RowVectorXd means_;
   Eigen::Index at_{};  ///< rows in this block
@@ -38,7 +38,7 @@ class CompensationStream {
   /// The next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias of
   /// each; NaN until a whole mean (two, where a rate is an input) has been seen, while one holds a NaN, and where the
   /// model refuses inputs outside its range. The same whether rows come one by one or together.
-  [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const SampleMatrix>& temperatures_c,
+  [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
   /// How many rows so far had an input outside the trained range.
@@ -49,11 +49,11 @@ class CompensationStream {
   Model model_;
   Outside policy_;
   SlidingMeans means_;
-  bool rates_{};           ///< the model asks for them
-  SampleMatrix past_;      ///< the means of the last cluster length, as a ring; only where rates are asked for
-  Eigen::Index pushed_{};  ///< rows in all
+  bool rates_{};             ///< the model asks for them
+  data::SampleMatrix past_;  ///< the means of the last cluster length, as a ring; only where rates are asked for
+  Eigen::Index pushed_{};    ///< rows in all
   long long outside_{};
-  Clusters latest_;  ///< the means of the rows last pushed
+  data::Clusters latest_;  ///< the means of the rows last pushed
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -10,25 +10,25 @@
 
 #include "analysis/data/hold_noise.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 tl::unexpected<Fault> stopped() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
 
 /// The scaled inputs of any clusters.
-Result<SampleMatrix> scaled_inputs(const Preparation& preparation, const Clusters& clusters) {
-  return evaluate(preparation.terms, clusters).map([&](const SampleMatrix& inputs) {
+Result<data::SampleMatrix> scaled_inputs(const Preparation& preparation, const data::Clusters& clusters) {
+  return evaluate(preparation.terms, clusters).map([&](const data::SampleMatrix& inputs) {
     return apply(preparation.scaling, inputs);
   });
 }
 
 /// The bias in units of the target's training STD from its training mean.
-Eigen::VectorXd scaled_target(const Preparation& preparation, const Clusters& clusters) {
+Eigen::VectorXd scaled_target(const Preparation& preparation, const data::Clusters& clusters) {
   return (clusters.bias_deg_per_h.array() - preparation.target_mean_deg_per_h) / preparation.target_std_deg_per_h;
 }
 
 /// The model that preparation and fit make, without what is known of its making.
-Model assemble(const Preparation& preparation, Fit fit) {
+Model assemble(const Preparation& preparation, methods::Fit fit) {
   Model model;
   model.function = std::move(fit.function);
   model.effective_parameters = fit.effective_parameters;
@@ -42,28 +42,28 @@ Model assemble(const Preparation& preparation, Fit fit) {
 }
 
 /// The clusters with the bias that the method learns from.
-Clusters as_learnt_by(const Method& method, Clusters training) {
+data::Clusters as_learnt_by(const methods::Method& method, data::Clusters training) {
   if (method.filter != nullptr) training.bias_deg_per_h = method.filter(training);
   return training;
 }
 
-Result<Fold> fold_of(const FoldData& split) {
+Result<methods::Fold> fold_of(const FoldData& split) {
   auto train_x = scaled_inputs(split.preparation, split.training.clusters);
   if (!train_x) return failure(train_x.error());
   auto test_x = scaled_inputs(split.preparation, split.held_out);
   if (!test_x) return failure(test_x.error());
-  return Fold{{.train_x = std::move(*train_x),
-               .train_y = scaled_target(split.preparation, split.training.clusters),
-               .test_x = std::move(*test_x),
-               .test_y = scaled_target(split.preparation, split.held_out),
-               .target_scale = split.preparation.target_std_deg_per_h},
-              split.preparation.terms};
+  return methods::Fold{{.train_x = std::move(*train_x),
+                        .train_y = scaled_target(split.preparation, split.training.clusters),
+                        .test_x = std::move(*test_x),
+                        .test_y = scaled_target(split.preparation, split.held_out),
+                        .target_scale = split.preparation.target_std_deg_per_h},
+                       split.preparation.terms};
 }
 
 /// The method's hyper-parameters by these splits alone.
-Result<Choice> choose(const std::vector<FoldData>& splits, const EstimatorOptions& estimator,
-                      const ProgressSink& progress) {
-  std::vector<Fold> folds;
+Result<methods::Choice> choose(const std::vector<FoldData>& splits, const EstimatorOptions& estimator,
+                               const ProgressSink& progress) {
+  std::vector<methods::Fold> folds;
   for (const FoldData& split : splits) {
     auto fold = fold_of(split);
     if (!fold) return failure(fold.error());
@@ -72,12 +72,12 @@ Result<Choice> choose(const std::vector<FoldData>& splits, const EstimatorOption
   return estimator.method.choose(folds, estimator.options, progress);
 }
 
-Result<Model> fit(const Preparation& preparation, const Clusters& training, const EstimatorOptions& estimator) {
+Result<Model> fit(const Preparation& preparation, const data::Clusters& training, const EstimatorOptions& estimator) {
   const auto x = scaled_inputs(preparation, training);
   if (!x) return failure(x.error());
   const Eigen::VectorXd y = scaled_target(preparation, training);
   return estimator.method.fit({*x, y, preparation.terms}, estimator.parameters, estimator.options)
-      .map([&](Fit&& fitted) { return assemble(preparation, std::move(fitted)); });
+      .map([&](methods::Fit&& fitted) { return assemble(preparation, std::move(fitted)); });
 }
 
 /// Bias less prediction of what the split holds out.
@@ -95,21 +95,21 @@ Eigen::VectorXd unknown(Eigen::Index rows) {
 
 /// Everything the fits share.
 struct TrainingContext {
-  std::vector<Clusters> records;  ///< those of their clusters that have every input
-  Eigen::Index without_input{};   ///< clusters that were left out
-  TrainingSet training_set;       ///< of all records, one after the other
-  Clusters learnt;                ///< its clusters as the method learns from them
+  std::vector<data::Clusters> records;  ///< those of their clusters that have every input
+  Eigen::Index without_input{};         ///< clusters that were left out
+  data::TrainingSet training_set;       ///< of all records, one after the other
+  data::Clusters learnt;                ///< its clusters as the method learns from them
   InputPlan inputs;
   std::vector<FoldData> splits;
   Preparation all;
 };
 
-std::string inputs_of(const TrainingOptions& options, const Method& method) {
+std::string inputs_of(const TrainingOptions& options, const methods::Method& method) {
   return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
 }
 
 /// A run given twice would be held out and learnt from at once.
-Result<void> check_distinct(const std::vector<Dataset>& datasets) {
+Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
   for (std::size_t i = 0; i < datasets.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (datasets[i].run_id == datasets[j].run_id)
@@ -118,14 +118,15 @@ Result<void> check_distinct(const std::vector<Dataset>& datasets) {
 }
 
 /// All clusters with their folds, and then without those that lack an input.
-Result<void> lay_out(TrainingContext& context, const std::vector<Clusters>& records, const TrainingOptions& options) {
+Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>& records,
+                     const TrainingOptions& options) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
-  auto folds = options.fold_plan ? Result<FoldPlan>(*options.fold_plan) : plan_folds(records, options.folds);
+  auto folds = options.fold_plan ? Result<data::FoldPlan>(*options.fold_plan) : plan_folds(records, options.folds);
   if (!folds) return failure(folds.error());
   std::vector<Eigen::Index> rows;
   Eigen::Index first = 0;
-  for (const Clusters& record : records) {
+  for (const data::Clusters& record : records) {
     const auto whole = rows_with_inputs(context.inputs, record);
     if (!whole) return failure(whole.error());
     for (const Eigen::Index row : *whole) rows.push_back(first + row);
@@ -133,13 +134,14 @@ Result<void> lay_out(TrainingContext& context, const std::vector<Clusters>& reco
     first += record.start_s.size();
   }
   context.without_input = first - static_cast<Eigen::Index>(rows.size());
-  context.training_set = within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
+  context.training_set = data::within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
   if (!rows.empty()) return {};
   return failure(FaultKind::usage, "training", "no cluster has a value of every input");
 }
 
-Result<TrainingContext> set_up(const std::vector<Dataset>& datasets, const std::vector<Clusters>& records,
-                               const TrainingOptions& options, const Method& method, const ProgressSink& progress) {
+Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records,
+                               const TrainingOptions& options, const methods::Method& method,
+                               const ProgressSink& progress) {
   if (datasets.empty() || datasets.size() != records.size()) {
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
@@ -166,8 +168,8 @@ Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estim
   return fit(context.all, context.learnt, estimator);
 }
 
-TuningOptions tuning_options_of(const TrainingOptions& options) {
-  TuningOptions tuning = options.tuning;
+svm::TuningOptions tuning_options_of(const TrainingOptions& options) {
+  svm::TuningOptions tuning = options.tuning;
   if (!options.quick) return tuning;
   constexpr int kQuickParticles = 8, kQuickIterations = 6;
   tuning.swarm.particles = kQuickParticles;
@@ -175,9 +177,10 @@ TuningOptions tuning_options_of(const TrainingOptions& options) {
   return tuning;
 }
 
-void record_sources(Model& model, const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
+                    const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const Dataset& dataset = datasets[i];
+    const data::Dataset& dataset = datasets[i];
     const Eigen::Index count = records[i].start_s.size();
     if (count == 0) continue;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
@@ -191,7 +194,7 @@ void record_sources(Model& model, const std::vector<Dataset>& datasets, const st
 }
 
 /// What the fit does on its own training clusters, and the range in which it was made.
-Result<void> judge_in_sample(Model& model, const Clusters& clusters) {
+Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   model.input_min = inputs->colwise().minCoeff();
@@ -204,7 +207,7 @@ Result<void> judge_in_sample(Model& model, const Clusters& clusters) {
 }
 
 void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& of_choice,
-                      const std::vector<Dataset>& datasets, const std::vector<Clusters>& records) {
+                      const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
   if (context.without_input > 0) {
     model.warnings.push_back(
@@ -213,7 +216,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
+    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
     if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
       const std::string record = std::filesystem::path(datasets[i].path).filename().string();
       model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
@@ -224,7 +227,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
 /// What held-out clusters say of the recipe, the nested answer too where it is asked for.
 Result<void> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
                             bool nested, const ProgressSink& progress) {
-  const Clusters& clusters = context.training_set.clusters;
+  const data::Clusters& clusters = context.training_set.clusters;
   auto residual = leave_out_residual(context.splits, clusters.start_s.size(), estimator, progress);
   if (!residual) return failure(residual.error());
   model.folds = context.training_set.folds.statement;
@@ -241,15 +244,15 @@ Result<void> judge_held_out(Model& model, const TrainingContext& context, const 
   return {};
 }
 
-Result<Model> train_here(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
+Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
                          const TrainingOptions& options, const ProgressSink& progress) {
-  const auto method = find_method(options.method);
+  const auto method = methods::find_method(options.method);
   if (!method) return failure(method.error());
   if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
   const auto context = set_up(datasets, clusters, options, **method, progress);
   if (!context) return failure(context.error());
 
-  const TuningOptions tuning_options = tuning_options_of(options);
+  const svm::TuningOptions tuning_options = tuning_options_of(options);
   EstimatorOptions estimator{
       **method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed, .quick = options.quick}};
   auto choice = choose(context->splits, estimator, progress);
@@ -277,14 +280,14 @@ Result<Model> train_here(const std::vector<Dataset>& datasets, const std::vector
 
 }  // namespace
 
-Result<Preparation> prepare(const InputPlan& plan, const TrainingSet& training) {
+Result<Preparation> prepare(const InputPlan& plan, const data::TrainingSet& training) {
   auto chosen = choose_inputs(plan, training);
   if (!chosen) return failure(chosen.error());
   const auto inputs = evaluate(chosen->terms, training.clusters);
   if (!inputs) return failure(inputs.error());
   const auto scaling = fit_scaling(*inputs, chosen->terms);
   if (!scaling) return failure(scaling.error());
-  const Figures target = figures_of(training.clusters.bias_deg_per_h);
+  const data::Figures target = data::figures_of(training.clusters.bias_deg_per_h);
   constexpr double kRounding = 1e-12;
   if (!(target.std > kRounding * target.max_abs)) {
     return failure(FaultKind::usage, "training", "the bias does not vary over the training clusters");
@@ -292,16 +295,16 @@ Result<Preparation> prepare(const InputPlan& plan, const TrainingSet& training) 
   return Preparation{std::move(chosen->terms), std::move(chosen->selection), *scaling, target.mean, target.std};
 }
 
-Result<std::vector<FoldData>> split_at_folds(const TrainingSet& training_set, const InputPlan& inputs,
-                                             const Method& method, const ProgressSink& progress) {
+Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_set, const InputPlan& inputs,
+                                             const methods::Method& method, const ProgressSink& progress) {
   std::vector<FoldData> splits;
   const std::size_t folds = training_set.folds.folds.size();
   for (std::size_t fold = 0; fold < folds; ++fold) {
     if (!keep_going(progress, "choosing inputs", static_cast<double>(fold) / static_cast<double>(folds))) {
       return stopped();
     }
-    const FoldRows& rows = training_set.folds.folds[fold];
-    TrainingSet training = within(training_set, rows.training);
+    const data::FoldRows& rows = training_set.folds.folds[fold];
+    data::TrainingSet training = within(training_set, rows.training);
     training.clusters = as_learnt_by(method, std::move(training.clusters));
     auto preparation = prepare(inputs, training);
     if (!preparation) return failure(preparation.error());
@@ -326,7 +329,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
   return residual;
 }
 
-Result<Eigen::VectorXd> nested_residual(const TrainingSet& training_set, const std::vector<FoldData>& splits,
+Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, const std::vector<FoldData>& splits,
                                         const InputPlan& inputs, EstimatorOptions estimator,
                                         const ProgressSink& progress) {
   Eigen::VectorXd residual = unknown(training_set.clusters.start_s.size());
@@ -350,11 +353,11 @@ Result<Eigen::VectorXd> nested_residual(const TrainingSet& training_set, const s
   return residual;
 }
 
-Result<Model> train(const std::vector<Dataset>& datasets, const std::vector<Clusters>& clusters,
+Result<Model> train(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
                     const TrainingOptions& options, const ProgressSink& progress) {
   const int threads = options.tuning.swarm.threads;
   oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
   return arena.execute([&] { return train_here(datasets, clusters, options, progress); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 constexpr double kCornerSeconds = 600;
@@ -15,7 +15,7 @@ constexpr double kCornerSeconds = 600;
 using Rows = std::vector<Eigen::Index>;
 
 template <class Wanted>
-Rows rows_where(const Clusters& clusters, Wanted wanted) {
+Rows rows_where(const data::Clusters& clusters, Wanted wanted) {
   Rows rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
     if (wanted(k)) rows.push_back(k);
@@ -24,7 +24,7 @@ Rows rows_where(const Clusters& clusters, Wanted wanted) {
 }
 
 /// Of those rows at which there is a residual.
-Figures figures_at(const Eigen::VectorXd& residual, const Clusters& clusters, Rows rows) {
+data::Figures figures_at(const Eigen::VectorXd& residual, const data::Clusters& clusters, Rows rows) {
   std::erase_if(rows, [&](Eigen::Index k) { return !std::isfinite(residual(k)); });
   return figures_of(residual(rows), clusters, rows);
 }
@@ -35,7 +35,7 @@ struct Stretch {
   double end_s = -std::numeric_limits<double>::infinity();
 };
 
-std::vector<Stretch> stretches_of(const Dataset& dataset) {
+std::vector<Stretch> stretches_of(const data::Dataset& dataset) {
   constexpr double kSampleSeconds = 1;
   std::vector<Stretch> stretches(dataset.segments.size());
   for (Eigen::Index i = 0; i < dataset.segment.size(); ++i) {
@@ -49,7 +49,7 @@ std::vector<Stretch> stretches_of(const Dataset& dataset) {
 
 /// Where the asked-for rate of change changes: each segment's start, but not the first one's, nor that of a hold after
 /// a hold at the same temperature.
-std::vector<double> corners_of(const Dataset& dataset, const std::vector<Stretch>& stretches) {
+std::vector<double> corners_of(const data::Dataset& dataset, const std::vector<Stretch>& stretches) {
   std::vector<double> corners;
   for (std::size_t s = 1; s < stretches.size(); ++s) {
     const auto &before = dataset.segments[s - 1], &after = dataset.segments[s];
@@ -61,7 +61,7 @@ std::vector<double> corners_of(const Dataset& dataset, const std::vector<Stretch
   return corners;
 }
 
-Rows rows_after(const std::vector<double>& corners, const Clusters& clusters) {
+Rows rows_after(const std::vector<double>& corners, const data::Clusters& clusters) {
   return rows_where(clusters, [&](Eigen::Index k) {
     return std::ranges::any_of(corners, [&](double corner_s) {
       return clusters.start_s(k) < corner_s + kCornerSeconds && clusters.start_s(k) + clusters.length_s > corner_s;
@@ -69,7 +69,7 @@ Rows rows_after(const std::vector<double>& corners, const Clusters& clusters) {
   });
 }
 
-std::vector<SegmentFigures> segment_figures(const Dataset& dataset, const Clusters& clusters,
+std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual, const std::vector<Stretch>& stretches) {
   std::vector<SegmentFigures> figures;
   for (std::size_t s = 0; s < dataset.segments.size(); ++s) {
@@ -106,14 +106,14 @@ const char* what_is_done(Outside policy) {
 }
 
 /// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.
-bool trained_on(const Model& model, const Dataset& dataset, const Clusters& clusters) {
+bool trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
     return record.run_id == dataset.run_id && from_s < record.to_s && record.from_s < to_s;
   });
 }
 
-std::vector<std::string> warnings_of(const Verification& result, const Model& model, const Clusters& clusters) {
+std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Clusters& clusters) {
   std::vector<std::string> warnings;
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
@@ -136,7 +136,7 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
 
 }  // namespace
 
-Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters,
+Result<Verification> verify(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
                             const VerifyOptions& options) {
   auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
@@ -172,4 +172,4 @@ Result<Verification> verify(const Model& model, const Dataset& dataset, const Cl
   return result;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -13,7 +13,7 @@
 #include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 
 /// Figures of one stretch of the profile.
 struct SegmentFigures {
@@ -23,7 +23,7 @@ struct SegmentFigures {
   double start_s{}, duration_s{};
   double mean_temperature_c{};  ///< of the first thermometer
   double mean_bias_deg_per_h{};
-  Figures residual;
+  data::Figures residual;
 };
 
 /// Inputs beyond the range in which the model was trained, and what was done with them.
@@ -50,11 +50,11 @@ struct Verification {
   std::string run_id;
   bool simulated{};
   bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
-  Figures raw;
-  Figures compensated;
-  Figures ramps, holds;           ///< of the compensated bias, apart (count 0 if none)
-  Figures corners;                ///< the first 10 min after each corner
-  NoiseFloor floor;               ///< of the raw bias
+  data::Figures raw;
+  data::Figures compensated;
+  data::Figures ramps, holds;     ///< of the compensated bias, apart (count 0 if none)
+  data::Figures corners;          ///< the first 10 min after each corner
+  data::NoiseFloor floor;         ///< of the raw bias
   double effective_parameters{};  ///< of the model; 0 if not known
   double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h: what they leave of noise alone; NaN if the record was
                                     ///< not trained on or p is not known
@@ -66,7 +66,7 @@ struct Verification {
 
 /// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
 /// model needs, or the model refuses every cluster.
-[[nodiscard]] Result<Verification> verify(const Model& model, const Dataset& dataset, const Clusters& clusters,
-                                          const VerifyOptions& options = {});
+[[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
+                                          const data::Clusters& clusters, const VerifyOptions& options = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

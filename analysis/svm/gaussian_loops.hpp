@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// Centres come in blocks of this many; a block is a few rows of one number for each of its centres.
 inline constexpr std::ptrdiff_t kGaussianBlock = 16;
@@ -214,4 +214,4 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, 
   }                                                                                                                \
   constexpr GaussianLoops kLoops { by_products, by_differences }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

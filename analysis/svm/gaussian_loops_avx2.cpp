@@ -3,7 +3,7 @@
 
 #ifdef __AVX2__
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<32>);
@@ -12,12 +12,12 @@ GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<32>);
 
 const GaussianLoops* gaussian_loops_avx2() { return &kLoops; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm
 
 #else
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 const GaussianLoops* gaussian_loops_avx2() { return nullptr; }
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm
 
 #endif

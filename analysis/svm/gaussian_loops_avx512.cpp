@@ -5,7 +5,7 @@
 
 #include <immintrin.h>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 // 2^(i/16).
@@ -76,12 +76,12 @@ GYROTHERM_GAUSSIAN_LOOPS(Avx512);
 
 const GaussianLoops* gaussian_loops_avx512() { return &kLoops; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm
 
 #else
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 const GaussianLoops* gaussian_loops_avx512() { return nullptr; }
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm
 
 #endif

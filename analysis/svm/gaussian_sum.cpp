@@ -10,7 +10,7 @@
 
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 // Products are used while |a| (‖z‖ + ‖c‖)², an exponent of 2, is at most this: rounding then leaves 1e-12 of a term in
@@ -254,4 +254,4 @@ Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, co
   return f;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

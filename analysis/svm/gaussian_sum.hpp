@@ -8,7 +8,7 @@
 #include "analysis/svm/gaussian_loops.hpp"
 #include "analysis/svm/svr.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// f(z) = Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)), made ready for many z.
 ///
@@ -63,4 +63,4 @@ class GaussianSum {
   Blocks blocks_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -6,7 +6,7 @@
 
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 // out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` places; input k of all samples begins at x + k stride.
@@ -150,4 +150,4 @@ double* Kernel::passing_column(Eigen::Index i, Eigen::Index from) {
   return spare;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

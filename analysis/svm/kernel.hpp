@@ -8,7 +8,7 @@
 
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// n rounded up to what a row of floats, or a column of doubles, takes in the hot loops.
 [[nodiscard]] inline int padded_row(Eigen::Index n) {
@@ -93,4 +93,4 @@ class Kernel {
   std::size_t spare_ = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

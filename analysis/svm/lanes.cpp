@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 constexpr double kLog2e = 1.4426950408889634074;
@@ -45,4 +45,4 @@ void exponentiate(const double* values, std::ptrdiff_t count, double scale, doub
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

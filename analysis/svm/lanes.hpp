@@ -12,7 +12,7 @@
 #define GYROTHERM_CLONES
 #endif
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// A cache line of doubles, for arithmetic in whole lines; `Unaligned…` may be read from and written to any address.
 using DoubleLanes = double __attribute__((vector_size(64)));
@@ -98,4 +98,4 @@ inline constexpr int kFloatLanes = 16;
 /// `values`.
 void exponentiate(const double* values, std::ptrdiff_t count, double scale, double* out);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

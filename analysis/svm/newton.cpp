@@ -8,7 +8,7 @@
 
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 namespace {
 
@@ -527,4 +527,4 @@ NewtonResult solve_by_newton(const SvrProblem& problem, const Eigen::VectorXd& s
   return Newton(problem, start, options).run();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

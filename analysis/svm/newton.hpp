@@ -5,7 +5,7 @@
 
 #include "analysis/svm/svr_problem.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// Replaces the lower triangle of the symmetric `a` by L with a = LLᵀ; the strict upper triangle is neither read nor
 /// kept. False if `a` is not positive definite in double precision; `a` is then spoilt.
@@ -54,4 +54,4 @@ struct NewtonResult {
 [[nodiscard]] NewtonResult solve_by_newton(const SvrProblem& problem, const Eigen::VectorXd& start,
                                            const NewtonOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

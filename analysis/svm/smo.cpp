@@ -9,7 +9,7 @@
 #include "analysis/svm/kernel.hpp"
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 // Whether a point that moves `units` of its part passes an end.
@@ -463,4 +463,4 @@ SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
           .converged = run.violation <= tolerance};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

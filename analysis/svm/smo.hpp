@@ -8,7 +8,7 @@
 
 #include "analysis/svm/svr_problem.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// Points i and j of a pair: β_i rises, β_j falls.
 struct SmoPair {
@@ -163,4 +163,4 @@ struct SmoResult {
 /// set that are free are optimised among themselves, and then the gradient of all points follows.
 [[nodiscard]] SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -13,7 +13,7 @@
 #include "analysis/svm/smo.hpp"
 #include "analysis/svm/svr_problem.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 // Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
@@ -135,4 +135,4 @@ Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const E
   return out;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -8,9 +8,10 @@
 #include <Eigen/Core>
 #include <cstddef>
 
+#include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// Rows are samples, row-major so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -23,6 +24,12 @@ struct SvrParameters {
   double sigma{};    ///< > 0, kernel width in units of standardised inputs
   double epsilon{};  ///< ≥ 0, in units of the target's training STD
 };
+
+void describe(auto& form, Like<SvrParameters> auto& parameters) {
+  form("C", positive(parameters.C));
+  form("sigma", positive(parameters.sigma));
+  form("epsilon", not_negative(parameters.epsilon));
+}
 
 struct SvrOptions {
   double relative_gap = 1e-3;  ///< the certificate asked for: SvrSolution::relative_gap ≤ this
@@ -64,4 +71,4 @@ struct SvrSolution {
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
                                             const SvrOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -7,7 +7,7 @@
 
 #include "analysis/svm/lanes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 constexpr int kSummedAtOnce = 4;
@@ -137,4 +137,4 @@ double kkt_violation(const SvrProblem& problem, const Eigen::VectorXd& beta, con
   return highest - lowest;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

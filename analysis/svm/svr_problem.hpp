@@ -7,7 +7,7 @@
 
 #include "analysis/svm/kernel.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// One training: views of a kernel and of targets that outlive it.
 struct SvrProblem {
@@ -51,4 +51,4 @@ void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free
 [[nodiscard]] double kkt_violation(const SvrProblem& problem, const Eigen::VectorXd& beta,
                                    const Eigen::VectorXd& response);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -14,7 +14,7 @@
 
 #include "core/random.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 constexpr double kNothingYet = std::numeric_limits<double>::infinity();
@@ -238,4 +238,4 @@ const char* name(SwarmEnd end) {
   return "unknown";
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 struct SwarmOptions {
   int particles = 20;
@@ -46,6 +47,30 @@ struct SwarmSummary {
   int evaluations{};
 };
 
+[[nodiscard]] const char* name(SwarmEnd end);
+
+void describe(auto& form, Like<SwarmSummary> auto& swarm) {
+  form("end", one_of(swarm.end, kSwarmEnds));
+  form("best", swarm.best);
+  form("best_fitness", swarm.best_fitness);
+  form("history", swarm.history);
+  form("coordinates_on_edge", swarm.coordinates_on_edge);
+  form("evaluations", swarm.evaluations);
+}
+
+void describe(auto& form, Like<SwarmOptions> auto& swarm) {
+  form("particles", swarm.particles);
+  form("iterations", swarm.iterations);
+  form("omega_max", swarm.omega_max);
+  form("omega_min", swarm.omega_min);
+  form("c1", swarm.c1);
+  form("c2", swarm.c2);
+  form("v_max", swarm.v_max);
+  form("stall_iterations", swarm.stall_iterations);
+  form("stall_gain", swarm.stall_gain);
+  form("seed", swarm.seed);
+}
+
 /// `fitness(position, limit)` returns the value to minimise; it may stop early and return any partial value greater
 /// than `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever compared
 /// with the particle's own best. Called from several threads.
@@ -58,8 +83,6 @@ using Fitness = std::function<Result<double>(const std::vector<double>& position
 /// `progress` says so, or with the first (lowest particle index) fault of a fitness.
 [[nodiscard]] Result<SwarmSummary> minimise(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& options,
                                             const ProgressSink& progress = {});
-
-[[nodiscard]] const char* name(SwarmEnd end);
 
 /// Eq. 10: ω_max − (ω_max − ω_min) t/T_max. t = 0 is the initial swarm; its first move has t = 1, its last t = T_max.
 [[nodiscard]] double inertia_weight(const SwarmOptions& options, int t);
@@ -74,4 +97,4 @@ struct Coordinate {
 /// the position clamped to the box, which sets the velocity to 0.
 [[nodiscard]] Coordinate moved(Coordinate from, double v_max, double lower, double upper);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

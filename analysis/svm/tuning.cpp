@@ -13,7 +13,7 @@
 #include "analysis/svm/gaussian_sum.hpp"
 #include "analysis/svm/kernel.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
@@ -173,4 +173,4 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   return summary;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -12,7 +12,7 @@
 #include "core/form.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 
 /// One held-out fold, ready to train: selection and scaling were fitted on its training part alone.
 /// Targets are in units of the fold's own training STD; `target_scale` turns an error of them into °/h.
@@ -45,6 +45,13 @@ void describe_bounds(auto& form, Like<TuningOptions> auto& options) {
   form("fixed_epsilon", not_negative(options.fixed_epsilon));
 }
 
+void describe(auto& form, Like<TuningOptions> auto& options) {
+  describe_bounds(form, options);
+  form("relative_gap", options.svr.relative_gap);
+  form("max_newton_steps", options.svr.max_newton_steps);
+  form("swarm", options.swarm);
+}
+
 /// What the tuning found, and how sure it is.
 struct TuningSummary {
   SvrParameters best;
@@ -64,4 +71,4 @@ struct TuningSummary {
 [[nodiscard]] Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                              const ProgressSink& progress = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

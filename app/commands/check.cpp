@@ -16,7 +16,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct CheckArguments {
@@ -26,25 +26,25 @@ struct CheckArguments {
   std::uint64_t seed = 0;
 };
 
-std::string thermal_model(const RigFile& rig) {
+std::string thermal_model(const rig::RigFile& rig) {
   const auto& model = rig.gyro_model;
   return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
 }
 
 /// Judges for the day on which the rig would run.
-std::vector<std::string> overdue(const RigFile& rig) {
+std::vector<std::string> overdue(const rig::RigFile& rig) {
   return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
 /// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
-std::string limiter_line(const RigFile& rig) {
+std::string limiter_line(const rig::RigFile& rig) {
   if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
   if (rig.simulated) return {};
   return "    WARNING: the rig file does not say how the chamber's own limiter is set ([chamber.limiter]); it is the "
          "safety function, this program is none\n";
 }
 
-std::string chamber_line(const RigFile& rig) {
+std::string chamber_line(const rig::RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return fmt::format(
       "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
@@ -52,7 +52,7 @@ std::string chamber_line(const RigFile& rig) {
       limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map), limiter_line(rig));
 }
 
-std::string thermometer_lines(const RigFile& rig) {
+std::string thermometer_lines(const rig::RigFile& rig) {
   const auto channels = channels_of(rig);
   auto lines = fmt::format("  {} thermometers\n", channels.size());
   for (const auto& channel : channels)
@@ -62,7 +62,7 @@ std::string thermometer_lines(const RigFile& rig) {
   return lines;
 }
 
-std::string gyro_line(const RigFile& rig) {
+std::string gyro_line(const rig::RigFile& rig) {
   const auto& stream = rig.gyro.stream;
   const auto counts = fmt::format("{:g} arcsec per {}", rig.gyro.info.scale, stream ? "count" : "pulse");
   if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
@@ -70,18 +70,18 @@ std::string gyro_line(const RigFile& rig) {
                      thermal_model(rig), stream->confidence, stream->source);
 }
 
-std::string rig_lines(const RigFile& rig) {
+std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
          thermometer_lines(rig) + gyro_line(rig);
 }
 
-Json calibrations_json(const RigFile& rig) {
+Json calibrations_json(const rig::RigFile& rig) {
   auto json = Json::object();
   for (const auto& channel : channels_of(rig)) json[channel.name] = calibration_in_words(channel);
   return json;
 }
 
-Json rig_json(const RigFile& rig) {
+Json rig_json(const rig::RigFile& rig) {
   const auto& limits = rig.chamber_limits;
   return {{"file", rig.file},
           {"simulated", rig.simulated},
@@ -103,8 +103,8 @@ Json rig_json(const RigFile& rig) {
           {"gyro_film", rig.gyro_model.film}};
 }
 
-Json timeline_json(const Profile& profile, const Timeline& timeline) {
-  const auto total = [](const CycleTotal& cycle) {
+Json timeline_json(const profile::Profile& profile, const profile::Timeline& timeline) {
+  const auto total = [](const profile::CycleTotal& cycle) {
     return Json{{"name", cycle.name},
                 {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
                 {"clusters", cycle.clusters}};
@@ -117,9 +117,9 @@ Json timeline_json(const Profile& profile, const Timeline& timeline) {
 
 /// Asks each instrument who it is and reads it once, and the chamber which set points it takes; fails with the first
 /// fault, after all have been asked.
-Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile& file, std::uint64_t seed,
-                                                 SetPointRange& limits) {
-  auto rig = Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+Result<std::vector<std::string>> ask_instruments(Console& console, const rig::RigFile& file, std::uint64_t seed,
+                                                 drivers::SetPointRange& limits) {
+  auto rig = rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   Result<std::vector<std::string>> all;
   for (const auto& answer : (*rig)->ask()) {
@@ -141,21 +141,21 @@ Result<std::vector<std::string>> ask_instruments(Console& console, const RigFile
 struct Findings {
   std::string words;
   Json json;
-  SetPointRange controller;  ///< where it was asked
+  drivers::SetPointRange controller;  ///< where it was asked
 };
 
 /// Checks the rig and, if asked to, its instruments.
-Result<RigFile> check_rig(Console& console, const CheckArguments& options, Findings& found) {
-  auto rig = read_rig(options.rig);
+Result<rig::RigFile> check_rig(Console& console, const CheckArguments& options, Findings& found) {
+  auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
-    if (const auto laboratory = parse_laboratory(rig->text, rig->file, rig->gyro_model.text); !laboratory)
+    if (const auto laboratory = simulator::parse_laboratory(rig->text, rig->file, rig->gyro_model.text); !laboratory)
       return failure(laboratory.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig;
   if (!rig->simulated)
-    if (const auto holder = ChamberLock::holder(chamber_place(*rig)))
+    if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
   const auto answers = ask_instruments(console, *rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());
@@ -170,7 +170,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
   if (options.connect && options.rig.empty())
     return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
   Findings found;
-  std::optional<RigFile> rig;
+  std::optional<rig::RigFile> rig;
   if (!options.rig.empty()) {
     auto checked = check_rig(console, options, found);
     if (!checked) return failure(checked.error());
@@ -205,4 +205,4 @@ void add_check(Program& program) {
   command.action([&program, options] { return check(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

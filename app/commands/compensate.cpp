@@ -16,7 +16,7 @@
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr std::string_view kBiasColumn = "bias";
@@ -26,13 +26,14 @@ struct CompensateArguments {
 };
 
 /// The header names the thermometers and, last, "bias".
-Result<CompensationStream> open_stream(const Model& model, std::vector<std::string> header, Outside outside) {
+Result<model::CompensationStream> open_stream(const model::Model& model, std::vector<std::string> header,
+                                              model::Outside outside) {
   if (header.size() < 2 || header.back() != kBiasColumn) {
     return failure(FaultKind::bad_file, "stdin:1:1",
                    "expected a header: the names of the thermometers, then \"bias\", separated by commas");
   }
   header.pop_back();
-  return CompensationStream::open(model, std::move(header), outside);
+  return model::CompensationStream::open(model, std::move(header), outside);
 }
 
 /// One line for each row; an empty one where there is no value.
@@ -45,10 +46,10 @@ std::string lines_of(const Eigen::VectorXd& values) {
   return lines;
 }
 
-std::string compensated(CompensationStream& stream, const LiveRows& rows) {
+std::string compensated(model::CompensationStream& stream, const record::LiveRows& rows) {
   const auto columns = static_cast<Eigen::Index>(rows.header().size());
   const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
-  const Eigen::Map<const SampleMatrix> numbers(rows.numbers().data(), count, columns);
+  const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
   return lines_of(stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1)));
 }
 
@@ -91,9 +92,10 @@ Result<std::string_view> StandardInput::next() {
 }
 
 /// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.
-Result<void> answer(Console& console, const Model& model, Outside outside, std::optional<CompensationStream>& stream) {
+Result<void> answer(Console& console, const model::Model& model, model::Outside outside,
+                    std::optional<model::CompensationStream>& stream) {
   StandardInput input;
-  LiveRows rows("stdin");
+  record::LiveRows rows("stdin");
   for (bool more = true; more && std::ferror(stdout) == 0;) {
     const auto piece = input.next();
     if (!piece) return failure(piece.error());
@@ -113,14 +115,14 @@ Result<void> answer(Console& console, const Model& model, Outside outside, std::
 }
 
 Result<Exit> compensate(Console& console, const CompensateArguments& options) {
-  const auto outside = parse_outside(options.outside);
+  const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
                           model->cluster_length_s / 2));
   watch_for_interrupts(SecondInterrupt::ends);
-  std::optional<CompensationStream> stream;
+  std::optional<model::CompensationStream> stream;
   const auto answered = answer(console, *model, *outside, stream);
   if (stream && stream->outside() > 0) {
     console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
@@ -145,4 +147,4 @@ void add_compensate(Program& program) {
   command.action([&program, options] { return compensate(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -16,7 +16,7 @@
 #include "drivers/line/hid_line.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kShippedRules = "drivers/60-gyrotherm.rules";
@@ -38,8 +38,8 @@ Node node_at(const std::string& path) {
   return node;
 }
 
-const char* supported_as(const HidDeviceFound& device) {
-  for (const auto& kind : kMccKinds)
+const char* supported_as(const drivers::HidDeviceFound& device) {
+  for (const auto& kind : drivers::kMccKinds)
     if (kind.vendor == device.vendor && kind.product == device.product) return kind.name;
   return "";
 }
@@ -71,7 +71,7 @@ std::string fix_of_hid(const Node& node) {
       std::filesystem::absolute(shipped(kShippedRules)).string(), kRulesFolder);
 }
 
-Device serial_device(const SerialPortFound& port) {
+Device serial_device(const drivers::SerialPortFound& port) {
   Device device{.node = node_at(port.device), .line = "", .description = port.description, .fix = "", .facts = {}};
   device.line = "serial:" + (port.stable_name.empty() ? port.device : port.stable_name);
   device.fix = fix_of_serial(device.node);
@@ -82,7 +82,7 @@ Device serial_device(const SerialPortFound& port) {
   return device;
 }
 
-Device hid_device_of(const HidDeviceFound& found) {
+Device hid_device_of(const drivers::HidDeviceFound& found) {
   const std::string name = supported_as(found);
   const auto id = fmt::format("{:04x}:{:04x}", found.vendor, found.product);
   Device device{.node = node_at(found.path), .line = "", .description = "", .fix = "", .facts = {}};
@@ -96,8 +96,8 @@ Device hid_device_of(const HidDeviceFound& found) {
 
 std::vector<Device> all_devices() {
   std::vector<Device> devices;
-  for (const auto& port : serial_ports()) devices.push_back(serial_device(port));
-  for (const auto& found : hid_devices()) devices.push_back(hid_device_of(found));
+  for (const auto& port : drivers::serial_ports()) devices.push_back(serial_device(port));
+  for (const auto& found : drivers::hid_devices()) devices.push_back(hid_device_of(found));
   for (auto& device : devices) {
     device.facts.update({{"allowed", device.node.allowed}, {"group", device.node.group}});
     if (!device.fix.empty()) device.facts["fix"] = device.fix;
@@ -136,4 +136,4 @@ void add_devices(Program& program) {
   command.action([&program] { return list_devices(program.console); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -3,7 +3,7 @@
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ExportArguments {
@@ -13,7 +13,7 @@ struct ExportArguments {
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
   const auto done = check_recorded_run(console, options.run, options.unverified).and_then([&] {
-    return export_record(options.run, options.out);
+    return record::export_record(options.run, options.out);
   });
   return done ? Result<Exit>(Exit::done) : failure(done.error());
 }
@@ -30,4 +30,4 @@ void add_export(Program& program) {
   command.action([&program, options] { return export_table(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

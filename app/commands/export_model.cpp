@@ -7,7 +7,7 @@
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ExportModelArguments {
@@ -21,7 +21,7 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
   return {};
 }
 
-Result<void> export_data(Console& console, const ExportModelArguments& options, const Model& model) {
+Result<void> export_data(Console& console, const ExportModelArguments& options, const model::Model& model) {
   const auto recorded = load_recorded_run(console, options.run, {.range = {}, .unverified = options.unverified});
   if (!recorded) return failure(recorded.error());
   const auto rows = to_libsvm_data(model, recorded->clusters);
@@ -30,15 +30,15 @@ Result<void> export_data(Console& console, const ExportModelArguments& options, 
 }
 
 /// The source beside its header; both are named after the file.
-Result<void> export_c(Console& console, const ExportModelArguments& options, const Model& model) {
+Result<void> export_c(Console& console, const ExportModelArguments& options, const model::Model& model) {
   const std::filesystem::path source = options.out;
   if (source.extension() != ".c") {
     return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
   }
-  const auto program = to_c(model, c_name(source.stem().string()));
+  const auto program = to_c(model, model::c_name(source.stem().string()));
   if (!program) return failure(program.error());
   auto header = source;
-  header.replace_filename(c_name(source.stem().string()) + ".h");
+  header.replace_filename(model::c_name(source.stem().string()) + ".h");
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
   console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
@@ -46,7 +46,7 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   return {};
 }
 
-Result<void> write(Console& console, const ExportModelArguments& options, const Model& model) {
+Result<void> write(Console& console, const ExportModelArguments& options, const model::Model& model) {
   if (!options.run.empty()) return export_data(console, options, model);
   if (options.as == "c") return export_c(console, options, model);
   const auto text = to_libsvm(model);
@@ -80,4 +80,4 @@ void add_export_model(Program& program) {
   command.action([&program, options] { return export_model(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

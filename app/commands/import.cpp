@@ -5,7 +5,7 @@
 #include "app/command.hpp"
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ImportArguments {
@@ -13,7 +13,7 @@ struct ImportArguments {
 };
 
 Result<Exit> import(Console& console, const ImportArguments& options) {
-  const auto summary = import_record(options.table, options.map, options.out, GYROTHERM_VERSION);
+  const auto summary = record::import_record(options.table, options.map, options.out, GYROTHERM_VERSION);
   if (!summary) return failure(summary.error());
   if (console.json)
     console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows,
@@ -36,4 +36,4 @@ void add_import(Program& program) {
   command.action([&program, options] { return import(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

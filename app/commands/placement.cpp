@@ -9,7 +9,7 @@
 #include "app/recorded_run.hpp"
 #include "core/json.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kPlacementSchema = "gyrotherm-placement/1";
@@ -19,18 +19,18 @@ struct PlacementArguments {
   std::string folds = "auto", clusters;
   double guard_minutes = -1;  ///< negative: not given
   bool confirm = false, unverified = false;
-  TrainingOptions training;
+  model::TrainingOptions training;
 };
 
 struct Records {
-  std::vector<Dataset> datasets;
-  std::vector<Clusters> clusters;
+  std::vector<data::Dataset> datasets;
+  std::vector<data::Clusters> clusters;
 };
 
 /// A set of the elimination, tuned anew with support vectors.
 struct Confirmed {
-  Figures held_out;
-  std::vector<Figures> unseen;  ///< one per unseen record
+  data::Figures held_out;
+  std::vector<data::Figures> unseen;  ///< one per unseen record
 };
 
 Result<Records> load(Console& console, const std::vector<std::string>& paths, const RecordedRunOptions& options) {
@@ -46,8 +46,9 @@ Result<Records> load(Console& console, const std::vector<std::string>& paths, co
 
 Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const Records& records,
                           const Records& unseen, const std::vector<std::string>& kept) {
-  TrainingOptions training = options.training;
-  for (const Term& term : placement_terms(kept)) training.inputs += (training.inputs.empty() ? "" : ",") + text(term);
+  model::TrainingOptions training = options.training;
+  for (const data::Term& term : model::placement_terms(kept))
+    training.inputs += (training.inputs.empty() ? "" : ",") + text(term);
   const auto stage = fmt::format("support vectors on {} thermometers", kept.size());
   const auto sink = [&](std::string_view, double fraction) { return console.sink()(stage, fraction); };
   const auto model = train(records.datasets, records.clusters, training, sink);
@@ -63,7 +64,7 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
 
 /// Tells the figures of the whole set, and of each step of the elimination.
 Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options, const Records& records,
-                                           const Records& unseen, const Placement& placement) {
+                                           const Records& unseen, const model::Placement& placement) {
   std::vector<Confirmed> all;
   if (!options.confirm) return all;
   std::vector<std::vector<std::string>> sets{placement.all.kept};
@@ -78,7 +79,7 @@ Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArgu
 
 std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
 
-std::string row(const std::string& what, const LeftOut& set, const Confirmed* confirmed) {
+std::string row(const std::string& what, const model::LeftOut& set, const Confirmed* confirmed) {
   auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
                           std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
   if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
@@ -89,7 +90,7 @@ std::string row(const std::string& what, const LeftOut& set, const Confirmed* co
   return text + "  " + list(set.kept) + "\n";
 }
 
-std::string heading(std::string_view what, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string heading(std::string_view what, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
   auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>11}   {:<8}", what, "held out", "", "price", "");
   if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
   if (!confirmed.empty()) {
@@ -99,7 +100,7 @@ std::string heading(std::string_view what, const Placement& placement, const std
   return text + "  kept\n";
 }
 
-std::string words(const Records& records, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string words(const Records& records, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
   std::string text;
   for (const auto& dataset : records.datasets)
     text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
@@ -123,7 +124,7 @@ std::string words(const Records& records, const Placement& placement, const std:
                             placement.all.kept.size(), list(enough.kept));
 }
 
-Json set_json(const LeftOut& set, const Confirmed* confirmed = nullptr) {
+Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
   Json json{{"left_out", set.left_out},
             {"kept", set.kept},
             {"held_out", json_of(set.held_out)},
@@ -136,7 +137,7 @@ Json set_json(const LeftOut& set, const Confirmed* confirmed = nullptr) {
   return json;
 }
 
-std::string json(const Records& records, const Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string json(const Records& records, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
   Json json{{"schema", kPlacementSchema}, {"records", Json::array()}};
   for (const auto& dataset : records.datasets)
     json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});
@@ -155,7 +156,7 @@ std::string json(const Records& records, const Placement& placement, const std::
 
 Result<Exit> study(Console& console, const PlacementArguments& given) {
   PlacementArguments options = given;
-  const auto folds = parse_folds(options.folds);
+  const auto folds = data::parse_folds(options.folds);
   if (!folds) return failure(folds.error());
   options.training.folds = *folds;
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
@@ -166,7 +167,8 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   const auto unseen = load(console, options.unseen, {.range = {}, .unverified = options.unverified});
   if (!unseen) return failure(unseen.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto placement = study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
+  const auto placement =
+      model::study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
   if (!placement) return failure(placement.error());
   const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
   if (!confirmed) return failure(confirmed.error());
@@ -199,4 +201,4 @@ void add_placement(Program& program) {
   command.action([&program, options] { return study(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -19,34 +19,35 @@
 #include "report/assemble.hpp"
 #include "report/views.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
-  QualificationOptions training;
+  model::QualificationOptions training;
 };
 
 /// One of the two runs: its plan, its record, and what came of it.
 struct Run {
   std::string stage;  ///< "rate" or "random"
   std::string path;
-  Profile profile;
-  RecordedRun recorded;
+  profile::Profile profile;
+  data::RecordedRun recorded;
   std::string sha256;  ///< of the record's rows as `export` writes them
 };
 
 /// True if the record at `path` is (part of) this very experiment.
-bool belongs(const RunInfo& info, const Profile& profile, const RigFile& rig, std::uint64_t seed) {
+bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
+             std::uint64_t seed) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
          info.program_version == GYROTHERM_VERSION && (!rig.simulated || info.seed == seed);
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
-Result<void> record(Console& console, const Run& run, const RigFile& rig, std::uint64_t seed) {
+Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, std::uint64_t seed) {
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, seed, run.path);
-  const auto before = read_record(run.path);
+  const auto before = record::read_record(run.path);
   if (!before) return failure(before.error());
   if (!belongs(before->info, run.profile, rig, seed))
     return failure(FaultKind::usage, run.path,
@@ -58,26 +59,27 @@ Result<void> record(Console& console, const Run& run, const RigFile& rig, std::u
 
 Result<void> load(Console& console, Run& run) {
   if (auto checked = check_recorded_run(console, run.path, false); !checked) return checked;
-  const auto rows = read_record(run.path);
+  const auto rows = record::read_record(run.path);
   if (!rows) return failure(rows.error());
-  auto dataset = make_dataset(*rows, run.path);
-  auto clusters = make_clusters(dataset);
+  auto dataset = data::make_dataset(*rows, run.path);
+  auto clusters = data::make_clusters(dataset);
   if (!clusters) return failure(clusters.error());
   run.recorded = {std::move(dataset), std::move(*clusters)};
-  run.sha256 = sha256(to_csv(*rows));
+  run.sha256 = sha256(record::to_csv(*rows));
   return {};
 }
 
 /// Asked before anything moves: the [accept] table names figures of the report alone.
-Result<void> check_accept(const Profile& profile, const std::string& file) {
-  for (const AcceptLimit& limit : profile.accept)
-    if (const auto checked = check_limit(limit.key); !checked)
+Result<void> check_accept(const profile::Profile& profile, const std::string& file) {
+  for (const profile::AcceptLimit& limit : profile.accept)
+    if (const auto checked = report::check_limit(limit.key); !checked)
       return failure(FaultKind::bad_file, file,
                      fmt::format("[accept] names \"{}\", {}", limit.key, checked.error().what));
   return {};
 }
 
-Result<Run> plan_run(const std::string& stage, const std::string& profile, const RigFile& rig, const std::string& out) {
+Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
+                     const std::string& out) {
   auto read = read_profile(profile, &rig);
   if (!read) return failure(read.error());
   if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
@@ -88,15 +90,15 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .sha256 = {}};
 }
 
-Result<Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate, const Run& random,
-                                Timings& timings) {
+Result<model::Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate,
+                                       const Run& random, Timings& timings) {
   timings.begin("train three models");
   auto models = train_models(rate.recorded, random.recorded, options.training, console.sink());
   if (!models) return failure(models.error());
   Result<void> written;
-  for_each_model(*models, [&](const char*, const TrainedModel& trained) {
+  for_each_model(*models, [&](const char*, const model::TrainedModel& trained) {
     if (!written) return;
-    const Model& model = trained.model;
+    const model::Model& model = trained.model;
     written = replace_text_file(fmt::format("{}/model-{}.json", options.out, model.inputs), to_json(model));
   });
   if (!written) return failure(written.error());
@@ -106,10 +108,10 @@ Result<Qualification> train_all(Console& console, const QualifyArguments& option
   auto comparison = train_compared(rate.recorded, random.recorded, options.training, begins, console.sink());
   if (!comparison) return failure(comparison.error());
   for (const std::string& warning : comparison->warnings) console.say(warning);
-  return Qualification{std::move(*models), std::move(*comparison)};
+  return model::Qualification{std::move(*models), std::move(*comparison)};
 }
 
-std::string gyro_in_words(const RigFile& rig) {
+std::string gyro_in_words(const rig::RigFile& rig) {
   const auto& model = rig.gyro_model;
   const auto stream =
       rig.gyro.stream ? fmt::format("stream {} ({}), ", rig.gyro.stream->name, rig.gyro.stream->vendor) : std::string();
@@ -118,37 +120,37 @@ std::string gyro_in_words(const RigFile& rig) {
          (model.name.empty() ? "" : fmt::format("; thermal model \"{}\", film \"{}\"", model.name, model.film));
 }
 
-ReportedRig reported(const RigFile& rig) {
-  ReportedRig reported{.name = rig.name,
-                       .title = rig.title,
-                       .gyro = gyro_in_words(rig),
-                       .sha256 = sha256(rig.text),
-                       .is_virtual = rig.simulated,
-                       .gyro_model = rig.gyro_model.name,
-                       .gyro_film = rig.gyro_model.film,
-                       .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
-                       .thermometers = {}};
+report::ReportedRig reported(const rig::RigFile& rig) {
+  report::ReportedRig reported{.name = rig.name,
+                               .title = rig.title,
+                               .gyro = gyro_in_words(rig),
+                               .sha256 = sha256(rig.text),
+                               .is_virtual = rig.simulated,
+                               .gyro_model = rig.gyro_model.name,
+                               .gyro_film = rig.gyro_model.film,
+                               .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
+                               .thermometers = {}};
   for (const auto& channel : channels_of(rig))
     reported.thermometers.push_back({channel.name, channel.instrument, calibration_in_words(channel)});
   return reported;
 }
 
-Report report_of(const RigFile& rig, const Run& rate, const Run& random, const Qualification& qualification,
-                 std::uint64_t seed) {
-  Report report = make_report({.rig = reported(rig),
-                               .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
-                               .random = {random.recorded, random.sha256, sha256(random.profile.text)},
-                               .qualification = qualification,
-                               .program_version = GYROTHERM_VERSION,
-                               .seed = seed});
-  std::vector<Limit> limits;
+report::Report report_of(const rig::RigFile& rig, const Run& rate, const Run& random,
+                         const model::Qualification& qualification, std::uint64_t seed) {
+  report::Report report = report::make_report({.rig = reported(rig),
+                                               .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
+                                               .random = {random.recorded, random.sha256, sha256(random.profile.text)},
+                                               .qualification = qualification,
+                                               .program_version = GYROTHERM_VERSION,
+                                               .seed = seed});
+  std::vector<report::Limit> limits;
   for (const Run* run : {&rate, &random})
-    for (const AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
+    for (const profile::AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
   report.accept = held_against(report, limits);
   return report;
 }
 
-std::string result_table(const Report& report, const Qualification& qualification) {
+std::string result_table(const report::Report& report, const model::Qualification& qualification) {
   const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
                       const std::string& random, const std::string& size, const std::string& training) {
     return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>7} {:>11}\n", what, rate, cycle, random, size, training);
@@ -157,37 +159,37 @@ std::string result_table(const Report& report, const Qualification& qualificatio
   auto text = std::string(report.rig.is_virtual ? "SIMULATED\n" : "");
   text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)", "numbers", "training, s");
   text += row("raw", number(report.rate.raw.std), "", number(report.random.raw.std), "", "");
-  const auto add = [&](const TrainedModel& trained) {
-    const Model& model = trained.model;
+  const auto add = [&](const model::TrainedModel& trained) {
+    const model::Model& model = trained.model;
     text += row(fmt::format("{:<13} {}", model.method, model.inputs), number(trained.rate.compensated.std),
                 number(model.leave_cycle_out.std), number(trained.random.compensated.std),
                 fmt::format("{}", stored_numbers(model)), fmt::format("{:.1f}", trained.training_s));
   };
-  for_each_model(qualification.models, [&](const char*, const TrainedModel& trained) { add(trained); });
-  for (const TrainedModel& trained : qualification.comparison.models) add(trained);
+  for_each_model(qualification.models, [&](const char*, const model::TrainedModel& trained) { add(trained); });
+  for (const model::TrainedModel& trained : qualification.comparison.models) add(trained);
   return text +
          row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
 }
 
 /// Writes the report and says what came out.
-Result<Exit> conclude(Console& console, const QualifyArguments& options, const Report& report,
-                      const Qualification& qualification, Timings& timings) {
+Result<Exit> conclude(Console& console, const QualifyArguments& options, const report::Report& report,
+                      const model::Qualification& qualification, Timings& timings) {
   const std::string json = to_json(report);
   const auto folder = options.out + "/report";
-  if (auto written = write_report(json, folder); !written) return failure(written.error());
+  if (auto written = report::write_report(json, folder); !written) return failure(written.error());
   timings.end();
   if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
     return failure(written.error());
   console.data(console.json ? json : result_table(report, qualification));
   console.say(timings.words() + folder + "/report.html");
-  for (const AcceptedLimit& limit : report.accept)
+  for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
   return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
+  const auto rig = rig::read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
   auto rate =
       plan_run("rate", options.rate_profile.empty() ? shipped("profiles/qualification.toml") : options.rate_profile,
@@ -243,4 +245,4 @@ void add_qualify(Program& program) {
   command.action([&program, options] { return qualify(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -7,25 +7,25 @@
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ReduceArguments {
   std::string model, out, clusters;
   std::vector<std::string> runs;
-  ReducedSetGoal goal;
+  model::ReducedSetGoal goal;
   bool unverified = false;
 };
 
-std::string words(const ReducedSetSummary& r) {
+std::string words(const model::ReducedSetSummary& r) {
   return fmt::format(
       "kept {} of {} vectors\n"
       "  change of the predictions: max {:.3g}, rms {:.3g} °/h over {} clusters; for any input at most {:.3g} °/h\n",
       r.vectors, r.vectors_before, r.max_change_deg_per_h, r.rms_change_deg_per_h, r.clusters, r.bound_deg_per_h);
 }
 
-std::string without_training(const Model& model, const RecordedRun& recorded) {
-  for (const TrainingRecord& record : model.trained_on) {
+std::string without_training(const model::Model& model, const data::RecordedRun& recorded) {
+  for (const model::TrainingRecord& record : model.trained_on) {
     if (record.run_id == recorded.dataset.run_id) return {};
   }
   return recorded.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
@@ -36,7 +36,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!model) return failure(model.error());
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
-  std::vector<Clusters> clusters;
+  std::vector<data::Clusters> clusters;
   for (const auto& run : options.runs) {
     auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
     if (!recorded) return failure(recorded.error());
@@ -75,4 +75,4 @@ void add_reduce(Program& program) {
   command.action([&program, options] { return reduce_and_write(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -1,7 +1,7 @@
 #include "app/command.hpp"
 #include "report/views.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 void add_report(Program& program) {
   auto folder = std::make_shared<std::string>();
@@ -10,10 +10,10 @@ void add_report(Program& program) {
   command.option("dir", *folder, "the folder that qualify wrote").required();
   command.action([&program, folder]() -> Result<Exit> {
     const auto report = *folder + "/report";
-    if (auto rebuilt = rebuild_report(report); !rebuilt) return failure(rebuilt.error());
+    if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
     program.console.say(report + "/report.html");
     return Exit::done;
   });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

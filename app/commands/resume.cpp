@@ -7,7 +7,7 @@
 #include "app/run/carry_out.hpp"
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ResumeArguments {
@@ -20,11 +20,11 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   // A record that cannot be read says so below; until then Ctrl-C ends this at once.
-  const auto status = read_status(options.run);
+  const auto status = record::read_status(options.run);
   // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
   // looked at.
   if (status && status->simulated)
-    if (const auto whole = verify_files(options.run); !whole) return failure(whole.error());
+    if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
     return failure(ran.error());
@@ -43,4 +43,4 @@ void add_resume(Program& program) {
   command.action([&program, options] { return resume(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

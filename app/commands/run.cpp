@@ -3,7 +3,7 @@
 #include "app/places.hpp"
 #include "app/run/carry_out.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct RunArguments {
@@ -15,7 +15,7 @@ struct RunArguments {
 };
 
 Result<Exit> run(Console& console, const RunArguments& options) {
-  const auto rig = read_rig(options.rig);
+  const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
   if (!profile) return failure(profile.error());
@@ -42,4 +42,4 @@ void add_run(Program& program) {
   command.action([&program, options] { return run(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

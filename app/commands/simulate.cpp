@@ -10,7 +10,7 @@
 #include "app/places.hpp"
 #include "rig/rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 using std::chrono::steady_clock;
@@ -37,16 +37,16 @@ std::optional<double> pace_of(const std::string& text) {
   return factor;
 }
 
-std::string link_in_words(const MapLink& link, bool serial) {
+std::string link_in_words(const drivers::MapLink& link, bool serial) {
   if (serial) return "Modbus RTU";
-  return link.kind == LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
+  return link.kind == drivers::LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
 }
 
 /// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
-std::string what_speaks(const RigFile& rig, const ServedLine& served) {
+std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& served) {
   if (served.instrument == "chamber") {
     const bool serial = served.line.starts_with("serial:");
-    const auto* rtu = serial ? rig.chamber_map.find(LinkKind::rtu) : nullptr;
+    const auto* rtu = serial ? rig.chamber_map.find(drivers::LinkKind::rtu) : nullptr;
     const auto& link = rtu ? *rtu : rig.chamber_map.link;
     return fmt::format("{}, unit {}, {}", link_in_words(link, serial), link.modbus.unit, rig.chamber_map.name);
   }
@@ -57,7 +57,7 @@ std::string what_speaks(const RigFile& rig, const ServedLine& served) {
   return {};
 }
 
-void print_addresses(Console& console, const RigFile& rig, const VirtualInstruments& instruments) {
+void print_addresses(Console& console, const rig::RigFile& rig, const simulator::VirtualInstruments& instruments) {
   std::string text;
   for (const auto& served : instruments.lines())
     text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"{}\"}}\n", served.instrument, served.line)
@@ -79,7 +79,7 @@ bool wait(steady_clock::duration time) {
   return !interrupted();
 }
 
-void let_time_pass(VirtualInstruments& instruments, double pace) {
+void let_time_pass(simulator::VirtualInstruments& instruments, double pace) {
   const auto began = steady_clock::now();
   Duration passed{};
   while (!interrupted()) {
@@ -98,12 +98,12 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   if (!pace)
     return failure(FaultKind::usage, "--pace",
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
-  const auto rig = read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
+  const auto rig = rig::read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto frames = options.full_rate ? FramePace::full_rate : FramePace::one_a_second;
-  auto instruments = serve_virtual(*rig, {.gyro = options.seed, .run = 0},
-                                   {.first_port = options.port, .frames = frames, .ptys = options.pty});
+  const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
+  auto instruments = rig::serve_virtual(*rig, {.gyro = options.seed, .run = 0},
+                                        {.first_port = options.port, .frames = frames, .ptys = options.pty});
   if (!instruments) return failure(instruments.error());
   console.say(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
   print_addresses(console, *rig, **instruments);
@@ -128,4 +128,4 @@ void add_simulate(Program& program) {
   command.action([&program, options] { return simulate(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -8,20 +8,20 @@
 #include "core/json.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 std::string degrees(const std::optional<Celsius>& value) {
   return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
 }
 
-const char* standing(const RunStatus& status) {
+const char* standing(const record::RunStatus& status) {
   if (status.finished) return "finished";
   return status.being_written ? "running" : "not finished; resume goes on";
 }
 
 /// Where it goes, and what is wrong with it.
-std::string standing_lines(const RunStatus& status) {
+std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}{}\n", name(standing.state), standing.cause.empty() ? "" : ": " + standing.cause);
   if (standing.time_left) text += fmt::format("  {} left", spoken(*standing.time_left));
@@ -40,13 +40,13 @@ std::string standing_lines(const RunStatus& status) {
 }
 
 /// Whether the program that carries the run out answers, by the age of what it wrote; nothing where none does.
-std::optional<bool> answers(const RunStatus& status) {
+std::optional<bool> answers(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = age_of(status);
-  return age && *age <= kSilentAfter;
+  return age && *age <= record::kSilentAfter;
 }
 
-std::string age_line(const RunStatus& status) {
+std::string age_line(const record::RunStatus& status) {
   if (!status.being_written) return {};
   const auto age = age_of(status);
   const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
@@ -55,7 +55,7 @@ std::string age_line(const RunStatus& status) {
                      ago);
 }
 
-std::string words(const RunStatus& status) {
+std::string words(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
   text += age_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
@@ -72,7 +72,7 @@ std::string words(const RunStatus& status) {
 }
 
 /// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
-std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& guard) {
+std::string json_text(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = age_of(status);
   const auto does = answers(status);
@@ -89,9 +89,9 @@ std::string json_text(const RunStatus& status, const std::optional<MadeSafe>& gu
 }
 
 Result<Exit> show(Console& console, const std::string& path) {
-  const auto status = read_status(path);
+  const auto status = record::read_status(path);
   if (!status) return failure(status.error());
-  const auto guard = read_trace(path);
+  const auto guard = watchdog::read_trace(path);
   if (!guard) return failure(guard.error());
   if (console.json)
     console.data(json_text(*status, *guard));
@@ -102,7 +102,7 @@ Result<Exit> show(Console& console, const std::string& path) {
 
 /// Whether the record is as it was written. A record being written is not opened.
 Result<Exit> verify(Console& console, const std::string& path) {
-  const auto verified = verify_record(path);
+  const auto verified = record::verify_record(path);
   if (!verified) return failure(verified.error());
   console.data(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
                                           verified->rows, verified->files, verified->finished, verified->manifest)
@@ -124,4 +124,4 @@ void add_status(Program& program) {
       [&program, path, chain] { return *chain ? verify(program.console, *path) : show(program.console, *path); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -4,7 +4,7 @@
 #include "core/json.hpp"
 #include "sequencer/run/control_socket.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr Duration kAnswerWithin = std::chrono::seconds(5);
@@ -16,9 +16,9 @@ struct TellArguments {
 };
 
 Result<Exit> speak(Console& console, const TellArguments& options) {
-  const auto request = request_of(options.word, options.note);
+  const auto request = run::request_of(options.word, options.note);
   if (!request) return failure(request.error());
-  const auto answer = tell(options.run, *request, kAnswerWithin);
+  const auto answer = run::tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
@@ -46,4 +46,4 @@ void add_tell(Program& program) {
   command.action([&program, options] { return speak(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -6,7 +6,7 @@
 #include "app/command.hpp"
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kThermalProgram = "gyrotherm-thermal";
@@ -31,4 +31,4 @@ void add_thermal(Program& program) {
                 "gyrotherm thermal --mesh medium --out image", become_thermal_program);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -8,7 +8,7 @@
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct TrainArguments {
@@ -16,15 +16,15 @@ struct TrainArguments {
   std::string out, clusters, folds = "auto", select;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
   bool unverified = false;
-  TrainingOptions training;
+  model::TrainingOptions training;
 };
 
-std::string figures(const Figures& f) {
+std::string figures(const data::Figures& f) {
   return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse,
                      f.max_abs, f.count);
 }
 
-std::string words(const Model& model) {
+std::string words(const model::Model& model) {
   std::string text;
   for (const auto& run : model.trained_on)
     text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
@@ -33,7 +33,7 @@ std::string words(const Model& model) {
   if (std::isfinite(model.residual_std_deg_per_h))
     text += fmt::format("  residual std (n − p): {:.5g} °/h, p = {:.4g}\n", model.residual_std_deg_per_h,
                         model.effective_parameters);
-  if (const auto* svr = std::get_if<SvrModel>(&model.function))
+  if (const auto* svr = std::get_if<methods::SvrModel>(&model.function))
     text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
                         svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
                         svr->relative_gap);
@@ -47,22 +47,22 @@ std::string words(const Model& model) {
 
 std::string method_names() {
   std::vector<std::string_view> names;
-  for (const Method& method : methods()) names.push_back(method.name);
+  for (const methods::Method& method : methods::methods()) names.push_back(method.name);
   return fmt::format("{} (default: svr)", fmt::join(names, ", "));
 }
 
-Result<TrainingOptions> training_options(const TrainArguments& options) {
-  TrainingOptions training = options.training;
-  const auto folds = parse_folds(options.folds);
+Result<model::TrainingOptions> training_options(const TrainArguments& options) {
+  model::TrainingOptions training = options.training;
+  const auto folds = data::parse_folds(options.folds);
   if (!folds) return failure(folds.error());
   training.folds = *folds;
   if (options.guard_minutes >= 0) training.folds.guard_minutes = options.guard_minutes;
   if (!options.select.empty()) {
-    const auto rule = parse_selection(options.select);
+    const auto rule = model::parse_selection(options.select);
     if (!rule) return failure(rule.error());
     training.select = *rule;
   }
-  if (options.threshold >= 0) training.select = SelectionRule{.threshold = options.threshold};
+  if (options.threshold >= 0) training.select = model::SelectionRule{.threshold = options.threshold};
   return training;
 }
 
@@ -71,8 +71,8 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   if (!training) return failure(training.error());
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
-  std::vector<Dataset> datasets;
-  std::vector<Clusters> clusters;
+  std::vector<data::Dataset> datasets;
+  std::vector<data::Clusters> clusters;
   for (const auto& run : options.runs) {
     auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
     if (!recorded) return failure(recorded.error());
@@ -129,4 +129,4 @@ void add_train(Program& program) {
   command.action([&program, options] { return train_and_write(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -7,7 +7,7 @@
 #include "core/json.hpp"
 #include "plot/svg.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct VerifyArguments {
@@ -16,16 +16,16 @@ struct VerifyArguments {
   bool unverified = false;
 };
 
-std::string row(std::string_view what, const Figures& f) {
+std::string row(std::string_view what, const data::Figures& f) {
   return f.count == 0
              ? std::string()
              : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what,
                            f.std, std_error(f), f.mean, mean_error(f), f.rmse, f.max_abs, f.count, f.effective.of_std);
 }
 
-std::string floor_words(const Verification& v) {
+std::string floor_words(const model::Verification& v) {
   std::string text = fmt::format("  noise floor of the record: {} °/h ({} differences)\n",
-                                 with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.differences);
+                                 plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.differences);
   if (v.trained_on_this && v.effective_parameters > 0) {
     text += fmt::format("  {:.0f} effective parameters leave of it, in-sample: {:.5f} °/h\n", v.effective_parameters,
                         v.expected_in_sample_std);
@@ -34,15 +34,15 @@ std::string floor_words(const Verification& v) {
 }
 
 /// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
-std::string noise_words(const HoldNoise& noise) {
+std::string noise_words(const data::HoldNoise& noise) {
   std::string text = fmt::format("  {}\n", noise.statement);
   if (noise.curve.empty()) return text;
-  for (const NoiseCoefficient& c : noise.fit.coefficients) {
-    const NoiseTermInfo& about = info(c.term);
-    const double read_s = c.term == NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
+  for (const data::NoiseCoefficient& c : noise.fit.coefficients) {
+    const data::NoiseTermInfo& about = info(c.term);
+    const double read_s = c.term == data::NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
     const std::string value =
-        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", with_error(c.value, c.error), about.unit, read_s)
-               : fmt::format("not seen, < {} {}", significant(c.at_most), about.unit);
+        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", plot::with_error(c.value, c.error), about.unit, read_s)
+               : fmt::format("not seen, < {} {}", plot::significant(c.at_most), about.unit);
     text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
   }
   return text;
@@ -50,10 +50,10 @@ std::string noise_words(const HoldNoise& noise) {
 
 /// Of the holds of one record, before and after compensation.
 struct Noises {
-  HoldNoise raw, compensated;
+  data::HoldNoise raw, compensated;
 };
 
-std::string words(const std::string& run, const Verification& v, const Noises& noises) {
+std::string words(const std::string& run, const model::Verification& v, const Noises& noises) {
   std::string text =
       fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
@@ -64,7 +64,7 @@ std::string words(const std::string& run, const Verification& v, const Noises& n
   return text;
 }
 
-std::string json(const std::string& run, const Verification& v, const Noises& noises) {
+std::string json(const std::string& run, const model::Verification& v, const Noises& noises) {
   const Json object{{"run", run},
                     {"simulated", v.simulated},
                     {"trained_on_this", v.trained_on_this},
@@ -86,7 +86,7 @@ std::string json(const std::string& run, const Verification& v, const Noises& no
 }
 
 Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
-  const auto outside = parse_outside(options.outside);
+  const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
@@ -121,4 +121,4 @@ void add_verify(Program& program) {
   command.action([&program, options] { return verify_all(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -19,19 +19,20 @@
 #include "sequencer/run/run_controller.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr Duration kLongestLastWrite = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
 
 /// Ends a run as its outcome says.
-Result<void> conclude(const UnderWay& run, RunOutcome outcome) {
+Result<void> conclude(const UnderWay& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or the chamber has shown its safe set point
-  if (outcome == RunOutcome::made_safe) {
+  if (outcome == run::RunOutcome::made_safe) {
     await_disk(run);
     return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
   }
-  if (outcome == RunOutcome::stopped) run.console.say(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
+  if (outcome == run::RunOutcome::stopped)
+    run.console.say(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
   if (auto finished = run.store.finish(); !finished) return finished;
   run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
   return {};
@@ -49,7 +50,8 @@ tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
 
 Result<void> drive(const UnderWay& run) {
   const auto outcome = run.rig.file().simulated ? drive_virtual(run) : drive_real(run);
-  const bool goes_to_its_end = outcome && *outcome != RunOutcome::made_safe;  // and is told there what is wrong with it
+  const bool goes_to_its_end =
+      outcome && *outcome != run::RunOutcome::made_safe;  // and is told there what is wrong with it
   if (const auto damage = run.store.health().damage; !damage.empty() && !goes_to_its_end)
     run.console.say("warning: " + damage);
   if (outcome) return conclude(run, *outcome);
@@ -60,13 +62,13 @@ Result<void> drive(const UnderWay& run) {
 }
 
 /// How long ago the record's last second was, by the clock on the wall, which may have been set while the run went on.
-Duration time_since_last(const Record& record) {
+Duration time_since_last(const record::Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
 /// Tells what becomes of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe,
 /// but where a program had died and left it so.
-tl::unexpected<Fault> not_begun(ChamberOwnership& ownership, const Rig& rig, Fault why) {
+tl::unexpected<Fault> not_begun(run::ChamberOwnership& ownership, const rig::Rig& rig, Fault why) {
   if (rig.is_as_found() && ownership.took_over())
     why.what += "; the chamber is as it was when its program had died, and is made safe";
   else if (rig.is_as_found())
@@ -77,17 +79,19 @@ tl::unexpected<Fault> not_begun(ChamberOwnership& ownership, const Rig& rig, Fau
 }
 
 /// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
-Result<EntryPoint> reentry(const RunContinuation& on, const ChamberState& now, const std::string& path, bool accepted) {
+Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
+                                bool accepted) {
   const auto goal = command(on.profile, on.state);
-  const auto verdict = on.last_slot < 0 ? ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
-  if (verdict.way == Reentry::ask && !accepted)
+  const auto verdict =
+      on.last_slot < 0 ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
-  return entry_at(goal, now.air, is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
+  return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
 }
 
 /// Says, here and in the record, which calibrations are past their day.
-void warn_of_calibrations(Console& console, RunController& run_controller, const Rig& rig) {
+void warn_of_calibrations(Console& console, run::RunController& run_controller, const rig::Rig& rig) {
   const auto channels = channels_of(rig.file());
   for (const auto& line : overdue_calibrations(channels, rig.clock().now().utc)) {
     console.say("warning: " + line);
@@ -96,44 +100,45 @@ void warn_of_calibrations(Console& console, RunController& run_controller, const
 }
 
 /// What gyrotherm-make-safe did while nobody else was there belongs into the record.
-Result<void> recall_guard(Console& console, Store& store, const Instant& now, const std::string& path) {
-  const auto trace = read_trace(path);
-  const auto words = trace ? (*trace ? in_words(**trace) : "") : text(trace.error());
+Result<void> recall_guard(Console& console, record::Store& store, const Instant& now, const std::string& path) {
+  const auto trace = watchdog::read_trace(path);
+  const auto words = trace ? (*trace ? watchdog::in_words(**trace) : "") : text(trace.error());
   if (words.empty()) return {};
   console.say(path + ": " + words);
   if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
   if (!store.settle(kLongestLastWrite)) return {};  // the trace stays for the next time
   std::error_code error;
-  std::filesystem::remove(made_safe_path(path), error);
+  std::filesystem::remove(watchdog::made_safe_path(path), error);
   return {};
 }
 
 /// What it holds is its description alone.
-void remove_unbegun(std::unique_ptr<Store> store, const std::string& path) {
+void remove_unbegun(std::unique_ptr<record::Store> store, const std::string& path) {
   store.reset();
-  remove_record(path);
+  record::remove_record(path);
 }
 
-Result<void> record_absence(Store& store, std::int64_t first, std::int64_t last) {
+Result<void> record_absence(record::Store& store, std::int64_t first, std::int64_t last) {
   return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
 }
 
 }  // namespace
 
-Result<Profile> read_profile(const std::string& path, const RigFile* rig) {
+Result<profile::Profile> read_profile(const std::string& path, const rig::RigFile* rig) {
   const auto written = read_text_file(path);
   if (!written) return failure(written.error());
-  auto profile = parse_profile(*written, path);
+  auto profile = profile::parse_profile(*written, path);
   if (!profile) return profile;
-  auto checked = check_profile(*profile, rig ? rig->chamber_limits : ChamberLimits{});
-  const auto sensors = rig ? check_sensors(*profile, rig->limits.channels) : Result<void>{};
+  auto checked = check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{});
+  const auto sensors = rig ? profile::check_sensors(*profile, rig->limits.channels) : Result<void>{};
   if (checked && sensors) return profile;
   if (checked) return failure(sensors.error());
   if (!sensors) checked.error().what += "\n" + text(sensors.error());
   return failure(std::move(checked.error()));
 }
 
-Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig) {
+Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
+                              const rig::RigFile& rig) {
   auto lowest = rig.safe_set_point, highest = rig.safe_set_point;
   for (const auto& segment : profile.segments) {
     lowest = std::min(lowest, segment.target);
@@ -149,33 +154,33 @@ Result<void> check_controller(const SetPointRange& limits, const Profile& profil
   return {};
 }
 
-Result<void> start_run(Console& console, const Profile& profile, const RigFile& file, std::uint64_t seed,
+Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file, std::uint64_t seed,
                        const std::string& path, bool upload) {
   std::optional<OneCore> one_core;
   file.simulated ? void(one_core.emplace()) : console.never_wait();
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
-  auto ownership = ChamberOwnership::take(file, path, upload);
+  auto ownership = run::ChamberOwnership::take(file, path, upload);
   if (!ownership) return failure(ownership.error());
-  auto rig =
-      Rig::assemble(file, {.seed = {.gyro = seed, .run = run_number(profile.text)}, .already = {}, .replay = {}});
+  auto rig = rig::Rig::assemble(
+      file, {.seed = {.gyro = seed, .run = run::run_number(profile.text)}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
   if (upload && !file.chamber_map.memory)
     return failure(FaultKind::usage, "--upload",
                    fmt::format("the register map of the {} describes no profile memory", file.chamber_map.name));
   const auto first = begin(profile);
-  const auto program = upload ? program_of(profile) : Result<ChamberProgram>();
+  const auto program = upload ? run::program_of(profile) : Result<drivers::ChamberProgram>();
   if (!program) return failure(program.error());
-  EntryPoint entry;
-  Result<std::unique_ptr<Store>> store = nullptr;
-  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+  run::EntryPoint entry;
+  Result<std::unique_ptr<record::Store>> store = nullptr;
+  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
-    store = Store::create(path, run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->will_start_utc()),
-                          {.background = !file.simulated});
+    store = record::Store::create(path, run::run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->will_start_utc()),
+                                  {.background = !file.simulated});
     if (!store) return failure(store.error());
     const auto goal = command(profile, first), air = found.state.air;
-    entry = entry_at(goal, air, upload || is_in_place(air, goal, {}), file.chamber_limits);
+    entry = run::entry_at(goal, air, upload || run::is_in_place(air, goal, {}), file.chamber_limits);
     return ownership->arm().map([&] { return entry.set_point; });
   };
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
@@ -186,7 +191,7 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
   }
   ownership->heartbeat({});
   for (const auto& who : *names) console.detail(who);
-  RunController run_controller(profile, **rig, **store, first, 0);
+  run::RunController run_controller(profile, **rig, **store, first, 0);
   run_controller.note(EventKind::started, profile.name);
   if (entry.away) run_controller.begin_away(entry.set_point, "the air is not where the profile begins", {});
   if (upload) {
@@ -198,26 +203,26 @@ Result<void> start_run(Console& console, const Profile& profile, const RigFile& 
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
-  const auto record = read_record(path);
+  const auto record = record::read_record(path);
   if (!record) return failure(record.error());
-  auto on = continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
-                            run_number(record->info.profile_text));
+  auto on = run::continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
+                                 run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
-  const auto lost = lost_end(path);  // before the record is written again
+  const auto lost = record::lost_end(path);  // before the record is written again
   std::optional<OneCore> one_core;
   on->rig.simulated ? void(one_core.emplace()) : console.never_wait();
-  auto ownership = ChamberOwnership::take(on->rig, path);
+  auto ownership = run::ChamberOwnership::take(on->rig, path);
   if (!ownership) return failure(ownership.error());
-  auto rig = Rig::assemble(on->rig, on->start);
+  auto rig = rig::Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
-  EntryPoint entry;
-  Result<std::unique_ptr<Store>> store = nullptr;
-  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+  run::EntryPoint entry;
+  Result<std::unique_ptr<record::Store>> store = nullptr;
+  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     const auto at = reentry(*on, found.state, path, options.accept);
     if (!at) return failure(at.error());
     entry = *at;
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
-    store = Store::reopen(path, {.background = !on->rig.simulated});
+    store = record::Store::reopen(path, {.background = !on->rig.simulated});
     if (!store) return failure(store.error());
     return ownership->arm().map([&] { return entry.set_point; });
   };
@@ -225,13 +230,13 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
-  RunController run_controller(on->profile, **rig, **store, on->state, first);
+  run::RunController run_controller(on->profile, **rig, **store, on->state, first);
   const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   run_controller.note(EventKind::resumed, text);
   if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);
   if (lost && *lost) {
-    console.say(fmt::format("warning: {}: {}", path, in_words(**lost)));
+    console.say(fmt::format("warning: {}: {}", path, record::in_words(**lost)));
     run_controller.note(EventKind::fault, "the record " + in_words(**lost));
   }
   warn_of_calibrations(console, run_controller, **rig);
@@ -239,4 +244,4 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   return drive({console, on->profile, run_controller, **rig, **store, *ownership, path});
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -10,21 +10,22 @@
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// Reads a profile and checks it against what the rig's chamber can do, and for soaks on sensors that it does not have.
 /// Without a rig it is checked by itself. Fails with bad_file, every mistake with its place.
-[[nodiscard]] Result<Profile> read_profile(const std::string& path, const RigFile* rig);
+[[nodiscard]] Result<profile::Profile> read_profile(const std::string& path, const rig::RigFile* rig);
 
 /// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
 /// the rig's safe one.
-[[nodiscard]] Result<void> check_controller(const SetPointRange& limits, const Profile& profile, const RigFile& rig);
+[[nodiscard]] Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
+                                            const rig::RigFile& rig);
 
 /// Records a new run of a profile that was read for this rig into `path`. `upload`: the chamber's controller is given
 /// the whole profile and carries it out; otherwise it is sent set points. Fails with interrupted (the record is kept;
 /// resume goes on), interlock, an instrument's fault at the start, or storage.
-[[nodiscard]] Result<void> start_run(Console& console, const Profile& profile, const RigFile& rig, std::uint64_t seed,
-                                     const std::string& path, bool upload = false);
+[[nodiscard]] Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& rig,
+                                     std::uint64_t seed, const std::string& path, bool upload = false);
 
 struct ResumeOptions {
   bool accept = false;                      ///< the operator allows what the resume rule leaves to people
@@ -36,4 +37,4 @@ struct ResumeOptions {
 /// otherwise fails with interrupted unless accepted.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

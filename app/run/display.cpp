@@ -7,7 +7,7 @@
 
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 std::string degrees(double value) { return std::isnan(value) ? "unknown" : fmt::format("{:.2f} °C", value); }
@@ -36,7 +36,7 @@ void BiasMeter::see(const Reading<PulseCount>& reading) {
 DegreesPerHour BiasMeter::bias_of(const PulseCount& count) const {
   const auto number = static_cast<double>(count.pulses);
   const double rate =
-      gyro_.kind == GyroKind::rate ? gyro_.scale * number : gyro_.scale * number / to_seconds(count.interval);
+      gyro_.kind == record::GyroKind::rate ? gyro_.scale * number : gyro_.scale * number / to_seconds(count.interval);
   return {rate - gyro_.earth_rate.value_or(DegreesPerHour{}).value};
 }
 
@@ -56,7 +56,7 @@ std::optional<DegreesPerHour> BiasMeter::mean() const {
   return DegreesPerHour{sum / weight};
 }
 
-Display::Display(Console& console, const Profile& profile, const RigFile& rig)
+Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
     : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)), bias_(rig.gyro.info) {}
 
 void Display::see(const Sample& sample) { bias_.see(sample.gyro); }
@@ -98,4 +98,4 @@ void Display::show(const Sample& sample, const RunStanding& standing) {
   console_.panel([&] { return lines(sample, standing); }, turned && !rig_.simulated);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

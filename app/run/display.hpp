@@ -12,12 +12,12 @@
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// The gyro's bias of the last second and of the last 100: rate by the counts, less what of the Earth's rate is known.
 class BiasMeter {
  public:
-  explicit BiasMeter(const GyroInfo& gyro) : gyro_(gyro) {}
+  explicit BiasMeter(const record::GyroInfo& gyro) : gyro_(gyro) {}
   void see(const Reading<PulseCount>& reading);
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
   /// Takes the seconds among the last 100 that had a reading; nothing if there is none.
@@ -27,14 +27,14 @@ class BiasMeter {
   static constexpr std::size_t kLength = 100;
   [[nodiscard]] DegreesPerHour bias_of(const PulseCount& count) const;
 
-  GyroInfo gyro_;
+  record::GyroInfo gyro_;
   std::vector<std::optional<PulseCount>> seconds_;  ///< the newest last
 };
 
 class Display {
  public:
   /// All of them outlive it.
-  Display(Console& console, const Profile& profile, const RigFile& rig);
+  Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig);
 
   /// Each second.
   void see(const Sample& sample);
@@ -48,12 +48,12 @@ class Display {
   [[nodiscard]] std::string headline(const Sample& sample, const RunStanding& standing) const;
 
   Console& console_;
-  const Profile& profile_;
-  const RigFile& rig_;
-  std::vector<Channel> channels_;
+  const profile::Profile& profile_;
+  const rig::RigFile& rig_;
+  std::vector<record::Channel> channels_;
   BiasMeter bias_;
   int shown_segment_ = -1;
   RunState shown_state_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

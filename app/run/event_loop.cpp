@@ -15,7 +15,7 @@
 #include "sequencer/run/control_socket.hpp"
 #include "sequencer/run/operator_requests.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 using std::chrono::steady_clock;
@@ -33,16 +33,16 @@ RunStanding standing_of(const UnderWay& run) {
 }
 
 /// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
-std::optional<ControlSocket> ears_of(const UnderWay& run) {
-  auto socket = ControlSocket::open(run.path);
+std::optional<run::ControlSocket> ears_of(const UnderWay& run) {
+  auto socket = run::ControlSocket::open(run.path);
   if (socket) return std::move(*socket);
   run.console.say("warning: " + text(socket.error()));
   return {};
 }
 
-void listen(const UnderWay& run, std::optional<ControlSocket>& control_socket) {
+void listen(const UnderWay& run, std::optional<run::ControlSocket>& control_socket) {
   if (!control_socket) return;
-  control_socket->listen([&](const ControlRequest& request, const std::string& who) {
+  control_socket->listen([&](const run::ControlRequest& request, const std::string& who) {
     auto answer = run.run_controller.carry_out(request, who);
     run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
     return answer;
@@ -61,7 +61,7 @@ Result<void> sync(const UnderWay& run) {
   return {};
 }
 
-Result<RunOutcome> stopped(const UnderWay& run) {
+Result<run::RunOutcome> stopped(const UnderWay& run) {
   if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
       !noted)
     return failure(noted.error());
@@ -84,7 +84,7 @@ bool must_stay(const UnderWay& run) {
 }
 
 /// The operator does not wait for the chamber: somebody else goes on trying.
-Result<RunOutcome> left_to_the_guard(const UnderWay& run) {
+Result<run::RunOutcome> left_to_the_guard(const UnderWay& run) {
   await_disk(run);
   return failure(FaultKind::interlock, "", run.run_controller.end_cause());
 }
@@ -112,7 +112,7 @@ class RealTime {
     timer_.callOnTimeout([this] { tick(); });
   }
 
-  Result<RunOutcome> run() {
+  Result<run::RunOutcome> run() {
     QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
     QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
     QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
@@ -134,7 +134,7 @@ class RealTime {
   }
 
   /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
-  void end(Result<RunOutcome> result) {
+  void end(Result<run::RunOutcome> result) {
     ended_ = true;
     timer_.stop();
     result_ = std::move(result);
@@ -142,7 +142,7 @@ class RealTime {
   }
 
   /// What is acknowledged a moment later is told too.
-  Result<RunOutcome> with_its_last_second(Result<RunOutcome> outcome) {
+  Result<run::RunOutcome> with_its_last_second(Result<run::RunOutcome> outcome) {
     await_disk(run_);
     if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
     return outcome;
@@ -153,10 +153,10 @@ class RealTime {
     if (hangups() == seen_hangups_) return;
     seen_hangups_ = hangups();
     forgive_hangups();
-    if (run_.rig.file().run_limits.on_hangup == OnHangup::go_on)
+    if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
       run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
-    else if (run_.run_controller.objection(OperatorCommand::abort).empty())
-      run_.run_controller.tell(OperatorCommand::abort, "the terminal, which was closed");
+    else if (run_.run_controller.objection(run::OperatorCommand::abort).empty())
+      run_.run_controller.tell(run::OperatorCommand::abort, "the terminal, which was closed");
   }
 
   void interrupt_now() {
@@ -180,18 +180,18 @@ class RealTime {
       display_.see(run_.run_controller.last());
       tell_events(run_);
       display_.show(run_.run_controller.last(), standing_of(run_));
-      if (!outcome || *outcome != RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
+      if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
   }
 
   const UnderWay& run_;
   Display display_;
-  std::optional<ControlSocket> ears_;
+  std::optional<run::ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
   int seen_hangups_ = 0;
-  Result<RunOutcome> result_ = RunOutcome::going_on;  ///< once ended
+  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< once ended
 };
 
 }  // namespace
@@ -202,7 +202,7 @@ void await_disk(const UnderWay& run) {
   run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
 }
 
-Result<RunOutcome> drive_virtual(const UnderWay& run) {
+Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
   Display display(run.console, run.profile, run.rig.file());
   auto control_socket = ears_of(run);
   auto last_sync = steady_clock::now();
@@ -211,7 +211,7 @@ Result<RunOutcome> drive_virtual(const UnderWay& run) {
     const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
     display.see(run.run_controller.last());
-    const bool ended = *outcome != RunOutcome::going_on;
+    const bool ended = *outcome != run::RunOutcome::going_on;
     if (!ended && run.run_controller.next_slot() % kTicksPerLook != 0) continue;
     if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
         (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
@@ -225,10 +225,10 @@ Result<RunOutcome> drive_virtual(const UnderWay& run) {
   }
 }
 
-Result<RunOutcome> drive_real(const UnderWay& run) {
+Result<run::RunOutcome> drive_real(const UnderWay& run) {
   int argc = 0;
   QCoreApplication application(argc, nullptr);
   return RealTime(run).run();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -11,27 +11,27 @@
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/run_controller.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 /// A run under way, and whom it concerns. All of them outlive the drive.
 struct UnderWay {
   Console& console;
-  const Profile& profile;
-  RunController& run_controller;
-  Rig& rig;
-  Store& store;
-  ChamberOwnership& ownership;
+  const profile::Profile& profile;
+  run::RunController& run_controller;
+  rig::Rig& rig;
+  record::Store& store;
+  run::ChamberOwnership& ownership;
   const std::string& path;  ///< where the record is
 };
 
 /// Ticks as fast as the machine allows; syncs at least once a second of wall time. Fails with interrupted or storage.
-[[nodiscard]] Result<RunOutcome> drive_virtual(const UnderWay& run);
+[[nodiscard]] Result<run::RunOutcome> drive_virtual(const UnderWay& run);
 
 /// Ticks on the whole seconds of the rig's clock, and syncs each. A late tick is a recorded gap; the grid does not
 /// drift. At the end of each the watcher hears that this program lives.
-[[nodiscard]] Result<RunOutcome> drive_real(const UnderWay& run);
+[[nodiscard]] Result<run::RunOutcome> drive_real(const UnderWay& run);
 
 /// Ends a run early: waits a few seconds until all of it is on the disk, and says so if it is not.
 void await_disk(const UnderWay& run);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -3,10 +3,10 @@
 
 #include "app/command.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 void add_thermal_fit(Program& program);
 void add_thermal_image(Program& program);
 void add_thermal_reduce(Program& program);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -11,7 +11,7 @@
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kFitSchema = "gyrotherm-thermal-fit/1";
@@ -22,25 +22,25 @@ struct FitArguments {
   double ambient_c = 20;
 };
 
-std::string words(const std::vector<FittedDifference>& family, const FitArguments& options) {
+std::string words(const std::vector<thermal::FittedDifference>& family, const FitArguments& options) {
   auto text =
       fmt::format("calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n",
                   options.difference_k);
   for (const auto& fit : family)
     text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
-                        kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value, fit.difference_k,
-                        fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+                        thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
+                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
   return text;
 }
 
-std::string json(const std::vector<FittedDifference>& family, const FitArguments& options) {
+std::string json(const std::vector<thermal::FittedDifference>& family, const FitArguments& options) {
   Json json{{"schema", kFitSchema},
             {"simulated", true},
             {"wanted_k", options.difference_k},
             {"ambient_c", options.ambient_c},
             {"calibration", Json::array()}};
   for (const auto& fit : family)
-    json["calibration"].push_back({{"parameter", kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+    json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
                                    {"value", fit.value},
                                    {"difference_k", fit.difference_k},
                                    {"warmest_place_c", fit.warmest_place_c},
@@ -52,10 +52,11 @@ Result<Exit> fit(Console& console, const FitArguments& options) {
   const std::string path = options.gyro.empty() ? shipped("profiles/gyros/calibrated.toml") : options.gyro;
   const auto text = read_text_file(path);
   if (!text) return failure(text.error());
-  const auto model = parse_gyro(*text, path);
+  const auto model = thermal::parse_gyro(*text, path);
   if (!model) return failure(model.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto family = fit_family(*model, options.difference_k, {.ambient_c = options.ambient_c}, console.sink());
+  const auto family =
+      thermal::fit_family(*model, options.difference_k, {.ambient_c = options.ambient_c}, console.sink());
   if (!family) return failure(family.error());
   console.data(console.json ? json(*family, options) : words(*family, options));
   return Exit::done;
@@ -76,4 +77,4 @@ void add_thermal_fit(Program& program) {
   command.action([&program, options] { return fit(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -17,7 +17,7 @@
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh_files.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
@@ -30,22 +30,22 @@ struct ThermalArguments {
 
 /// A steady state and what it took.
 struct Solved {
-  GyroModel model;
-  GyroMesh mesh;
-  SteadyState state;
+  thermal::GyroModel model;
+  thermal::GyroMesh mesh;
+  thermal::SteadyState state;
   double film_w_per_m2_k{};
   double wall_s{};
-  std::vector<FittedDifference> family;  ///< with --fit: the parameter that was used first
+  std::vector<thermal::FittedDifference> family;  ///< with --fit: the parameter that was used first
 };
 
-double used_film(const GyroModel& model, const ThermalArguments& options) {
+double used_film(const thermal::GyroModel& model, const ThermalArguments& options) {
   if (options.film) return *options.film;
-  return model.mode == GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
+  return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
-Result<Solved> solve(Console& console, GyroModel model, const ThermalArguments& options) {
+Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalArguments& options) {
   const auto began = std::chrono::steady_clock::now();
-  const auto size = std::ranges::find(kMeshSizeNames, options.mesh) - kMeshSizeNames.begin();
+  const auto size = std::ranges::find(thermal::kMeshSizeNames, options.mesh) - thermal::kMeshSizeNames.begin();
   Solved solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
   if (options.fit) {
     auto family = fit_family(solved.model, *options.fit, {.ambient_c = options.ambient_c}, console.sink());
@@ -55,11 +55,11 @@ Result<Solved> solve(Console& console, GyroModel model, const ThermalArguments& 
       solved.model = with_parameter(solved.model, first.parameter, first.value);
     else
       console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
-                              kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
+                              thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
   }
   if (!keep_going(console.sink(), "steady state", 0)) return failure(FaultKind::interrupted, "thermal", "stopped");
   solved.film_w_per_m2_k = used_film(solved.model, options);
-  solved.mesh = make_mesh(solved.model, static_cast<MeshSize>(size));
+  solved.mesh = make_mesh(solved.model, static_cast<thermal::MeshSize>(size));
   auto state = steady_state(solved.model, solved.mesh,
                             {.ambient_c = options.ambient_c, .film_w_per_m2_k = solved.film_w_per_m2_k});
   if (!state) return failure(state.error());
@@ -72,14 +72,15 @@ struct Means {
   double gain_c{}, non_gain_c{};
 };
 
-Means means_of(const SteadyState& state) {
+Means means_of(const thermal::SteadyState& state) {
   const auto& t = state.outputs_c;
   return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
 }
 
-std::string point_words(const char* what, const ExtremePoint& point) {
+std::string point_words(const char* what, const thermal::ExtremePoint& point) {
   return fmt::format("  {:<9} {:7.3f} °C  {} at ({:.1f}, {:.1f}, {:.1f}) mm\n", what, point.temperature_c,
-                     kGyroPartNames[index(point.part)], 1e3 * point.at_m[0], 1e3 * point.at_m[1], 1e3 * point.at_m[2]);
+                     thermal::kGyroPartNames[index(point.part)], 1e3 * point.at_m[0], 1e3 * point.at_m[1],
+                     1e3 * point.at_m[2]);
 }
 
 std::string family_words(const Solved& solved, double wanted_k) {
@@ -87,8 +88,8 @@ std::string family_words(const Solved& solved, double wanted_k) {
       "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
   for (const auto& fit : solved.family) {
     text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
-                        kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value, fit.difference_k,
-                        fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+                        thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
+                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
   }
   return text;
 }
@@ -97,22 +98,25 @@ std::string words(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
   auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
-  for (std::size_t k = 0; k < 8; ++k) text += fmt::format("  {} {:.3f}", kThermalOutputNames[k], state.outputs_c[k]);
+  for (std::size_t k = 0; k < 8; ++k)
+    text += fmt::format("  {} {:.3f}", thermal::kThermalOutputNames[k], state.outputs_c[k]);
   text += fmt::format("  °C\n  gain areas A B C {:.3f} °C, opposite F G H {:.3f} °C: {:.3f} K apart (the paper: 3.5)\n",
                       gain_c, non_gain_c, gain_c - non_gain_c);
   text += point_words("hottest", state.hottest) + point_words("coldest", state.coldest);
   text += fmt::format("  energy    {:.6f} W in, {:.6f} W out\n", state.power_in_w, state.power_out_w);
   text += fmt::format("  film      {:g} W/(m²·K); ballast read as \"{}\"\n", solved.film_w_per_m2_k,
-                      kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
+                      thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
   text += fmt::format("  mesh      {}, {} elements, {} unknowns; {} iterations ({}), {:.1f} s, {:.0f} MB\n",
-                      options.mesh, solved.mesh.element_count, state.unknowns, state.iterations, preconditioner_name(),
-                      solved.wall_s, peak_memory_mb());
+                      options.mesh, solved.mesh.element_count, state.unknowns, state.iterations,
+                      thermal::preconditioner_name(), solved.wall_s, peak_memory_mb());
   if (options.fit) text += family_words(solved, *options.fit);
   return text;
 }
 
-Json json_of(const ExtremePoint& point) {
-  return {{"temperature_c", point.temperature_c}, {"at_m", point.at_m}, {"part", kGyroPartNames[index(point.part)]}};
+Json json_of(const thermal::ExtremePoint& point) {
+  return {{"temperature_c", point.temperature_c},
+          {"at_m", point.at_m},
+          {"part", thermal::kGyroPartNames[index(point.part)]}};
 }
 
 /// Without what varies from run to run.
@@ -122,13 +126,13 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   Json json{{"schema", kThermalSchema},
             {"simulated", true},
             {"gyro", solved.model.name},
-            {"mode", kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
-            {"ballast_reading", kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
+            {"mode", thermal::kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
+            {"ballast_reading", thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
             {"ambient_c", options.ambient_c},
             {"film_w_per_m2_k", solved.film_w_per_m2_k},
             {"temperatures_c", Json::object()}};
-  for (std::size_t k = 0; k < kThermalOutputs; ++k)
-    json["temperatures_c"][std::string(kThermalOutputNames[k])] = state.outputs_c[k];
+  for (std::size_t k = 0; k < thermal::kThermalOutputs; ++k)
+    json["temperatures_c"][std::string(thermal::kThermalOutputNames[k])] = state.outputs_c[k];
   json["gain_mean_c"] = gain_c;
   json["non_gain_mean_c"] = non_gain_c;
   json["difference_k"] = gain_c - non_gain_c;
@@ -141,7 +145,7 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   json["unknowns"] = state.unknowns;
   json["iterations"] = state.iterations;
   for (const auto& fit : solved.family) {
-    json["calibration"].push_back({{"parameter", kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+    json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
                                    {"value", fit.value},
                                    {"difference_k", fit.difference_k},
                                    {"reached", fit.reached}});
@@ -172,7 +176,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   const std::string path = options.gyro.empty() ? shipped("profiles/gyros/calibrated.toml") : options.gyro;
   const auto text = read_text_file(path);
   if (!text) return failure(text.error());
-  auto model = parse_gyro(*text, path);
+  auto model = thermal::parse_gyro(*text, path);
   if (!model) return failure(model.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -212,4 +216,4 @@ void add_thermal_image(Program& program) {
   command.action([&program, options] { return image(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -12,13 +12,13 @@
 #include "thermal/gyro_model.hpp"
 #include "thermal/gyro_reduction.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct ReduceArguments {
   std::string gyro;
   std::string mesh = "medium";
-  ReductionOptions reduction;
+  thermal::ReductionOptions reduction;
 };
 
 std::string reduced_path(const std::string& gyro) {
@@ -29,14 +29,16 @@ std::string reduced_path(const std::string& gyro) {
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
   const auto text = read_text_file(options.gyro);
   if (!text) return failure(text.error());
-  const auto gyro = parse_gyro(*text, options.gyro);
+  const auto gyro = thermal::parse_gyro(*text, options.gyro);
   if (!gyro) return failure(gyro.error());
-  const auto size = std::ranges::find(kMeshSizeNames, options.mesh) - kMeshSizeNames.begin();
+  const auto size = std::ranges::find(thermal::kMeshSizeNames, options.mesh) - thermal::kMeshSizeNames.begin();
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto model = reduce_gyro(*gyro, sha256(*text), static_cast<MeshSize>(size), options.reduction, console.sink());
+  const auto model =
+      reduce_gyro(*gyro, sha256(*text), static_cast<thermal::MeshSize>(size), options.reduction, console.sink());
   if (!model) return failure(model.error());
   const auto path = reduced_path(options.gyro);
-  if (auto written = replace_text_file(path, reduced_model_text(*model)); !written) return failure(written.error());
+  if (auto written = replace_text_file(path, thermal::reduced_model_text(*model)); !written)
+    return failure(written.error());
   console.data(fmt::format(
       "{}: {} states of {}; errors over A…H: {:.1e} K by points, {:.1e} K on ramps, {:.1e} K at switch-on\n", path,
       model->conduction.rows(), model->mesh, model->error.transfer_k, model->error.ramp_k, model->error.switch_on_k));
@@ -58,4 +60,4 @@ void add_thermal_reduce(Program& program) {
   command.action([&program, options] { return reduce_and_write(program.console, *options); });
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

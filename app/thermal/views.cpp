@@ -7,7 +7,7 @@
 
 #include "thermal/thermal_image.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr std::size_t kColumns = 900;
@@ -16,7 +16,7 @@ constexpr double kInside_mm = 0.05;  // a face is seen from this far below it
 /// A plane through the cabinet: where its point (right, up), in mm, lies.
 struct Plane {
   std::string file, title, x_title, y_title;
-  Range right_mm, up_mm;
+  plot::Range right_mm, up_mm;
   std::array<double, 3> origin_mm{}, along_right{}, along_up{};
 
   [[nodiscard]] std::array<double, 3> at_m(double right, double up) const {
@@ -26,7 +26,7 @@ struct Plane {
   }
 };
 
-std::vector<Plane> planes_of(const GyroGeometry& geometry) {
+std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
   const auto [x, y, z] = geometry.cabinet;
   const double top = z / 2 + geometry.block_thickness / 2;
   return {{"top-face",
@@ -60,24 +60,24 @@ std::vector<Plane> planes_of(const GyroGeometry& geometry) {
 
 /// The block with all that is on it. The cabinet, what stands on it, and the centre that leads to it are much colder:
 /// they would take most of the colours, and are left as outlines.
-bool drawn(GyroPart part) {
-  return is_glass(part) || is_gas(part) || part == GyroPart::ballast_left || part == GyroPart::ballast_right ||
-         part == GyroPart::cathode;
+bool drawn(thermal::GyroPart part) {
+  return is_glass(part) || is_gas(part) || part == thermal::GyroPart::ballast_left ||
+         part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
 }
 
-ThermalImage image_of(const Plane& plane, const ThermalField& field) {
+thermal::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& field) {
   const double per_mm = static_cast<double>(kColumns) / (plane.right_mm.high - plane.right_mm.low);
   const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
-  ThermalImage image{.title = plane.title,
-                     .x_title = plane.x_title,
-                     .y_title = plane.y_title,
-                     .x_mm = plane.right_mm,
-                     .y_mm = plane.up_mm,
-                     .celsius = {kColumns, rows, {}},
-                     .parts = {},
-                     .colours_c = {},
-                     .marks = {},
-                     .simulated = true};
+  thermal::ThermalImage image{.title = plane.title,
+                              .x_title = plane.x_title,
+                              .y_title = plane.y_title,
+                              .x_mm = plane.right_mm,
+                              .y_mm = plane.up_mm,
+                              .celsius = {kColumns, rows, {}},
+                              .parts = {},
+                              .colours_c = {},
+                              .marks = {},
+                              .simulated = true};
   for (std::size_t row = 0; row < rows; ++row) {
     const double up = plane.up_mm.high - (static_cast<double>(row) + 0.5) / per_mm;
     for (std::size_t column = 0; column < kColumns; ++column) {
@@ -92,11 +92,11 @@ ThermalImage image_of(const Plane& plane, const ThermalField& field) {
   return image;
 }
 
-std::vector<ThermalMark> thermometers_of(const GyroModel& model, const SteadyState& state) {
-  std::vector<ThermalMark> marks;
+std::vector<thermal::ThermalMark> thermometers_of(const thermal::GyroModel& model, const thermal::SteadyState& state) {
+  std::vector<thermal::ThermalMark> marks;
   for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
     const auto [u, v] = model.thermometers[k];
-    marks.push_back({std::string(kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
+    marks.push_back({std::string(thermal::kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
                      model.geometry.cabinet[1] / 2 + v, state.outputs_c[k]});
   }
   return marks;
@@ -104,17 +104,18 @@ std::vector<ThermalMark> thermometers_of(const GyroModel& model, const SteadySta
 
 }  // namespace
 
-std::vector<ThermalView> thermal_views(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state) {
-  const ThermalField field(model, mesh, state.field_c);
+std::vector<ThermalView> thermal_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                       const thermal::SteadyState& state) {
+  const thermal::ThermalField field(model, mesh, state.field_c);
   std::vector<ThermalView> views;
-  Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const auto& plane : planes_of(model.geometry)) {
     views.push_back({plane.file, image_of(plane, field)});
-    colours = joined(colours, range_of(views.back().image.celsius.values));
+    colours = joined(colours, plot::range_of(views.back().image.celsius.values));
   }
   views.front().image.marks = thermometers_of(model, state);
   for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
   return views;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -9,17 +9,17 @@
 #include "thermal/steady_state.hpp"
 #include "thermal/thermal_image.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 struct ThermalView {
   std::string file;  ///< without its suffix: "top-face"
-  ThermalImage image;
+  thermal::ThermalImage image;
 };
 
 /// The block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The block
 /// and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what stands on it
 /// shows as outlines.
-[[nodiscard]] std::vector<ThermalView> thermal_views(const GyroModel& model, const GyroMesh& mesh,
-                                                     const SteadyState& state);
+[[nodiscard]] std::vector<ThermalView> thermal_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                                     const thermal::SteadyState& state);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

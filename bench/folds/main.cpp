@@ -13,26 +13,26 @@
 #include "analysis/model/training.hpp"
 #include "analysis/model/verification.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 struct Options {
   std::string run, unseen, inputs = "multi-point-t", method = "svr";
-  int blocks = kDefaultBlocks;
+  int blocks = data::kDefaultBlocks;
   Eigen::Index first = 0;  ///< > 0: only so many clusters of the run, and the others are unseen too
   bool quick = false;
   std::uint64_t seed = 1;
 };
 
 struct Record {
-  Dataset dataset;
-  Clusters clusters;
+  data::Dataset dataset;
+  data::Clusters clusters;
 };
 
 Result<Record> load(const std::string& path) {
-  auto dataset = load_dataset(path);
+  auto dataset = data::load_dataset(path);
   if (!dataset) return failure(dataset.error());
-  auto clusters = make_clusters(*dataset);
+  auto clusters = data::make_clusters(*dataset);
   if (!clusters) return failure(clusters.error());
   return Record{std::move(*dataset), std::move(*clusters)};
 }
@@ -44,26 +44,26 @@ Record stretch(const Record& record, Eigen::Index from, Eigen::Index end) {
   return {record.dataset, pick(record.clusters, rows)};
 }
 
-FoldPlan at_random(Eigen::Index rows, std::uint64_t seed) {
+data::FoldPlan at_random(Eigen::Index rows, std::uint64_t seed) {
   constexpr int kFolds = 10;
   std::vector<Eigen::Index> order(static_cast<std::size_t>(rows));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::ranges::shuffle(order, std::mt19937_64(seed));
   std::vector<int> fold(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) fold[order[i]] = static_cast<int>(i % kFolds);
-  FoldPlan plan{.folds = std::vector<FoldRows>(kFolds), .statement = "10 folds at random"};
+  data::FoldPlan plan{.folds = std::vector<data::FoldRows>(kFolds), .statement = "10 folds at random"};
   for (Eigen::Index k = 0; k < rows; ++k) {
     for (int f = 0; f < kFolds; ++f) (fold[k] == f ? plan.folds[f].held_out : plan.folds[f].training).push_back(k);
   }
   return plan;
 }
 
-Result<void> print_row(const Record& record, const std::vector<Record>& unseen, TrainingOptions options) {
+Result<void> print_row(const Record& record, const std::vector<Record>& unseen, model::TrainingOptions options) {
   const auto began = std::chrono::steady_clock::now();
   const auto model = train({record.dataset}, {record.clusters}, options);
   if (!model) return failure(model.error());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  const auto show = [&](std::string_view what, const Figures& held_out, double unseen_rmse) {
+  const auto show = [&](std::string_view what, const data::Figures& held_out, double unseen_rmse) {
     fmt::print("{:<52} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}", what, model->in_sample.rmse, held_out.std, held_out.rmse,
                unseen_rmse);
   };
@@ -74,7 +74,8 @@ Result<void> print_row(const Record& record, const std::vector<Record>& unseen, 
     unseen_rmse = verified->compensated.rmse;
   }
   show(model->folds, model->leave_cycle_out, unseen_rmse);
-  for (const HyperParameter& chosen : model->hyper_parameters) fmt::print("  {} {:.4g}", chosen.name, chosen.value);
+  for (const methods::HyperParameter& chosen : model->hyper_parameters)
+    fmt::print("  {} {:.4g}", chosen.name, chosen.value);
   fmt::print("  {:.1f} s\n", took.count());
   if (!model->nested_leave_cycle_out) return {};
   show("  the same, nested", *model->nested_leave_cycle_out, unseen_rmse);
@@ -95,36 +96,36 @@ Result<void> compare(const Options& options) {
     if (!other) return failure(other.error());
     unseen.push_back(std::move(*other));
   }
-  TrainingOptions training;
+  model::TrainingOptions training;
   training.inputs = options.inputs;
   training.method = options.method;
   training.quick = options.quick;
   training.tuning.swarm.seed = options.seed;
-  const double raw = figures_of(record->clusters.bias_deg_per_h).std;
+  const double raw = data::figures_of(record->clusters.bias_deg_per_h).std;
   fmt::print("{}{}, {} on {}; raw STD {:.5g} °/h over {} clusters\n", record->dataset.simulated ? "SIMULATED " : "",
              options.run, options.method, options.inputs, raw, record->clusters.start_s.size());
   fmt::print("{:<52} {:>9} {:>9} {:>9} {:>9}  chosen\n", "°/h", "in-sample", "held STD", "held RMSE", "unseen");
 
-  TrainingOptions shuffled = training;
+  model::TrainingOptions shuffled = training;
   shuffled.fold_plan = at_random(record->clusters.start_s.size(), options.seed);
   if (const auto shown = print_row(*record, unseen, shuffled); !shown) return shown;
   training.nested = true;
-  training.folds = {.kind = FoldKind::blocks, .blocks = options.blocks, .guard_minutes = 0};
+  training.folds = {.kind = data::FoldKind::blocks, .blocks = options.blocks, .guard_minutes = 0};
   if (const auto shown = print_row(*record, unseen, training); !shown) return shown;
   training.folds.guard_minutes.reset();
   if (const auto shown = print_row(*record, unseen, training); !shown) return shown;
   if ((record->clusters.cycle.array() < 0).all()) return {};
   training.folds = {};
   if (const auto shown = print_row(*record, unseen, training); !shown) return shown;
-  training.folds.guard_minutes = kDefaultGuardMinutes;
+  training.folds.guard_minutes = data::kDefaultGuardMinutes;
   return print_row(*record, unseen, training);
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench
 
 int main(int argc, char** argv) {
-  gyrotherm::Options options;
+  gyrotherm::bench::Options options;
   CLI::App cli("Holds out clusters of a record in every way, and prints what each says.");
   cli.add_option("run", options.run)->required();
   cli.add_option("--verify", options.unseen, "a run that nothing has seen");
@@ -135,8 +136,8 @@ int main(int argc, char** argv) {
   cli.add_option("--seed", options.seed);
   cli.add_flag("--quick", options.quick, "a small swarm");
   CLI11_PARSE(cli, argc, argv);
-  const auto compared = gyrotherm::compare(options);
+  const auto compared = gyrotherm::bench::compare(options);
   if (compared) return 0;
-  fmt::print(stderr, "{}\n", text(compared.error()));
+  fmt::print(stderr, "{}\n", gyrotherm::text(compared.error()));
   return 1;
 }

@@ -13,7 +13,7 @@
 #include "acquisition/record/store.hpp"
 #include "bench/measurement.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 constexpr std::int64_t kSlots = 221'600;  ///< of the qualification, s
@@ -78,13 +78,13 @@ double copy_alone(const Database& database, const std::string& into) {
 int run(const std::filesystem::path& folder) {
   const auto path = (folder / "run.db").string();
   std::filesystem::remove(path);
-  RunInfo info;
+  record::RunInfo info;
   info.id = std::string(32, '0');
   info.program_version = "bench";
   info.started_utc = kVirtualEpoch;
-  info.gyro = {GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}};
+  info.gyro = {record::GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}};
   for (int i = 0; i < 9; ++i) info.thermometers.push_back({fmt::format("T{}", i), "", {}});
-  auto store = Store::create(path, info);
+  auto store = record::Store::create(path, info);
   if (!store) return fmt::print(stderr, "{}\n", text(store.error())), 1;
   Sample sample;
   const Instant at{{}, kVirtualEpoch};
@@ -101,7 +101,7 @@ int run(const std::filesystem::path& folder) {
   store->reset();
 
   const double reading_s = thread_seconds();
-  const auto record = read_record(path);
+  const auto record = record::read_record(path);
   const double read_s = thread_seconds() - reading_s;
   const bool whole = record && record->slot.size() == static_cast<std::size_t>(kSlots);
 
@@ -118,10 +118,10 @@ int run(const std::filesystem::path& folder) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench
 
 int main(int argc, char** argv) {
-  if (argc == 2) return gyrotherm::run(argv[1]);
+  if (argc == 2) return gyrotherm::bench::run(argv[1]);
   std::fputs("usage: gyrotherm-record-bench FOLDER\n", stderr);
   return 2;
 }

@@ -5,14 +5,14 @@
 #include <limits>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
-SvrParameters own_parameters(const PeerParameters& parameters) {
+svm::SvrParameters own_parameters(const PeerParameters& parameters) {
   return {.C = parameters.C, .sigma = 1 / std::sqrt(2 * parameters.gamma), .epsilon = parameters.epsilon};
 }
 
-Eigen::VectorXd plain_prediction(const SampleMatrix& x, const Eigen::VectorXd& beta, double b, double gamma,
-                                 const SampleMatrix& at) {
+Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b, double gamma,
+                                 const svm::SampleMatrix& at) {
   std::vector<Eigen::Index> support;
   for (Eigen::Index i = 0; i < beta.size(); ++i)
     if (beta[i] != 0) support.push_back(i);
@@ -32,7 +32,7 @@ Eigen::VectorXd plain_prediction(const SampleMatrix& x, const Eigen::VectorXd& b
   return out;
 }
 
-Verdict verdict_of(const SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
+Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
                    const Eigen::VectorXd& beta, double b) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const double C = parameters.C;
@@ -59,4 +59,4 @@ Verdict verdict_of(const SampleMatrix& x, const Eigen::VectorXd& y, const PeerPa
   return verdict;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -7,7 +7,7 @@
 
 #include "analysis/svm/svr.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 /// C, γ and ε of K_ij = exp(−γ‖x_i − x_j‖²), as LIBSVM counts them.
 struct PeerParameters {
@@ -17,7 +17,7 @@ struct PeerParameters {
 };
 
 /// σ of the same kernel: 1/√(2γ).
-[[nodiscard]] SvrParameters own_parameters(const PeerParameters& parameters);
+[[nodiscard]] svm::SvrParameters own_parameters(const PeerParameters& parameters);
 
 struct Verdict {
   bool feasible{};     ///< −C ≤ β ≤ C and |Σβ| ≤ 1e-9·C·n
@@ -29,11 +29,11 @@ struct Verdict {
 };
 
 /// β as long as y; f(x) = Σ β_i K(x_i, x) + b.
-[[nodiscard]] Verdict verdict_of(const SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
+[[nodiscard]] Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
                                  const Eigen::VectorXd& beta, double b);
 
 /// f of each row of `at`, by a plain loop.
-[[nodiscard]] Eigen::VectorXd plain_prediction(const SampleMatrix& x, const Eigen::VectorXd& beta, double b,
-                                               double gamma, const SampleMatrix& at);
+[[nodiscard]] Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b,
+                                               double gamma, const svm::SampleMatrix& at);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -10,7 +10,7 @@
 #include "bench/svr/sections.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 struct Options {
@@ -112,6 +112,6 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench
 
-int main(int argc, char** argv) { return gyrotherm::run(argc, argv); }
+int main(int argc, char** argv) { return gyrotherm::bench::run(argc, argv); }

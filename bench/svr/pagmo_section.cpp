@@ -17,7 +17,7 @@
 #include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 /// Evaluates one position.
 using PositionFitness = std::function<Evaluated(const PeerParameters&)>;
@@ -72,7 +72,7 @@ namespace {
 // pagmo wants a number of every position; one that misses its certificate must never be a best one.
 constexpr double kNeverBest = 1e300;
 
-Evaluated evaluate_own(std::span<const TuningFold> folds, const PeerParameters& parameters) {
+Evaluated evaluate_own(std::span<const svm::TuningFold> folds, const PeerParameters& parameters) {
   const double start = thread_seconds();
   const auto error = cross_validation_error(folds, own_parameters(parameters), {.relative_gap = kGap},
                                             std::numeric_limits<double>::infinity());
@@ -116,4 +116,4 @@ Result<void> make_trace(const Bench& bench, const std::string& name, bool own) {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -9,7 +9,7 @@
 #include "bench/svr/sections.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 constexpr Eigen::Index kSupportVectors = 1000;
@@ -17,18 +17,18 @@ constexpr Eigen::Index kPoints = 100'000;
 constexpr double kGamma = 0.1;
 
 /// Points like the set's own: its rows over and over, each moved a little.
-SampleMatrix points_like(const SampleSet& set) {
+data::SampleMatrix points_like(const SampleSet& set) {
   std::mt19937_64 generator(1);
-  SampleMatrix points(kPoints, set.x.cols());
+  data::SampleMatrix points(kPoints, set.x.cols());
   for (Eigen::Index i = 0; i < points.rows(); ++i)
     for (Eigen::Index k = 0; k < points.cols(); ++k)
       points(i, k) = set.x(i % set.x.rows(), k) + 1e-3 * static_cast<double>(generator() >> 11) * 0x1p-53;
   return points;
 }
 
-SvrModel model_of(const SampleSet& set) {
+methods::SvrModel model_of(const SampleSet& set) {
   std::mt19937_64 generator(2);
-  SvrModel model;
+  methods::SvrModel model;
   model.support_vectors = set.x.topRows(kSupportVectors);
   model.beta = Eigen::VectorXd::NullaryExpr(kSupportVectors,
                                             [&] { return static_cast<double>(generator() >> 11) * 0x1p-52 - 1; });
@@ -43,15 +43,15 @@ Result<void> measure_prediction(const Bench& bench) {
   constexpr Eigen::Index kChecked = 200;
   const auto set = load_sample_set(bench.data, "gyro10000");
   if (!set) return failure(set.error());
-  const SvrModel model = model_of(*set);
-  const SampleMatrix points = points_like(*set);
+  const methods::SvrModel model = model_of(*set);
+  const data::SampleMatrix points = points_like(*set);
   Eigen::VectorXd out;
-  const Function function = model;
+  const methods::Function function = model;
   const double seconds = median_seconds(3, [&] { out = value_of(function, points); });
   const Eigen::VectorXd plain =
       plain_prediction(model.support_vectors, model.beta, model.b, kGamma, points.topRows(kChecked));
   const double worst = (out.head(kChecked) - plain).cwiseAbs().maxCoeff() / model.beta.lpNorm<1>();
-  const SampleMatrix few = set->x.topRows(kSupportVectors);
+  const data::SampleMatrix few = set->x.topRows(kSupportVectors);
   const Eigen::VectorXd targets = set->y.head(kSupportVectors);
   // A tiny ε makes nearly every sample a support vector, so the peer predicts with as many as we do.
   const double peer = bench.peer.predictions_per_second(few, targets, {.C = 1, .gamma = kGamma, .epsilon = 1e-6});
@@ -65,4 +65,4 @@ Result<void> measure_prediction(const Bench& bench) {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

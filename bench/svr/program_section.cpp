@@ -15,7 +15,7 @@
 #include "bench/svr/sections.hpp"
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 constexpr int kClusters = 600;
@@ -23,10 +23,10 @@ constexpr int kClusterSeconds = 100;
 const std::vector<std::string> kNames{"A", "B", "C", "D", "E", "F", "G", "H"};
 
 /// Eight thermometers that follow a slow swing with different lags, and a bias of their differences; one row a second.
-Dataset designed_record() {
+data::Dataset designed_record() {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
-  Dataset record;
+  data::Dataset record;
   record.run_id = "designed";
   record.path = "designed.db";
   record.simulated = true;
@@ -55,10 +55,10 @@ Dataset designed_record() {
 }
 
 /// A model of some 500 support vectors on seven gradients and a temperature.
-Result<Model> designed_model(const Dataset& record) {
+Result<model::Model> designed_model(const data::Dataset& record) {
   const auto clusters = make_clusters(record);
   if (!clusters) return failure(clusters.error());
-  TrainingOptions options;
+  model::TrainingOptions options;
   options.inputs = "A-B,A-C,A-D,A-E,A-F,A-G,A-H,A";
   options.program_version = "bench";
   options.tuning.log2_c.first = options.tuning.log2_c.second = 0;
@@ -69,7 +69,7 @@ Result<Model> designed_model(const Dataset& record) {
   return train({record}, {*clusters}, options);
 }
 
-std::string rows_of(const Dataset& record, int rows) {
+std::string rows_of(const data::Dataset& record, int rows) {
   std::string text = fmt::format("{},bias\n", fmt::join(kNames, ","));
   for (int i = 0; i < rows; ++i) {
     const Eigen::Index at = i % record.temperature_c.rows();
@@ -97,7 +97,7 @@ bool succeeds(const std::string& command) { return std::system(command.c_str()) 
 }  // namespace
 
 Result<void> measure_compensation(const std::string& program, const std::string& scratch, int rows) {
-  const Dataset record = designed_record();
+  const data::Dataset record = designed_record();
   const auto model = designed_model(record);
   if (!model) return failure(model.error());
   const std::string model_path = scratch + "/compensation-model.json";
@@ -116,7 +116,7 @@ Result<void> measure_compensation(const std::string& program, const std::string&
   const auto counted = read_text_file(count_path);
   const bool complete = counted && std::atoi(counted->c_str()) == rows + 1;
   if (!complete) say_progress("compensate did not answer each row");
-  const auto& function = std::get<SvrModel>(model->function);
+  const auto& function = std::get<methods::SvrModel>(model->function);
   say_progress(fmt::format("compensate: {} rows in {:.2f} s by the wall, {} support vectors", rows, median(times),
                            function.beta.size()));
   print_figure("compensate as text, rows/s", rows / median(times), at_least(3e5), complete);
@@ -135,4 +135,4 @@ Result<void> measure_qualification(const std::string& program, const std::string
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -9,7 +9,7 @@
 #include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 constexpr std::uint64_t kSeed = 20151;
@@ -20,7 +20,7 @@ double uniform(std::mt19937_64& generator, double low, double high) {
 }
 
 /// Certified by its own word and by the judge's.
-bool certified(const SampleSet& set, const GaussianSamples& samples, KernelMemory& memory,
+bool certified(const SampleSet& set, const svm::GaussianSamples& samples, svm::KernelMemory& memory,
                const PeerParameters& parameters, std::string& why) {
   const auto solution = solve_svr(samples, memory, set.y, own_parameters(parameters), {.relative_gap = kGap});
   if (!solution) {
@@ -39,8 +39,8 @@ bool certified(const SampleSet& set, const GaussianSamples& samples, KernelMemor
 Result<void> measure_search_box(const Bench& bench, int positions) {
   const auto set = load_sample_set(bench.data, "gyro600");
   if (!set) return failure(set.error());
-  const GaussianSamples samples(set->x);
-  KernelMemory memory;
+  const svm::GaussianSamples samples(set->x);
+  svm::KernelMemory memory;
   std::mt19937_64 generator(kSeed);
   int failures = 0;
   const double start = thread_seconds();
@@ -64,4 +64,4 @@ Result<void> measure_search_box(const Bench& bench, int positions) {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

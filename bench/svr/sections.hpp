@@ -8,7 +8,7 @@
 #include "bench/svr/solvers.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 /// Where things are, and the peer that is compared with.
 struct Bench {
@@ -50,4 +50,4 @@ struct ReplayOptions {
 /// Makes a trace: pagmo's job with LIBSVM's fitness, or with our `own`, on stdout.
 [[nodiscard]] Result<void> make_trace(const Bench& bench, const std::string& set, bool own);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

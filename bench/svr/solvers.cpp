@@ -10,7 +10,7 @@
 
 #include "bench/measurement.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 // Of svm_model only what stands at the same place in every release since 3.12 is read.
 struct LibsvmPeer::Functions {
@@ -30,7 +30,7 @@ struct PeerRows {
   std::vector<svm_node> nodes;
   std::vector<svm_node*> rows;
 
-  explicit PeerRows(const SampleMatrix& x) {
+  explicit PeerRows(const svm::SampleMatrix& x) {
     const auto width = static_cast<std::size_t>(x.cols()) + 1;
     nodes.resize(static_cast<std::size_t>(x.rows()) * width);
     for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -45,7 +45,7 @@ struct PeerRows {
 // One training and its model, which refers to the rows and is given back at the end.
 class PeerTraining {
  public:
-  PeerTraining(decltype(&svm_train) train, decltype(&svm_free_and_destroy_model) destroy, const SampleMatrix& x,
+  PeerTraining(decltype(&svm_train) train, decltype(&svm_free_and_destroy_model) destroy, const svm::SampleMatrix& x,
                const Eigen::VectorXd& y, const PeerParameters& parameters)
       : destroy_(destroy), rows_(x), y_(y) {
     svm_problem problem{.l = static_cast<int>(x.rows()), .y = y_.data(), .x = rows_.rows.data()};
@@ -105,7 +105,7 @@ Result<LibsvmPeer> LibsvmPeer::open(const std::string& library) {
   return peer;
 }
 
-PeerSolution LibsvmPeer::train(const SampleMatrix& x, const Eigen::VectorXd& y,
+PeerSolution LibsvmPeer::train(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                const PeerParameters& parameters) const {
   const PeerTraining training(functions_->train, functions_->destroy, x, y, parameters);
   const svm_model* const model = training.model();
@@ -116,11 +116,11 @@ PeerSolution LibsvmPeer::train(const SampleMatrix& x, const Eigen::VectorXd& y,
   return solution;
 }
 
-Evaluated LibsvmPeer::cross_validate(std::span<const TuningFold> folds, const PeerParameters& parameters) const {
+Evaluated LibsvmPeer::cross_validate(std::span<const svm::TuningFold> folds, const PeerParameters& parameters) const {
   Evaluated out;
   double squared = 0;
   Eigen::Index rows = 0;
-  for (const TuningFold& fold : folds) {
+  for (const svm::TuningFold& fold : folds) {
     const PeerTraining training(functions_->train, functions_->destroy, fold.train_x, fold.train_y, parameters);
     const PeerRows held_out(fold.test_x);
     const double start = thread_seconds();
@@ -136,7 +136,7 @@ Evaluated LibsvmPeer::cross_validate(std::span<const TuningFold> folds, const Pe
   return out;
 }
 
-double LibsvmPeer::predictions_per_second(const SampleMatrix& x, const Eigen::VectorXd& y,
+double LibsvmPeer::predictions_per_second(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                           const PeerParameters& parameters) const {
   const PeerTraining training(functions_->train, functions_->destroy, x, y, parameters);
   double sum = 0;
@@ -154,17 +154,17 @@ double log2_sigma(double log2_gamma) { return -0.5 * (1 + log2_gamma); }
 
 }  // namespace
 
-TuningOptions whole_job(int threads) {
-  TuningOptions options;
+svm::TuningOptions whole_job(int threads) {
+  svm::TuningOptions options;
   options.swarm.stall_iterations = options.swarm.iterations + 1;
   options.swarm.threads = threads;
   return options;
 }
 
-Result<Evaluated> cross_validate_own(std::span<const TuningFold> folds, const TracePosition& position) {
+Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds, const TracePosition& position) {
   constexpr double kWidth = 1e-9;
   const double sigma = log2_sigma(position.log2_gamma);
-  TuningOptions options = whole_job(1);
+  svm::TuningOptions options = whole_job(1);
   options.log2_c.first = position.log2_c;
   options.log2_c.second = position.log2_c + kWidth;
   options.log2_sigma.first = sigma;
@@ -185,10 +185,10 @@ Result<Evaluated> cross_validate_own(std::span<const TuningFold> folds, const Tr
   return Evaluated{.error = summary->cross_validation_mse, .seconds = done[1] - done[0]};
 }
 
-Result<double> reference_error(std::span<const TuningFold> folds, const PeerParameters& parameters) {
+Result<double> reference_error(std::span<const svm::TuningFold> folds, const PeerParameters& parameters) {
   double squared = 0;
   Eigen::Index rows = 0;
-  for (const TuningFold& fold : folds) {
+  for (const svm::TuningFold& fold : folds) {
     const auto solution =
         solve_svr(fold.train_x, fold.train_y, own_parameters(parameters), {.relative_gap = 0.9 * kReferenceGap});
     if (!solution) return failure(solution.error());
@@ -203,4 +203,4 @@ Result<double> reference_error(std::span<const TuningFold> folds, const PeerPara
   return squared / static_cast<double>(rows);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

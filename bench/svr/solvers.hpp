@@ -15,7 +15,7 @@
 
 struct svm_model;
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 /// Its solution as it stands in the n-variable form.
 struct PeerSolution {
@@ -38,12 +38,13 @@ class LibsvmPeer {
   [[nodiscard]] const std::string& library() const { return library_; }
   [[nodiscard]] int version() const { return version_; }
 
-  [[nodiscard]] PeerSolution train(const SampleMatrix& x, const Eigen::VectorXd& y,
+  [[nodiscard]] PeerSolution train(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                    const PeerParameters& parameters) const;
   /// Trains on each fold and predicts what it holds out.
-  [[nodiscard]] Evaluated cross_validate(std::span<const TuningFold> folds, const PeerParameters& parameters) const;
+  [[nodiscard]] Evaluated cross_validate(std::span<const svm::TuningFold> folds,
+                                         const PeerParameters& parameters) const;
   /// Points a second of svm_predict with the solution of one training, over the rows of `x`.
-  [[nodiscard]] double predictions_per_second(const SampleMatrix& x, const Eigen::VectorXd& y,
+  [[nodiscard]] double predictions_per_second(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                               const PeerParameters& parameters) const;
 
  private:
@@ -60,14 +61,15 @@ inline constexpr double kReferenceGap = 1e-6;
 /// One position as our tuning job evaluates it, without abort. The seconds are those of the second of two evaluations
 /// by a job of two particles in a box 1e-9 wide, so that what a job prepares once is not counted at each position.
 /// Fails as tune_svr does; with numeric if a training misses its certificate.
-[[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const TuningFold> folds, const TracePosition& position);
+[[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds,
+                                                   const TracePosition& position);
 
 /// The error of solutions whose relative gap is at most kReferenceGap by the judge, predicted by a plain loop. Fails
 /// with numeric if a fold's solution is not that good.
-[[nodiscard]] Result<double> reference_error(std::span<const TuningFold> folds, const PeerParameters& parameters);
+[[nodiscard]] Result<double> reference_error(std::span<const svm::TuningFold> folds, const PeerParameters& parameters);
 
 /// The tuning options of the whole job: 20 particles, 30 iterations and no early end, hence 620 evaluations, in the
 /// peer's box.
-[[nodiscard]] TuningOptions whole_job(int threads);
+[[nodiscard]] svm::TuningOptions whole_job(int threads);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

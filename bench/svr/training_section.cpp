@@ -10,7 +10,7 @@
 #include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 namespace {
 
@@ -37,12 +37,12 @@ struct OwnTraining {
 
 /// Alone: from samples that are laid out, as the tuning trains. With set-up: from the samples.
 Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parameters) {
-  const SvrParameters own = own_parameters(parameters);
-  const SvrOptions options{.relative_gap = kGap};
-  const GaussianSamples samples(set.x);
-  KernelMemory memory;
-  Result<SvrSolution> alone = solve_svr(samples, memory, set.y, own, options);
-  Result<SvrSolution> whole = solve_svr(set.x, set.y, own, options);
+  const svm::SvrParameters own = own_parameters(parameters);
+  const svm::SvrOptions options{.relative_gap = kGap};
+  const svm::GaussianSamples samples(set.x);
+  svm::KernelMemory memory;
+  Result<svm::SvrSolution> alone = solve_svr(samples, memory, set.y, own, options);
+  Result<svm::SvrSolution> whole = solve_svr(set.x, set.y, own, options);
   if (!alone) return failure(alone.error());
   if (!whole) return failure(whole.error());
   OwnTraining out;
@@ -159,4 +159,4 @@ Result<void> measure_memory(const Bench& bench) {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -13,7 +13,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 namespace {
 
@@ -37,7 +37,7 @@ Result<SampleSet> load_sample_set(const std::string& folder, const std::string& 
   if (!file.read(reinterpret_cast<char*>(shape), sizeof shape)) return bad("no header of two numbers");
   const auto [n, d] = shape;
   if (n < kFolds || d < 1 || n > 1'000'000 || d > 10'000) return bad(fmt::format("{} rows of {} inputs", n, d));
-  SampleSet set{.name = name, .x = SampleMatrix(n, d), .y = Eigen::VectorXd(n)};
+  SampleSet set{.name = name, .x = svm::SampleMatrix(n, d), .y = Eigen::VectorXd(n)};
   file.read(reinterpret_cast<char*>(set.x.data()), static_cast<std::streamsize>(sizeof(double)) * set.x.size());
   file.read(reinterpret_cast<char*>(set.y.data()), static_cast<std::streamsize>(sizeof(double)) * set.y.size());
   if (!file || file.peek() != std::ifstream::traits_type::eof())
@@ -46,10 +46,10 @@ Result<SampleSet> load_sample_set(const std::string& folder, const std::string& 
   return set;
 }
 
-std::vector<TuningFold> shuffled_folds(const SampleSet& set) {
+std::vector<svm::TuningFold> shuffled_folds(const SampleSet& set) {
   const Eigen::Index n = set.y.size();
   const auto order = shuffled(n);
-  std::vector<TuningFold> folds;
+  std::vector<svm::TuningFold> folds;
   for (Eigen::Index f = 0; f < kFolds; ++f) {
     std::vector<Eigen::Index> inside;
     std::vector<Eigen::Index> outside;
@@ -57,7 +57,7 @@ std::vector<TuningFold> shuffled_folds(const SampleSet& set) {
       auto& rows = i >= f * n / kFolds && i < (f + 1) * n / kFolds ? inside : outside;
       rows.push_back(order[static_cast<std::size_t>(i)]);
     }
-    TuningFold fold;
+    svm::TuningFold fold;
     fold.train_x = set.x(outside, Eigen::all);
     fold.train_y = set.y(outside);
     fold.test_x = set.x(inside, Eigen::all);
@@ -119,4 +119,4 @@ Result<TuningMaterial> tuning_material(const std::string& data, const std::strin
   return TuningMaterial{std::move(*set), std::move(folds), std::move(*trace)};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

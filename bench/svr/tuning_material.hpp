@@ -11,12 +11,12 @@
 #include "bench/svr/judge.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 /// Inputs and target, each of mean 0 and STD 1.
 struct SampleSet {
   std::string name;
-  SampleMatrix x;
+  svm::SampleMatrix x;
   Eigen::VectorXd y;
 };
 
@@ -25,7 +25,7 @@ struct SampleSet {
 
 /// Five folds of a fixed shuffle (Fisher–Yates, std::mt19937(12345)), so that every solver sees the same rows in the
 /// same order. Shuffled folds measure time; they are no evaluation of a model.
-[[nodiscard]] std::vector<TuningFold> shuffled_folds(const SampleSet& set);
+[[nodiscard]] std::vector<svm::TuningFold> shuffled_folds(const SampleSet& set);
 
 /// One evaluation of the job: where, and what the peer made of it.
 struct TracePosition {
@@ -51,7 +51,7 @@ inline constexpr double kBestErrorRatio = 1.01;
 
 struct TuningMaterial {
   SampleSet set;
-  std::vector<TuningFold> folds;
+  std::vector<svm::TuningFold> folds;
   std::vector<TracePosition> trace;
 
   [[nodiscard]] const TracePosition& best() const;  ///< of the trace: where the job ended
@@ -63,4 +63,4 @@ struct TuningMaterial {
 [[nodiscard]] Result<TuningMaterial> tuning_material(const std::string& data, const std::string& traces,
                                                      const std::string& name);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -14,7 +14,7 @@
 #include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 struct ReplayedPosition {
   TracePosition position;
@@ -33,7 +33,7 @@ struct Replay {
 };
 
 /// Without a peer, what the trace says of it stands for it: good for looking at our own side, not for a figure.
-[[nodiscard]] Replay replay(std::span<const TuningFold> folds, std::span<const TracePosition> positions,
+[[nodiscard]] Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosition> positions,
                             const LibsvmPeer* peer);
 
 namespace {
@@ -88,7 +88,8 @@ int Replay::disagreements() const {
   return static_cast<int>(std::ranges::count_if(positions, [](const auto& p) { return !p.agrees(); }));
 }
 
-Replay replay(std::span<const TuningFold> folds, std::span<const TracePosition> positions, const LibsvmPeer* peer) {
+Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosition> positions,
+              const LibsvmPeer* peer) {
   Replay out;
   for (const TracePosition& position : positions) {
     ReplayedPosition p{.position = position, .peer = {position.error, position.seconds}, .own = {}, .reference = {}};
@@ -112,7 +113,7 @@ constexpr double kEvaluations = 620;
 struct MeasuredJob {
   double processor_s{};
   double wall_s{};
-  TuningSummary summary;
+  svm::TuningSummary summary;
 };
 
 Result<MeasuredJob> run_own_job(const TuningMaterial& material, int threads) {
@@ -188,4 +189,4 @@ Result<void> measure_tuning(const Bench& bench, const ReplayOptions& options) {
   return compare_threads(*material, *job);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

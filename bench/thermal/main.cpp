@@ -31,13 +31,13 @@
 #include "thermal/reduced/thermal_system.hpp"
 #include "thermal/steady_state.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 
 struct ThermalBench {
   std::string gyro;     ///< the gyro file
   std::string reduced;  ///< its reduced model
   std::string scratch = ".";
-  MeshSize mesh = MeshSize::medium;
+  thermal::MeshSize mesh = thermal::MeshSize::medium;
 };
 
 /// One linear steady state: time, memory, energy balance, gain–non-gain difference. A process of its own, for its
@@ -50,7 +50,7 @@ Result<void> measure_mesh_step(const ThermalBench& bench);
 /// The reduced twin over the whole programme of 61.56 h.
 Result<void> measure_reduced(const ThermalBench& bench);
 
-[[nodiscard]] Result<GyroModel> read_gyro(const ThermalBench& bench);
+[[nodiscard]] Result<thermal::GyroModel> read_gyro(const ThermalBench& bench);
 
 struct CalculixRun {
   Eigen::VectorXd field_c;  ///< by node of the mesh
@@ -60,9 +60,9 @@ struct CalculixRun {
 
 /// Runs `ccx` with one thread in `scratch`, which gets large files. Fails with numeric if it is not there, fails, or
 /// leaves nodes out.
-[[nodiscard]] Result<CalculixRun> run_calculix(const GyroModel& model, const GyroMesh& mesh,
-                                               const ThermalCoefficients& coefficients, const std::string& solver,
-                                               const std::string& scratch);
+[[nodiscard]] Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                               const thermal::ThermalCoefficients& coefficients,
+                                               const std::string& solver, const std::string& scratch);
 
 namespace {
 
@@ -105,8 +105,9 @@ Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) 
 
 }  // namespace
 
-Result<CalculixRun> run_calculix(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,
-                                 const std::string& solver, const std::string& scratch) {
+Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                 const thermal::ThermalCoefficients& coefficients, const std::string& solver,
+                                 const std::string& scratch) {
   std::filesystem::create_directories(scratch);
   {
     std::ofstream input(scratch + "/bench.inp");
@@ -126,13 +127,13 @@ namespace {
 
 /// A mesh and its linear steady state, the air as at 25 °C.
 struct Timed {
-  GyroMesh mesh;
-  SteadyState state;
-  ThermalCoefficients coefficients{};
+  thermal::GyroMesh mesh;
+  thermal::SteadyState state;
+  thermal::ThermalCoefficients coefficients{};
   double seconds{};
 };
 
-Result<Timed> solve(const GyroModel& model, MeshSize size) {
+Result<Timed> solve(const thermal::GyroModel& model, thermal::MeshSize size) {
   const auto coefficients = coefficients_at(model.air, 25, model.still_film_w_per_m2_k);
   const double start = thread_seconds();
   Timed timed{make_mesh(model, size), {}, coefficients, 0};
@@ -147,10 +148,10 @@ std::string nodes(const Timed& timed) { return fmt::format("{} nodes", timed.sta
 
 }  // namespace
 
-Result<GyroModel> read_gyro(const ThermalBench& bench) {
+Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
   const auto words = read_text_file(bench.gyro);
   if (!words) return failure(words.error());
-  return parse_gyro(*words, bench.gyro);
+  return thermal::parse_gyro(*words, bench.gyro);
 }
 
 Result<void> measure_steady(const ThermalBench& bench) {
@@ -158,17 +159,17 @@ Result<void> measure_steady(const ThermalBench& bench) {
   if (!model) return failure(model.error());
   const auto timed = solve(*model, bench.mesh);
   if (!timed) return failure(timed.error());
-  const bool fine = bench.mesh == MeshSize::fine;
+  const bool fine = bench.mesh == thermal::MeshSize::fine;
   const double imbalance_w = std::abs(timed->state.power_in_w - timed->state.power_out_w);
   print_figure(nodes(*timed) + ": steady state, mesh included, s", timed->seconds, at_most(fine ? 12 : 5));
   print_figure(nodes(*timed) + ": steady state, most memory, GB", peak_memory() / 1e9, at_most(fine ? 2 : 0.8));
   print_figure(nodes(*timed) + ": energy balance, W", imbalance_w, at_most(1e-6));
   auto whole = steady_state(*model, timed->mesh);
   if (!whole) return failure(whole.error());
-  const double difference_k = gain_difference_k(whole->outputs_c);
+  const double difference_k = thermal::gain_difference_k(whole->outputs_c);
   say_progress(fmt::format("{}: gain less non-gain areas {:.4f} K", nodes(*timed), difference_k));
   print_figure(nodes(*timed) + ": gain less non-gain areas, from 3.5 K", std::abs(difference_k - 3.5),
-               at_most(bench.mesh == MeshSize::coarse ? 0.1 : 0.02));
+               at_most(bench.mesh == thermal::MeshSize::coarse ? 0.1 : 0.02));
   return {};
 }
 
@@ -203,14 +204,16 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
 Result<void> measure_mesh_step(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
-  const bool coarse = bench.mesh == MeshSize::coarse;
-  const auto one = steady_state(*model, make_mesh(*model, coarse ? MeshSize::coarse : MeshSize::medium));
+  const bool coarse = bench.mesh == thermal::MeshSize::coarse;
+  const auto one =
+      steady_state(*model, make_mesh(*model, coarse ? thermal::MeshSize::coarse : thermal::MeshSize::medium));
   if (!one) return failure(one.error());
-  const auto finer = steady_state(*model, make_mesh(*model, coarse ? MeshSize::medium : MeshSize::fine));
+  const auto finer =
+      steady_state(*model, make_mesh(*model, coarse ? thermal::MeshSize::medium : thermal::MeshSize::fine));
   if (!finer) return failure(finer.error());
   double most_k = 0;
   for (std::size_t k = 0; k < 8; ++k) most_k = std::max(most_k, std::abs(one->outputs_c[k] - finer->outputs_c[k]));
-  const double from_k = gain_difference_k(one->outputs_c), to_k = gain_difference_k(finer->outputs_c);
+  const double from_k = thermal::gain_difference_k(one->outputs_c), to_k = thermal::gain_difference_k(finer->outputs_c);
   const auto step = fmt::format("from {} to {} nodes", one->unknowns, finer->unknowns);
   print_figure(step + ": change of gain less non-gain areas, %", 100 * std::abs(from_k - to_k) / to_k, at_most(0.3));
   print_figure(step + ": most that one of A to H moves, K", most_k, at_most(0.05));
@@ -238,9 +241,10 @@ std::vector<double> programme_c() {
   return air_c;
 }
 
-double seconds_of(const ReducedModel& model, const std::vector<double>& air_c, bool linear, double& coldest_c) {
+double seconds_of(const thermal::ReducedModel& model, const std::vector<double>& air_c, bool linear,
+                  double& coldest_c) {
   const double start = thread_seconds();
-  ReducedTransient reduced(model, {.start = {20}, .linear = linear});
+  thermal::ReducedTransient reduced(model, {.start = {20}, .linear = linear});
   coldest_c = 1e9;
   for (const double air : air_c) {
     reduced.step({air});
@@ -254,7 +258,7 @@ double seconds_of(const ReducedModel& model, const std::vector<double>& air_c, b
 Result<void> measure_reduced(const ThermalBench& bench) {
   const auto words = read_text_file(bench.reduced);
   if (!words) return failure(words.error());
-  const auto model = parse_reduced_model(*words, bench.reduced);
+  const auto model = thermal::parse_reduced_model(*words, bench.reduced);
   if (!model) return failure(model.error());
   const auto air_c = programme_c();
   say_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
@@ -277,8 +281,8 @@ int run(int argc, char** argv) {
   ThermalBench bench;
   bool direct = false;
   std::function<Result<void>()> chosen;
-  const std::map<std::string, MeshSize> sizes{
-      {"coarse", MeshSize::coarse}, {"medium", MeshSize::medium}, {"fine", MeshSize::fine}};
+  const std::map<std::string, thermal::MeshSize> sizes{
+      {"coarse", thermal::MeshSize::coarse}, {"medium", thermal::MeshSize::medium}, {"fine", thermal::MeshSize::fine}};
   app.add_option("--gyro", bench.gyro, "gyro file")->required();
   app.add_option("--reduced", bench.reduced, "its reduced model");
   app.add_option("--scratch", bench.scratch, "folder for CalculiX's files");
@@ -305,6 +309,6 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench
 
-int main(int argc, char** argv) { return gyrotherm::run(argc, argv); }
+int main(int argc, char** argv) { return gyrotherm::bench::run(argc, argv); }

@@ -26,7 +26,7 @@
 #include "core/process.hpp"
 #include "drivers/line/line_address.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -337,4 +337,4 @@ std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<L
   return std::make_unique<NotingPauses>(std::move(pauses), std::move(activity));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

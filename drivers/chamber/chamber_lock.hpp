@@ -21,7 +21,7 @@
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// The name of that place, as long as the descriptor is open. Fails with errno, EADDRINUSE if another process has it.
 [[nodiscard]] tl::expected<Descriptor, int> take_name(const std::string& place);
@@ -96,4 +96,4 @@ class LineActivity {
 /// The same pauses; a long rest is noted each half second.
 [[nodiscard]] std::unique_ptr<Pauses> noting(std::unique_ptr<Pauses> pauses, std::shared_ptr<LineActivity> activity);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

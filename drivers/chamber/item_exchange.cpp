@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr double kMostDecimals = 6;
@@ -279,4 +279,4 @@ Result<void> ItemExchange::perform(const Sequence& sequence, const Parameters& p
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -14,7 +14,7 @@
 #include "drivers/chamber/status_turns.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 
@@ -86,4 +86,4 @@ class ItemExchange {
   Duration known_since_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -12,7 +12,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 /// "door_open" → "door open"
@@ -426,4 +426,4 @@ std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Re
   return std::make_unique<ModbusChamber>(std::move(map), std::move(registers), std::move(pauses));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -12,7 +12,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct ChamberStatus {
   ChamberActivity activity = ChamberActivity::unknown;
@@ -42,4 +42,4 @@ using ItemValue = std::function<std::optional<double>(const std::string&)>;
 [[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
                                                            std::unique_ptr<Pauses> pauses = real_pauses());
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -10,7 +10,7 @@
 
 #include "drivers/chamber/item_exchange.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::hours;
@@ -432,4 +432,4 @@ std::string in_words(const UploadReport& report) {
       report.not_readable > 0 ? fmt::format(", {} that this controller does not give back", report.not_readable) : "");
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -12,7 +12,7 @@
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct ProgramStep {
   StepKind kind = StepKind::soak;
@@ -79,4 +79,4 @@ struct UploadReport {
 /// "18 steps as program 3, 55 writes, 55 read back and the same"
 [[nodiscard]] std::string in_words(const UploadReport& report);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -10,7 +10,7 @@
 #include <limits>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr double kFahrenheitPerKelvin = 1.8;
@@ -294,4 +294,4 @@ CivilTime civil_time_of(Duration utc) {
           static_cast<int>(clock.seconds().count())};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -13,7 +13,7 @@
 #include "core/result.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 enum class RegisterType { u16, s16, u32, s32, f32, bits, text, date_time };
 enum class WordOrder { abcd, cdab, badc, dcba };  ///< −40.25 is C221 0000 in abcd and 0000 C221 in cdab
@@ -144,4 +144,4 @@ struct ItemContext {
 /// The word for a code that the item holds: its meaning, or `otherwise`, or the number.
 [[nodiscard]] std::string meaning(const RegisterItem& item, double value);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -10,7 +10,7 @@
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/register_map_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -450,4 +450,4 @@ Kelvins set_point_tolerance(const RegisterMap& map) {
   return {std::max({finest_step(*item), item->tolerance.value_or(0), kTenth})};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

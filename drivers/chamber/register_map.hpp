@@ -16,7 +16,7 @@
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What an item must hold: one of some codes, one of some bits, or more than a number.
 struct Condition {
@@ -255,4 +255,4 @@ struct Doubt {
 /// tenth of a kelvin at least.
 [[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

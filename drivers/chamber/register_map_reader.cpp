@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr double kFinestOfFloat = 0.001;
@@ -448,4 +448,4 @@ void read_simulated(const TomlTable& table, RegisterMap& map) {
   unit.ignores_blocks_elsewhere = table.boolean("ignores_blocks_elsewhere", false);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

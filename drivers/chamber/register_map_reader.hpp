@@ -9,7 +9,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What an item has where it does not say.
 struct ItemDefaults {
@@ -46,4 +46,4 @@ void read_sequences(const TomlTable& table, RegisterMap& map);
 void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterMap& map);
 void read_simulated(const TomlTable& table, RegisterMap& map);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

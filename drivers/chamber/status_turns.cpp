@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -109,4 +109,4 @@ Snapshot StatusTurns::take() {
 
 bool StatusTurns::is_overdue() const { return since_round_ > kReadingsWithoutARound + every_; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include "core/quantity.hpp"
 #include "drivers/chamber/register_item.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// Registers that are read by one exchange.
 struct ReadSpan {
@@ -88,4 +88,4 @@ class StatusTurns {
   bool unhurried_ = false;  ///< the present one does
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

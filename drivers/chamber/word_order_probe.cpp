@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -77,4 +77,4 @@ const char* name(WordOrder order) {
   return "";
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 
 #include "drivers/chamber/register_item.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What chambers do.
 struct PlausibleCelsius {
@@ -34,4 +34,4 @@ struct OrderFinding {
 
 [[nodiscard]] const char* name(WordOrder order);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

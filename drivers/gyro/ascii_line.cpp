@@ -7,7 +7,7 @@
 
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -106,4 +106,4 @@ std::string join_line(const LineFormat& format, const FrameCheck& check, const s
   return line + format.terminator;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

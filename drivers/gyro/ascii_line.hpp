@@ -11,7 +11,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_check.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct LineFormat {
   std::string starts_with;  ///< the first word; empty: any line
@@ -38,4 +38,4 @@ struct LineFormat {
 [[nodiscard]] std::string join_line(const LineFormat& format, const FrameCheck& check,
                                     const std::vector<std::string>& words);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

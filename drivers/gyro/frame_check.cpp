@@ -10,7 +10,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_fields.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -142,4 +142,4 @@ void seal(const FrameCheck& check, std::span<std::byte> frame) {
   store_bits(frame.subspan(extent->stored, byte_count(check)), check.big_endian, value);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

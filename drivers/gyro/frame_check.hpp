@@ -9,7 +9,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/checksum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// sum16: of 16-bit words in the byte order of the check. Parity: of all bits covered, the bit itself among them.
 enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
@@ -38,4 +38,4 @@ struct FrameCheck {
 /// Writes the check that makes the frame pass.
 void seal(const FrameCheck& check, std::span<std::byte> frame);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -7,7 +7,7 @@
 
 #include "drivers/gyro/frame_format.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr double kFarthestTime = 9.2e18;  // counts, below 2^63
@@ -314,4 +314,4 @@ std::vector<std::string> FrameDecoder::complaints() const {
   return found;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 
 #include "drivers/gyro/frame_format.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// One whole frame, bytes or words, that lies in someone's buffer.
 struct FrameView {
@@ -29,4 +29,4 @@ struct FrameView {
 [[nodiscard]] GyroFrame decode_frame(const FrameFormat& format, const FrameView& view,
                                      std::vector<std::optional<double>>& values);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -181,4 +181,4 @@ std::optional<double> arcsec_per(std::string_view unit, FieldRole role) {
   return std::nullopt;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::int64_t kLongestFrame = 4096;  ///< bytes
 
@@ -129,4 +129,4 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
 /// "deg/h": 1 °/h is 1 arcsec/s exactly); nothing for another unit.
 [[nodiscard]] std::optional<double> arcsec_per(std::string_view unit, FieldRole role);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

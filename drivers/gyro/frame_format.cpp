@@ -8,7 +8,7 @@
 
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kMostSyncBytes = 8;
@@ -367,4 +367,4 @@ FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   return field;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

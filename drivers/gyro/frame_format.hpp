@@ -15,7 +15,7 @@
 #include "drivers/gyro/frame_check.hpp"
 #include "drivers/gyro/frame_fields.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// An unsigned number in the frame's head: its message id, or its length.
 struct HeadNumber {
@@ -142,4 +142,4 @@ class FrameDecoder {
 /// The words of roles, for messages.
 [[nodiscard]] const char* name(FieldRole role);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -105,4 +105,4 @@ std::int64_t FrameSum::counts(const FrameTally& tally, Duration interval) const 
   return std::llround(std::clamp(arcsec / kArcsecPerCount, -kFarthestCount, kFarthestCount));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include "core/quantity.hpp"
 #include "drivers/gyro/frame_format.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What one count of the sum is, arcsec: the scale of an integer field in an angle's unit; 1e-6 for a rate or a real
 /// number. Nothing for plain pulses, whose weight the rig file has.
@@ -51,4 +51,4 @@ class FrameSum {
   std::optional<double> angle_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -19,7 +19,7 @@
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/line/deadline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -362,4 +362,4 @@ std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteS
   return std::make_unique<FramedGyro>(std::move(format), std::move(line), within, std::move(commands), clock);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

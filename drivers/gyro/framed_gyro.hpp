@@ -14,7 +14,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct GyroPort {
   std::uint32_t baud{};
@@ -82,4 +82,4 @@ struct GyroCommands {
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -21,7 +21,7 @@
 #include "core/file.hpp"
 #include "drivers/line/deadline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -326,4 +326,4 @@ std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialF
   return std::make_unique<SerialStream>(std::move(device), format);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

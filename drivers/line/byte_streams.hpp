@@ -14,7 +14,7 @@
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// The peer is asked every second once it has been quiet for 5 s, and the line breaks after 5 s without an
 /// acknowledgement, whether something is sent or nothing. Small writes go out at once.
@@ -56,4 +56,4 @@ struct SerialPortFound {
 /// to 10 s; until then every use fails at once. A pseudo-terminal has no settings to make.
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 void Backoff::failed() {
   using std::chrono::milliseconds;
@@ -14,4 +14,4 @@ void Backoff::failed() {
 
 std::string Backoff::words() const { return fmt::format("failed before, next try in {:.1f} s", to_seconds(left())); }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

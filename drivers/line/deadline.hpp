@@ -14,7 +14,7 @@
 #include "core/file.hpp"
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 class Deadline {
  public:
@@ -75,4 +75,4 @@ class Backoff {
   Deadline next_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

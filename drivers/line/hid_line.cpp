@@ -15,7 +15,7 @@
 
 #include "drivers/line/deadline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -176,4 +176,4 @@ std::vector<HidDeviceFound> hid_devices() {
   return found;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

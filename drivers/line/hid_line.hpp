@@ -8,7 +8,7 @@
 
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// A model, as it names itself on the bus.
 struct HidKind {
@@ -29,4 +29,4 @@ struct HidDeviceFound {
 };
 [[nodiscard]] std::vector<HidDeviceFound> hid_devices();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

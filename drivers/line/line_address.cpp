@@ -13,7 +13,7 @@
 
 #include "drivers/line/byte_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -137,4 +137,4 @@ bool is_own_address(const std::string& host) {
   return false;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -12,7 +12,7 @@
 #include "core/result.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 enum class SerialParity : std::uint8_t { none, odd, even };
 
@@ -78,4 +78,4 @@ struct LineDefaults {
 /// Whether a numeric IPv4 address leads to this machine: the loopback net, 0.0.0.0, or one of its own interfaces.
 [[nodiscard]] bool is_own_address(const std::string& host);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

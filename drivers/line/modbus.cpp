@@ -10,7 +10,7 @@
 #include "drivers/line/deadline.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -173,4 +173,4 @@ std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link)
                                 timed);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -15,7 +15,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// How one unit wants to be spoken to. A zero duration asks for nothing beyond the framing's own needs.
 struct ModbusLink {
@@ -95,4 +95,4 @@ class Pace {
 [[nodiscard]] std::unique_ptr<Registers> make_guarded_registers(std::unique_ptr<ModbusLine> line,
                                                                 const ModbusLink& link, const Clock* clock = nullptr);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 
 #include "drivers/checksum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kShortRequest = 5;  ///< function, address, count or value
@@ -386,4 +386,4 @@ std::vector<std::byte> encode_rtu_exception(std::span<const std::byte> request_f
   return with_crc(std::move(frame));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -13,7 +13,7 @@
 #include "core/result.hpp"
 #include "drivers/checksum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::uint16_t kMostBits = 2000;  ///< that one request may read
 
@@ -130,4 +130,4 @@ inline constexpr std::size_t kLongestRtuFrame = 256;
 /// Appends the CRC of all that is there.
 void append_rtu_crc(std::vector<std::byte>& frame);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

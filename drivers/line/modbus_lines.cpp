@@ -18,7 +18,7 @@
 #include "drivers/line/deadline.hpp"
 #include "drivers/line/modbus_frame.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -300,4 +300,4 @@ std::unique_ptr<ModbusLine> make_modbus_rtu(std::unique_ptr<ByteStream> stream, 
   return std::make_unique<ModbusRtu>(std::move(stream), std::move(place), link, clock);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

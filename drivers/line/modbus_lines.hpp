@@ -7,7 +7,7 @@
 
 #include "drivers/line/modbus.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// A connection that carries whole frames. In memory one that breaks on command.
 class FrameConnection {
@@ -59,4 +59,4 @@ class FrameConnection {
 /// over Serial Line V1.02, section 2.5.1.1).
 [[nodiscard]] Duration silence_between_frames(const ModbusLink& link);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

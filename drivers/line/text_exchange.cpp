@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -91,4 +91,4 @@ Result<std::string> TextExchange::ask(std::string_view question, const ResyncQue
   return answer;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -11,7 +11,7 @@
 #include "drivers/line/deadline.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct TextExchangeOptions {
   std::string question_end;  ///< the terminators, which no text here contains
@@ -55,4 +55,4 @@ class TextExchange {
   std::optional<Deadline> rest_;  ///< until which nothing is asked
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 
 #include "drivers/checksum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -166,4 +166,4 @@ std::string encode_dcon_readings(std::span<const double> celsius, const Temperat
   return line;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

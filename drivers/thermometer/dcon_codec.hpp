@@ -16,7 +16,7 @@
 #include "core/result.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kDconInputs = 8;
 
@@ -77,4 +77,4 @@ struct DconConfiguration {
 [[nodiscard]] std::string encode_dcon_readings(std::span<const double> celsius, const TemperatureRange& range,
                                                int decimals);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 #include "drivers/line/text_exchange.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -195,4 +195,4 @@ std::unique_ptr<Thermometer> make_dcon_modules(std::unique_ptr<ByteStream> line,
   return std::make_unique<DconModules>(std::move(modules));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -13,7 +13,7 @@
 #include "drivers/thermometer/dcon_codec.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct DconOptions {
   std::uint8_t address = 1;
@@ -38,4 +38,4 @@ struct DconOptions {
                                                              const std::vector<std::uint8_t>& addresses,
                                                              const DconOptions& options = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

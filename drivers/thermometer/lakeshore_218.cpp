@@ -8,7 +8,7 @@
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -56,4 +56,4 @@ std::unique_ptr<Thermometer> make_lakeshore_218(std::unique_ptr<ByteStream> line
   return std::make_unique<Lakeshore218>(std::move(line), std::move(place), timing);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// The user's manual (chapter 6) asks for 50 ms between communications. A reply of 73 characters takes 77 ms at 9600
 /// baud; the reply to an unknown command never comes. A whole exchange ends within three times `within`.
@@ -24,4 +24,4 @@ struct Lakeshore218Timing {
 [[nodiscard]] std::unique_ptr<Thermometer> make_lakeshore_218(std::unique_ptr<ByteStream> line, std::string place,
                                                               Lakeshore218Timing timing = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -85,4 +85,4 @@ std::string encode_crdg(std::span<const double> celsius, int decimals) {
   return line;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

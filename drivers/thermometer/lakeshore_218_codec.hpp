@@ -9,7 +9,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kLakeshore218Inputs = 8;
 
@@ -21,4 +21,4 @@ inline constexpr std::size_t kLakeshore218Inputs = 8;
 /// The instrument's side. Readings are rounded to `decimals`.
 [[nodiscard]] std::string encode_crdg(std::span<const double> celsius, int decimals);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

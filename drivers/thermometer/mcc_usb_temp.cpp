@@ -9,7 +9,7 @@
 #include "drivers/line/deadline.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -274,4 +274,4 @@ std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> repor
   return std::make_unique<MccUsbTemp>(std::move(reports), std::move(place), std::move(options));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

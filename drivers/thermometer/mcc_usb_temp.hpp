@@ -16,7 +16,7 @@
 #include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// Two sensors per converter are possible with two_wire_two_sensors and four_wire alone.
 enum class MccWires : std::uint8_t { two_wire_one_sensor, two_wire_two_sensors, three_wire, four_wire };
@@ -74,4 +74,4 @@ struct MccOptions {
 [[nodiscard]] std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
                                                              MccOptions options = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -11,7 +11,7 @@
 
 #include "drivers/checksum.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -234,4 +234,4 @@ std::vector<std::byte> encode_mcc_numbers(MccCommand command, std::span<const fl
   return encode_mcc_bytes(command, bytes);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

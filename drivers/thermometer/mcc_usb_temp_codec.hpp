@@ -18,7 +18,7 @@
 #include "core/result.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kMccInputs = 8;
 inline constexpr std::size_t kMccLongestReport = 64;
@@ -126,4 +126,4 @@ inline constexpr TemperatureRange kMccWidest{{-273.15}, {1820}};
 [[nodiscard]] std::vector<std::byte> encode_mcc_bytes(MccCommand command, std::span<const std::uint8_t> bytes);
 [[nodiscard]] std::vector<std::byte> encode_mcc_numbers(MccCommand command, std::span<const float> numbers);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 Fault at_instrument(const std::string& place, Fault fault) {
   fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
@@ -19,4 +19,4 @@ std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t i
   return std::move(*answer);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

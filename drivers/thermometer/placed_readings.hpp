@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct TemperatureRange {
   Celsius lowest, highest;
@@ -35,4 +35,4 @@ struct TemperatureRange {
 [[nodiscard]] std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t inputs,
                                                        Result<std::vector<Result<Celsius>>> answer);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

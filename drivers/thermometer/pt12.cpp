@@ -8,7 +8,7 @@
 #include "drivers/thermometer/placed_readings.hpp"
 #include "drivers/thermometer/pt12_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -57,4 +57,4 @@ std::unique_ptr<Thermometer> make_pt12(std::unique_ptr<ByteStream> line, std::st
   return std::make_unique<Pt12>(std::move(line), std::move(place), timing);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

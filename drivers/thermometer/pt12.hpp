@@ -9,7 +9,7 @@
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// The manual states no times. An answer of about 130 characters takes 140 ms at 9600 baud.
 struct Pt12Timing {
@@ -22,4 +22,4 @@ struct Pt12Timing {
 [[nodiscard]] std::unique_ptr<Thermometer> make_pt12(std::unique_ptr<ByteStream> line, std::string place,
                                                      Pt12Timing timing = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

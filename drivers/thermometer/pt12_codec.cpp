@@ -9,7 +9,7 @@
 
 #include "drivers/thermometer/placed_readings.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -104,4 +104,4 @@ std::string encode_pt12_temperatures(std::span<const std::optional<double>> cels
   return line;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kPt12Inputs = 12;
 
@@ -29,4 +29,4 @@ inline constexpr std::size_t kPt12Inputs = 12;
 /// The instrument's side; an absent reading is an input without a probe.
 [[nodiscard]] std::string encode_pt12_temperatures(std::span<const std::optional<double>> celsius);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

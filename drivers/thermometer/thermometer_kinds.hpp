@@ -11,7 +11,7 @@
 #include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 #include "drivers/thermometer/pt12_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp };
 
@@ -47,4 +47,4 @@ inline constexpr Vocabulary<ThermometerKind, kThermometerKinds.size()> kThermome
   return words;
 }();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 namespace {
 
 constexpr Kelvins kChange{0.001};
@@ -111,4 +111,4 @@ void remember(const InterlockLimits& limits, const Sample& sample, Duration elap
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

@@ -11,7 +11,7 @@
 #include "core/sample.hpp"
 #include "sequencer/interlocks/limits.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 
 /// How one temperature has moved: over the last minute, and whether it moves at all.
 class Trend {
@@ -90,4 +90,4 @@ class Ranks {
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,
               InterlockMemory& memory);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

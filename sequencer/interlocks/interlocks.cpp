@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 
 /// One second, with this sample already in the memory's trends; its clocks, and whether the chamber answered, are still
 /// those of the second before.
@@ -471,4 +471,4 @@ std::vector<std::string> standing_faults(const InterlockMemory& memory) {
   return lines;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

@@ -11,7 +11,7 @@
 #include "sequencer/interlocks/interlock_memory.hpp"
 #include "sequencer/interlocks/limits.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 
 /// What the rig knows beside the sample.
 struct InterlockInputs {
@@ -90,4 +90,4 @@ struct InterlockResult {
 /// One line for each alarm that stands.
 [[nodiscard]] std::vector<std::string> standing_faults(const InterlockMemory& memory);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

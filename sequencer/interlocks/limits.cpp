@@ -7,7 +7,7 @@
 #include "core/toml_reader.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 namespace {
 
 /// A silence of no time at all would be there in every sample.
@@ -97,7 +97,7 @@ void read_policy(const TomlTable& table, Policy& policy) {
 }  // namespace
 
 InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
-                            const ChamberLimits& chamber) {
+                            const profile::ChamberLimits& chamber) {
   constexpr double kMuchFaster = 2.5;  // than the chamber is ever asked to be
   InterlockLimits limits;
   limits.channels = channels;
@@ -138,4 +138,4 @@ RunLimits read_run_limits(const TomlTable& root) {
   return limits;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

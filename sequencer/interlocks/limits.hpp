@@ -12,7 +12,7 @@
 #include "core/toml_reader.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::interlocks {
 
 /// What an interlock asks for, the milder first.
 enum class Reaction { go_on, warn, suspend, hold, abort };
@@ -115,9 +115,9 @@ struct RunLimits {
 /// Reads [limits] and [policy]; every mistake is noted in the tables. `channels` are the rig's thermometers, in order;
 /// `chamber` is what air_fastest follows from where the file does not have it.
 [[nodiscard]] InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string>& channels,
-                                          const ChamberLimits& chamber);
+                                          const profile::ChamberLimits& chamber);
 
 /// Reads the run's own keys of [limits], and [safe]; every mistake is noted in the tables.
 [[nodiscard]] RunLimits read_run_limits(const TomlTable& root);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::interlocks

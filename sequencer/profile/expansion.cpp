@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 constexpr int kMostRedraws = 1000;
@@ -214,4 +214,4 @@ void expand(const std::vector<WrittenSegment>& written, Profile& profile) {
   Expansion(profile).append_all(written, {});
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

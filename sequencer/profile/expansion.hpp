@@ -7,7 +7,7 @@
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/profile/written_profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 inline constexpr int kMostSegments = 20'000;
 inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
@@ -16,4 +16,4 @@ inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
 /// (a ramp that goes nowhere, a profile beyond the limits above) are noted in the tables; expansion ends at a limit.
 void expand(const std::vector<WrittenSegment>& written, Profile& profile);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

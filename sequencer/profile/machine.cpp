@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 const Segment& segment_at(const Profile& profile, int index) {
@@ -183,4 +183,4 @@ Duration time_left(const Profile& profile, const ProfileState& state) {
   return left;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

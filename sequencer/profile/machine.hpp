@@ -19,7 +19,7 @@
 #include "core/sample.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 struct Ramping {
   int segment{};
@@ -73,4 +73,4 @@ struct Observation {
 /// Time left if every soak counts from now on.
 [[nodiscard]] Duration time_left(const Profile& profile, const ProfileState& state);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

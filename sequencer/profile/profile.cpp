@@ -12,7 +12,7 @@
 #include "sequencer/profile/expansion.hpp"
 #include "sequencer/profile/written_profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 constexpr const char* kSchema = "gyrotherm-profile/1";
@@ -123,4 +123,4 @@ Result<void> check_sensors(const Profile& profile, const std::vector<std::string
   return mistakes.verdict();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

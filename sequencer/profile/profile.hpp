@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 enum class SegmentKind { hold, ramp };
 
@@ -77,4 +77,4 @@ struct ChamberLimits {
 /// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

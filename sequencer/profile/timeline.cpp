@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 constexpr Duration kCluster = std::chrono::seconds(100);
@@ -116,4 +116,4 @@ std::string describe(const Profile& profile, const Timeline& timeline) {
                      totals_table(timeline));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -7,7 +7,7 @@
 
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 struct PlannedSegment {
   Duration start{};
@@ -35,4 +35,4 @@ struct Timeline {
 /// all.
 [[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

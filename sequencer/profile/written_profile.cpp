@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 constexpr Celsius kColdest{-273.15};
@@ -268,4 +268,4 @@ std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule&
   return SegmentReader(defaults).read_all(root, {});
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -10,7 +10,7 @@
 #include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 /// What makes a soak: of a hold, or the `[defaults]` that it falls back to.
 struct SoakRule {
@@ -78,4 +78,4 @@ struct WrittenSegment {
 /// is left out.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -9,14 +9,14 @@
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
 
 }  // namespace
 
-HostLead::HostLead(const RigFile& rig, Celsius here, Duration at)
+HostLead::HostLead(const rig::RigFile& rig, Celsius here, Duration at)
     : limits_(rig.chamber_limits),
       path_(rig.chamber_limits, set_point_tolerance(rig.chamber_map), rig.chamber_map.limits.every, here, at) {}
 
@@ -25,28 +25,30 @@ void HostLead::begin_away(std::optional<Celsius> air_before) {
   air_before_ = air_before;
 }
 
-void HostLead::inform(const LeadSecond& second, InterlockInputs& inputs) {
+void HostLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
   if (const auto& chamber = second.sample.chamber.value) inputs.sent = path_.expected(chamber->set_point);
   inputs.set_point_tolerance = path_.tolerance();
   inputs.refusals = path_.refusals();
   inputs.refusal = path_.refusal();
 }
 
-InterlockDemand HostLead::weigh(InterlockDemand demand, const LeadSecond& second) {
+interlocks::InterlockDemand HostLead::weigh(interlocks::InterlockDemand demand, const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   const auto& before = second.air_before;
-  if (second.missed <= Duration{} || !before || !chamber || demand.reaction >= Reaction::suspend) return demand;
+  if (second.missed <= Duration{} || !before || !chamber || demand.reaction >= interlocks::Reaction::suspend)
+    return demand;
   if (abs(chamber->air - second.goal) <= abs(*before - second.goal) + kResumeBand) return demand;
   approaching_ = true;
-  return {Reaction::suspend, fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C",
-                                         chamber->air.value, spoken(second.missed), before->value)};
+  return {interlocks::Reaction::suspend,
+          fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C", chamber->air.value,
+                      spoken(second.missed), before->value)};
 }
 
 bool HostLead::is_in_place(const LeadSecond& second) const {
   if (!path_.is_at(second.goal)) return false;
   if (!approaching_) return true;
   const auto& chamber = second.sample.chamber.value;
-  return chamber && gyrotherm::is_in_place(chamber->air, second.goal, air_before_);
+  return chamber && gyrotherm::run::is_in_place(chamber->air, second.goal, air_before_);
 }
 
 void HostLead::arrived() {
@@ -55,7 +57,7 @@ void HostLead::arrived() {
 }
 
 /// The chamber is brought back from where it is: its set point to the air first, then it is switched on.
-std::optional<std::string> HostLead::bring_back(InstrumentIo& io, const LeadSecond& second) {
+std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const LeadSecond& second) {
   const auto& chamber = *second.sample.chamber.value;
   approaching_ = true;
   path_.adopt(chamber.set_point);
@@ -64,13 +66,14 @@ std::optional<std::string> HostLead::bring_back(InstrumentIo& io, const LeadSeco
   return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
 }
 
-std::optional<std::string> HostLead::command(InstrumentIo& io, const LeadSecond& second, RunState state, bool returning,
-                                             const InterlockMemory& memory) {
+std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
+                                             bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
-  if (memory.stands(InterlockId::restarted) || std::exchange(taking_over_, false)) return bring_back(io, second);
-  if (memory.stands(InterlockId::not_taken))
+  if (memory.stands(interlocks::InterlockId::restarted) || std::exchange(taking_over_, false))
+    return bring_back(io, second);
+  if (memory.stands(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
-  if (memory.is_seen(InterlockId::foreign_set_point))
+  if (memory.is_seen(interlocks::InterlockId::foreign_set_point))
     return std::nullopt;  // at the first poll too: what is not understood is not overwritten
   if (state != RunState::execute && !returning) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
@@ -78,4 +81,4 @@ std::optional<std::string> HostLead::command(InstrumentIo& io, const LeadSecond&
   return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -15,7 +15,7 @@
 #include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/set_point_path.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 /// One second of a run, as its lead sees it.
 struct LeadSecond {
@@ -37,9 +37,10 @@ class ChamberLead {
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
   /// Fills in what the interlocks compare the chamber with.
-  virtual void inform(const LeadSecond& second, InterlockInputs& inputs) = 0;
+  virtual void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
   /// What remains of the interlocks' demand, or what the lead demands besides.
-  [[nodiscard]] virtual InterlockDemand weigh(InterlockDemand demand, const LeadSecond& second) = 0;
+  [[nodiscard]] virtual interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
+                                                          const LeadSecond& second) = 0;
   /// Whether set point and air are where the profile's clock may run.
   [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
   /// The profile's clock runs: there is no way back to the profile any more.
@@ -50,8 +51,9 @@ class ChamberLead {
 
   /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
   /// profile). Returns what the record is to be told of a failure, or nothing.
-  [[nodiscard]] virtual std::optional<std::string> command(InstrumentIo& io, const LeadSecond& second, RunState state,
-                                                           bool returning, const InterlockMemory& memory) = 0;
+  [[nodiscard]] virtual std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second,
+                                                           RunState state, bool returning,
+                                                           const interlocks::InterlockMemory& memory) = 0;
   /// How many set points the chamber did not take.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
@@ -60,7 +62,7 @@ class ChamberLead {
 class HostLead final : public ChamberLead {
  public:
   /// `here`: the set point that the chamber has taken at `at`, the time of the run.
-  HostLead(const RigFile& rig, Celsius here, Duration at);
+  HostLead(const rig::RigFile& rig, Celsius here, Duration at);
 
   /// The run begins elsewhere than the profile. The profile's clock stands still until the air has followed, or is
   /// within kResumeBand of `air_before`, where it was when the run stopped.
@@ -68,25 +70,26 @@ class HostLead final : public ChamberLead {
 
   [[nodiscard]] bool goes_on_by_itself() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
-  void inform(const LeadSecond& second, InterlockInputs& inputs) override;
+  void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends.
-  [[nodiscard]] InterlockDemand weigh(InterlockDemand demand, const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
+                                                  const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
   void arrived() override;
   void take_over() override { taking_over_ = true; }
   /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
-  [[nodiscard]] std::optional<std::string> command(InstrumentIo& io, const LeadSecond& second, RunState state,
-                                                   bool returning, const InterlockMemory& memory) override;
+  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
+                                                   bool returning, const interlocks::InterlockMemory& memory) override;
   [[nodiscard]] std::int64_t missed_set_points() const override { return path_.missed(); }
 
  private:
-  [[nodiscard]] std::optional<std::string> bring_back(InstrumentIo& io, const LeadSecond& second);
+  [[nodiscard]] std::optional<std::string> bring_back(io::InstrumentIo& io, const LeadSecond& second);
 
-  ChamberLimits limits_;
+  profile::ChamberLimits limits_;
   SetPointPath path_;
   bool approaching_ = false;           ///< the air has to come back first
   std::optional<Celsius> air_before_;  ///< where it was when the run stopped
   bool taking_over_ = false;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

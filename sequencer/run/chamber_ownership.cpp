@@ -4,14 +4,14 @@
 
 #include "drivers/line/line_address.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// An exchange with the chamber ends in about this time; one that does not is a hang. With the 8 s of silence and the
 /// 10 s of make-safe it makes the 20 s within which the chamber is safe.
 constexpr Duration kLongestExchange = std::chrono::seconds(2);
 
-SafeState safe_state_for(const RigFile& rig, const std::string& record, bool by_program) {
+watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& record, bool by_program) {
   std::error_code error;
   return {.record = std::filesystem::absolute(record, error).string(),
           .line = rig.chamber_line,
@@ -20,22 +20,22 @@ SafeState safe_state_for(const RigFile& rig, const std::string& record, bool by_
           .safe_set_point = rig.safe_set_point,
           .switch_off = rig.safe_off,
           .by_program = by_program,
-          .written_by = own_identity(),
+          .written_by = watchdog::own_identity(),
           .map_text = rig.chamber_map.text};
 }
 
 }  // namespace
 
-std::string chamber_place(const RigFile& rig) {
+std::string chamber_place(const rig::RigFile& rig) {
   const auto& link = rig.chamber_map.link.modbus;
-  return chamber_place(parse_line(rig.chamber_line).value(), link.port, link.unit);
+  return chamber_place(drivers::parse_line(rig.chamber_line).value(), link.port, link.unit);
 }
 
-Result<ChamberOwnership> ChamberOwnership::take(const RigFile& rig, const std::string& record, bool by_program) {
+Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const std::string& record, bool by_program) {
   ChamberOwnership ownership;
   if (rig.simulated) return ownership;
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
-  auto lock = ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
+  auto lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
   if (!lock) return failure(lock.error());
   ownership.lock_ = std::move(*lock);
   return ownership;
@@ -43,7 +43,7 @@ Result<ChamberOwnership> ChamberOwnership::take(const RigFile& rig, const std::s
 
 Result<void> ChamberOwnership::arm() {
   if (!safe_state_) return {};
-  auto line = WatchdogClient::tie(*safe_state_);
+  auto line = watchdog::WatchdogClient::tie(*safe_state_);
   if (!line) return failure(line.error());
   watchdog_ = std::move(*line);
   return {};
@@ -59,4 +59,4 @@ void ChamberOwnership::release() {
   watchdog_.reset();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

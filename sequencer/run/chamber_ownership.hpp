@@ -11,13 +11,13 @@
 #include "rig/rig_file.hpp"
 #include "sequencer/watchdog/watchdog_client.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 class ChamberOwnership {
  public:
   /// Takes the chamber's lock. `by_program`: the controller is to carry the profile out. Fails with refused if another
   /// program drives it.
-  [[nodiscard]] static Result<ChamberOwnership> take(const RigFile& rig, const std::string& record,
+  [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
@@ -34,12 +34,12 @@ class ChamberOwnership {
   void release();
 
  private:
-  std::optional<SafeState> safe_state_;  ///< real rigs have one
-  std::optional<ChamberLock> lock_;
-  std::unique_ptr<WatchdogClient> watchdog_;
+  std::optional<watchdog::SafeState> safe_state_;  ///< real rigs have one
+  std::optional<drivers::ChamberLock> lock_;
+  std::unique_ptr<watchdog::WatchdogClient> watchdog_;
 };
 
 /// The place of a real rig's chamber among the locks.
-[[nodiscard]] std::string chamber_place(const RigFile& rig);
+[[nodiscard]] std::string chamber_place(const rig::RigFile& rig);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

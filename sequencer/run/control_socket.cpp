@@ -15,7 +15,7 @@
 
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
@@ -85,7 +85,7 @@ ControlAnswer answer_to(std::string_view message, int speaker, const Listener& l
 bool hear(int speaker, const Listener& listener) {
   std::array<char, kLongestRequest + 1> message{};
   const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
-  if (size < 0 && would_block()) return true;
+  if (size < 0 && drivers::would_block()) return true;
   if (size <= 0) return false;
   const auto answer = to_message(answer_to({message.data(), static_cast<std::size_t>(size)}, speaker, listener));
   ::send(speaker, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -157,7 +157,7 @@ void ControlSocket::listen(const Listener& listener) {
 namespace {
 
 /// A connection, as soon as it is this speaker's turn: where too many wait already the kernel says so at once.
-Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
+Result<Descriptor> connected(const std::string& record, const drivers::Deadline& deadline) {
   const auto path = control_socket_path(record);
   const auto address = address_of(path);
   if (!address) return failure(address.error());
@@ -177,7 +177,7 @@ Result<Descriptor> connected(const std::string& record, const Deadline& deadline
 
 Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
   const auto path = control_socket_path(record);
-  const Deadline deadline(within);
+  const drivers::Deadline deadline(within);
   const auto socket = connected(record, deadline);
   if (!socket) return failure(socket.error());
   const auto message = to_message(request);
@@ -191,4 +191,4 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -11,7 +11,7 @@
 #include "drivers/line/deadline.hpp"
 #include "sequencer/run/operator_requests.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
 inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message
@@ -55,4 +55,4 @@ class ControlSocket {
 /// usage if no program listens there, refused if this user may not speak to it, timeout or corrupted.
 [[nodiscard]] Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

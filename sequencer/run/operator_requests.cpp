@@ -8,7 +8,7 @@
 
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, OperatorCommand::stop,
@@ -87,4 +87,4 @@ OperatorRequests::Taken OperatorRequests::take() {
   return taken;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

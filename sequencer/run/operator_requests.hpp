@@ -10,7 +10,7 @@
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 /// The milder first.
 enum class OperatorCommand { resume, pause, stop, abort };
@@ -71,4 +71,4 @@ class OperatorRequests {
   std::vector<OperatorRequest> waiting_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

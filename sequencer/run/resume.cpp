@@ -10,7 +10,7 @@
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 namespace {
 
@@ -19,7 +19,7 @@ std::string drawn_id() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
 }
 
-std::string derived_id(const RunInfo& info) {
+std::string derived_id(const record::RunInfo& info) {
   const auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
                                info.chamber_map_text, info.gyro_model_text, info.seed);
   return sha256(info.gyro_stream_text.empty() ? all : all + "\n" + info.gyro_stream_text).substr(0, 32);
@@ -27,9 +27,9 @@ std::string derived_id(const RunInfo& info) {
 
 }  // namespace
 
-RunInfo run_info(std::string_view program_version, const Profile& profile, const RigFile& rig, std::uint64_t seed,
-                 Duration started_utc) {
-  RunInfo info;
+record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile, const rig::RigFile& rig,
+                         std::uint64_t seed, Duration started_utc) {
+  record::RunInfo info;
   info.program_version = program_version;
   info.profile_name = profile.name;
   info.profile_text = profile.text;
@@ -52,7 +52,7 @@ RunInfo run_info(std::string_view program_version, const Profile& profile, const
   info.cycles = profile.cycles;
   for (const auto& segment : profile.segments)
     info.segments.push_back({.name = segment.name,
-                             .hold = segment.kind == SegmentKind::hold,
+                             .hold = segment.kind == profile::SegmentKind::hold,
                              .target = segment.target,
                              .rate = segment.rate,
                              .cycle = segment.cycle});
@@ -71,7 +71,7 @@ constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual wo
 
 /// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
 /// asked). A gap was spent at the set point of the second that ended it.
-std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
+std::vector<Celsius> set_points_of(const record::Record& record, std::int64_t last) {
   std::vector<Celsius> points;
   for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
     const auto read_back = record.chamber_set_point_c[i];
@@ -83,7 +83,7 @@ std::vector<Celsius> set_points_of(const Record& record, std::int64_t last) {
 
 /// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
 /// the gap.
-std::vector<Celsius> replay_of(const Record& record, const RunContinuation& on) {
+std::vector<Celsius> replay_of(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
   auto points = set_points_of(record, on.last_slot);
   points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
@@ -96,16 +96,17 @@ std::vector<Celsius> replay_of(const Record& record, const RunContinuation& on) 
 }
 
 /// The state one second after the record's last; the profile's clock runs in Execute alone.
-Result<ProfileState> state_after(const Record& record, const Profile& profile, RunState stood) {
+Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
+                                          RunState stood) {
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
   if (!last || stood != RunState::execute) return last;
-  return next(profile, *last, {.elapsed = kSecond, .air = unless_nan(record.chamber_air_c.back())});
+  return next(profile, *last, {.elapsed = kSecond, .air = record::unless_nan(record.chamber_air_c.back())});
 }
 
 std::optional<Celsius> last_known(const std::vector<double>& celsius) {
   const auto last = std::find_if(celsius.rbegin(), celsius.rend(), [](double c) { return !std::isnan(c); });
-  return last == celsius.rend() ? std::nullopt : unless_nan(*last);
+  return last == celsius.rend() ? std::nullopt : record::unless_nan(*last);
 }
 
 /// How the run stood, and why it had ended.
@@ -114,7 +115,7 @@ struct Ending {
   std::string why = "the program was not running any more, and had no time to say why";
 };
 
-Ending ending_of(const Record& record) {
+Ending ending_of(const record::Record& record) {
   Ending ending;
   if (!record.state.empty()) ending.state = record.state.back();
   if (record.events.empty()) return ending;
@@ -154,28 +155,28 @@ bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_be
   return abs(air - goal) <= kResumeBand || (air_before && abs(air - *air_before) <= kResumeBand);
 }
 
-EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits) {
+EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const profile::ChamberLimits& limits) {
   if (air_in_place) return {goal, false};
   return {std::clamp(air_now, limits.lowest, limits.highest), true};
 }
 
-SegmentExtremes extremes_of(const Profile& profile, const ProfileState& state) {
+SegmentExtremes extremes_of(const profile::Profile& profile, const profile::ProfileState& state) {
   const auto index = static_cast<std::size_t>(position_of(profile, state).segment);
   const auto& segment = profile.segments[index];
-  const auto from = segment.kind == SegmentKind::ramp ? set_point_before(profile, index) : segment.target;
+  const auto from = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, index) : segment.target;
   return {std::min(from, segment.target), std::max(from, segment.target)};
 }
 
-Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
+Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path, Duration down,
                                         std::uint64_t run) {
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   const auto& info = record.info;
-  auto rig = parse_rig(
+  auto rig = rig::parse_rig(
       info.rig_text, path + " (rig)",
       {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
   if (!rig) return failure(rig.error());
-  auto profile = parse_profile(info.profile_text, path + " (profile)");
+  auto profile = profile::parse_profile(info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
   auto ending = ending_of(record);
   auto state = state_after(record, *profile, ending.state);
@@ -207,4 +208,4 @@ Result<RunContinuation> continuation_of(const Record& record, const std::string&
   return on;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

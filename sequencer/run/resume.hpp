@@ -15,11 +15,11 @@
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 /// The id of a dry run is derived from what determines it (program, profile, rig, seed); that of a real run is drawn.
-[[nodiscard]] RunInfo run_info(std::string_view program_version, const Profile& profile, const RigFile& rig,
-                               std::uint64_t seed, Duration started_utc);
+[[nodiscard]] record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile,
+                                       const rig::RigFile& rig, std::uint64_t seed, Duration started_utc);
 
 /// A number of the profile's own: what draws the noise of a dry run of it.
 [[nodiscard]] std::uint64_t run_number(const std::string& profile_text);
@@ -63,29 +63,30 @@ struct EntryPoint {
   Celsius set_point;
   bool away{};  ///< where the air is, and not the profile's: it goes back from there by a ramp
 };
-[[nodiscard]] EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place, const ChamberLimits& limits);
+[[nodiscard]] EntryPoint entry_at(Celsius goal, Celsius air_now, bool air_in_place,
+                                  const profile::ChamberLimits& limits);
 
 /// The extremes of the set points of the segment that a state stands in.
 struct SegmentExtremes {
   Celsius lowest, highest;
 };
-[[nodiscard]] SegmentExtremes extremes_of(const Profile& profile, const ProfileState& state);
+[[nodiscard]] SegmentExtremes extremes_of(const profile::Profile& profile, const profile::ProfileState& state);
 
 struct RunContinuation {
-  RigFile rig;
-  Profile profile;
-  ProfileState state;        ///< in the first second after the gap; the profile's clock stands still in the gap
-  std::int64_t last_slot{};  ///< that has a sample; −1: none
-  std::int64_t recorded{};   ///< the last that has a sample or lies in a gap; −1: none
+  rig::RigFile rig;
+  profile::Profile profile;
+  profile::ProfileState state;  ///< in the first second after the gap; the profile's clock stands still in the gap
+  std::int64_t last_slot{};     ///< that has a sample; −1: none
+  std::int64_t recorded{};      ///< the last that has a sample or lies in a gap; −1: none
   InterruptedRun stood;
   std::string why_stopped;  ///< in words
-  RigStart start{};         ///< what the rig is assembled with
+  rig::RigStart start{};    ///< what the rig is assembled with
 };
 
 /// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. `run`: the number
 /// that draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
 /// texts cannot be read any more).
-[[nodiscard]] Result<RunContinuation> continuation_of(const Record& record, const std::string& path, Duration down,
-                                                      std::uint64_t run);
+[[nodiscard]] Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path,
+                                                      Duration down, std::uint64_t run);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

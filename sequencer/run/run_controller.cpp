@@ -9,7 +9,7 @@
 #include "sequencer/profile/timeline.hpp"
 #include "sequencer/run/resume.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr int kSafeTries = 3;
@@ -40,7 +40,7 @@ std::string in_words(const Channelled& channel) {
                       : fmt::format("{}: {}: {}", channel.name, where, what);
 }
 
-std::string describe(const Profile& profile, const ProfilePosition& progress) {
+std::string describe(const profile::Profile& profile, const ProfilePosition& progress) {
   if (progress.phase == Phase::complete) return "profile complete";
   const auto& segment = profile.segments[static_cast<std::size_t>(progress.segment)];
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
@@ -64,8 +64,8 @@ std::string in_words(const RunStateMachine& machine) {
 
 }  // namespace
 
-RunController::RunController(const Profile& profile, Rig& rig, Store& store, ProfileState state,
-                             std::int64_t first_slot)
+RunController::RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store,
+                             profile::ProfileState state, std::int64_t first_slot)
     : profile_(profile),
       rig_(rig),
       store_(store),
@@ -90,7 +90,8 @@ void RunController::note(EventKind kind, std::string text, EventSubject about) {
 }
 
 std::string RunController::objection(OperatorCommand command) const {
-  const bool takes_over = command == OperatorCommand::resume && memory_.stands(InterlockId::foreign_set_point);
+  const bool takes_over =
+      command == OperatorCommand::resume && memory_.stands(interlocks::InterlockId::foreign_set_point);
   if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
   if (command == OperatorCommand::resume && run_state() == RunState::held && !holds_.empty() && !takes_over)
     return "what holds it still stands: " + holds_;
@@ -153,9 +154,9 @@ void RunController::note_changes(const Sample& sample) {
   last_segment_ = sample.progress.segment;
 }
 
-void RunController::note_alarms(const InterlockResult& result) {
+void RunController::note_alarms(const interlocks::InterlockResult& result) {
   for (const auto& alarm : result.raised)
-    note(alarm.reaction > Reaction::warn ? EventKind::interlock : EventKind::fault,
+    note(alarm.reaction > interlocks::Reaction::warn ? EventKind::interlock : EventKind::fault,
          fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text),
          {.interlock = name(alarm.id), .reaction = name(alarm.reaction)});
   for (const auto& alarm : result.cleared)
@@ -172,8 +173,8 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
           .air_before = air_};
 }
 
-InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
-  InterlockInputs around;
+interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
+  interlocks::InterlockInputs around;
   around.led_by_controller = !may_command(run_state()) || run_state() == RunState::aborting;
   lead_->inform(second(sample, missed), around);
   around.missed = missed;
@@ -187,7 +188,7 @@ InterlockInputs RunController::inputs(const Sample& sample, Duration missed) con
   return around;
 }
 
-InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
+interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
   note_alarms(result);
@@ -196,7 +197,7 @@ InterlockDemand RunController::judge_second(const Sample& sample, Duration misse
 
 void RunController::change_to(RunStateMachine machine) {
   const auto before = run_state();
-  const auto after = gyrotherm::run_state(machine);
+  const auto after = run::run_state(machine);
   ensure(may_follow(before, after), "a run's states change along their table");
   const bool told =
       before != after || (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_));
@@ -207,14 +208,15 @@ void RunController::change_to(RunStateMachine machine) {
   note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(machine_));
 }
 
-void RunController::step_machine(const Sample& sample, const InterlockDemand& demand, Duration missed) {
-  holds_ = demand.reaction == Reaction::hold ? demand.cause : "";
+void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
+  holds_ = demand.reaction == interlocks::Reaction::hold ? demand.cause : "";
   auto request = take_request();
   if (const auto why = request ? lead_->objection(request->command) : std::string(); !why.empty()) {
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  if (request && request->command == OperatorCommand::resume && memory_.stands(InterlockId::foreign_set_point))
+  if (request && request->command == OperatorCommand::resume &&
+      memory_.stands(interlocks::InterlockId::foreign_set_point))
     lead_->take_over();
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
   const RunInputs now{.elapsed = kSecond + missed,
@@ -228,9 +230,9 @@ void RunController::step_machine(const Sample& sample, const InterlockDemand& de
 }
 
 /// Takes the sensor that the present segment soaks on.
-Observation RunController::observation(const Sample& sample) const {
+profile::Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
-  Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
+  profile::Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
   if (sensor == "air") {
     if (sample.chamber.value) seen.air = sample.chamber.value->air;
     seen.slope = memory_.air.rate();
@@ -267,7 +269,7 @@ void RunController::step_profile(const Sample& sample) {
   if (run_state() != RunState::execute) return;
   state_ = next(profile_, state_, observation(sample));
   note_soak(sample.progress);
-  if (!std::holds_alternative<Complete>(state_)) return;
+  if (!std::holds_alternative<profile::Complete>(state_)) return;
   change_to(
       next(rig_.file().run_limits, machine_, RunInputs{.elapsed = {}, .demand = {}, .request = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
@@ -332,4 +334,4 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -20,7 +20,7 @@
 #include "sequencer/run/safe_sequence.hpp"
 #include "sequencer/run/uploaded_program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 enum class RunOutcome { going_on, complete, stopped, made_safe };
 
@@ -28,7 +28,8 @@ class RunController {
  public:
   /// All of them outlive it. The rig has been prepared with the set point of `state`, which is that of slot
   /// `first_slot`.
-  RunController(const Profile& profile, Rig& rig, Store& store, ProfileState state, std::int64_t first_slot);
+  RunController(const profile::Profile& profile, rig::Rig& rig, record::Store& store, profile::ProfileState state,
+                std::int64_t first_slot);
 
   /// Before the first tick: the rig was prepared with another set point, `here`. The run begins on its way from there
   /// to the profile, by a ramp, and the profile's clock stands still until the air has followed, or is within 2 K of
@@ -71,37 +72,37 @@ class RunController {
   /// The chamber has shown the safe set point since it was sent.
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
-  [[nodiscard]] const ProfileState& state() const { return state_; }
+  [[nodiscard]] const profile::ProfileState& state() const { return state_; }
   /// Returns the last tick's sample; an empty one before the first tick.
   [[nodiscard]] const Sample& last() const { return last_; }
   /// What the last tick put into the record, in order.
   [[nodiscard]] const std::vector<Event>& last_events() const { return last_events_; }
-  [[nodiscard]] RunState run_state() const { return gyrotherm::run_state(machine_); }
+  [[nodiscard]] RunState run_state() const { return run::run_state(machine_); }
   [[nodiscard]] RunStanding standing() const;
 
  private:
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
-  void note_alarms(const InterlockResult& result);
-  [[nodiscard]] InterlockInputs inputs(const Sample& sample, Duration missed) const;
-  [[nodiscard]] InterlockDemand judge_second(const Sample& sample, Duration missed);
+  void note_alarms(const interlocks::InterlockResult& result);
+  [[nodiscard]] interlocks::InterlockInputs inputs(const Sample& sample, Duration missed) const;
+  [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
   /// What the lead sees of this second, at the profile's present state.
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
-  void step_machine(const Sample& sample, const InterlockDemand& demand, Duration missed);
+  void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
-  [[nodiscard]] Observation observation(const Sample& sample) const;
+  [[nodiscard]] profile::Observation observation(const Sample& sample) const;
   void note_soak(const ProfilePosition& before);
   void command_chamber(const Sample& sample);
 
-  const Profile& profile_;
-  Rig& rig_;
-  Store& store_;
-  ProfileState state_;
+  const profile::Profile& profile_;
+  rig::Rig& rig_;
+  record::Store& store_;
+  profile::ProfileState state_;
   std::int64_t next_slot_;
   RunStateMachine machine_ = Execute{};
-  InterlockMemory memory_;
+  interlocks::InterlockMemory memory_;
   std::unique_ptr<ChamberLead> lead_;
   SafeSequence safe_;
   Duration planned_;            ///< the whole profile, if every soak counts at once
@@ -117,4 +118,4 @@ class RunController {
   Sample last_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

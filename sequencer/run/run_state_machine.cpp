@@ -4,7 +4,7 @@
 
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 RunStateMachine too_long(const char* what, Duration since, const std::string& cause) {
@@ -20,29 +20,29 @@ RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
 bool asks_for(const RunInputs& now, OperatorCommand command) { return now.request && now.request->command == command; }
 
 /// What outranks the profile in every state in which it is still being carried out.
-std::optional<RunStateMachine> overruled(const RunLimits& limits, const RunInputs& now, bool held) {
-  if (now.demand.reaction == Reaction::abort) return Aborting{now.demand.cause, {}, false};
+std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
+  if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
   if (asks_for(now, OperatorCommand::abort)) return Aborting{"aborted by " + now.request->who, {}, false};
   if (asks_for(now, OperatorCommand::stop)) {
-    if (limits.on_stop == OnStop::hold) return Stopped{"stopped by " + now.request->who};
+    if (limits.on_stop == interlocks::OnStop::hold) return Stopped{"stopped by " + now.request->who};
     return Aborting{"stopped by " + now.request->who, {}, true};
   }
   if (held) return std::nullopt;
-  if (now.demand.reaction == Reaction::hold) return Held{now.demand.cause, {}};
+  if (now.demand.reaction == interlocks::Reaction::hold) return Held{now.demand.cause, {}};
   if (asks_for(now, OperatorCommand::pause)) return Held{"paused by " + now.request->who, {}};
   return std::nullopt;
 }
 
-RunStateMachine step(const RunLimits& limits, const Execute&, const RunInputs& now) {
+RunStateMachine step(const interlocks::RunLimits& limits, const Execute&, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
+  if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   if (now.complete) return Completed{};
   return Execute{};
 }
 
-RunStateMachine step(const RunLimits& limits, Suspended state, const RunInputs& now) {
+RunStateMachine step(const interlocks::RunLimits& limits, Suspended state, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  const bool stands = now.demand.reaction == Reaction::suspend;
+  const bool stands = now.demand.reaction == interlocks::Reaction::suspend;
   state.since += now.elapsed;
   state.clear = stands ? Duration{} : state.clear + now.elapsed;
   if (stands) state.cause = now.demand.cause;
@@ -51,28 +51,28 @@ RunStateMachine step(const RunLimits& limits, Suspended state, const RunInputs& 
   return asked || state.clear >= limits.resume_delay ? onwards(now, state.cause) : state;
 }
 
-RunStateMachine step(const RunLimits& limits, Returning state, const RunInputs& now) {
+RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
-  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
+  if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   state.since += now.elapsed;
   if (now.in_place) return Execute{};
   if (state.since >= limits.longest_return) return too_long("returning", state.since, state.cause);
   return state;
 }
 
-RunStateMachine step(const RunLimits& limits, Held state, const RunInputs& now) {
+RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunInputs& now) {
   if (auto other = overruled(limits, now, true)) return *other;
   state.since += now.elapsed;
   if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
-  if (!asks_for(now, OperatorCommand::resume) || now.demand.reaction == Reaction::hold) return state;
-  if (now.demand.reaction == Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
+  if (!asks_for(now, OperatorCommand::resume) || now.demand.reaction == interlocks::Reaction::hold) return state;
+  if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   return onwards(now, state.cause);
 }
 
 /// A stop that becomes an abort stays one.
-RunStateMachine step(const RunLimits&, Aborting state, const RunInputs& now) {
+RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInputs& now) {
   state.since += now.elapsed;
-  if (state.stops && now.demand.reaction == Reaction::abort) state = {now.demand.cause, state.since, false};
+  if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};
   if (state.stops && asks_for(now, OperatorCommand::abort))
     state = {"aborted by " + now.request->who, state.since, false};
   if (!now.safe_confirmed) return state;
@@ -80,9 +80,9 @@ RunStateMachine step(const RunLimits&, Aborting state, const RunInputs& now) {
   return Aborted{state.cause};
 }
 
-RunStateMachine step(const RunLimits&, const Aborted& state, const RunInputs&) { return state; }
-RunStateMachine step(const RunLimits&, const Stopped& state, const RunInputs&) { return state; }
-RunStateMachine step(const RunLimits&, const Completed& state, const RunInputs&) { return state; }
+RunStateMachine step(const interlocks::RunLimits&, const Aborted& state, const RunInputs&) { return state; }
+RunStateMachine step(const interlocks::RunLimits&, const Stopped& state, const RunInputs&) { return state; }
+RunStateMachine step(const interlocks::RunLimits&, const Completed& state, const RunInputs&) { return state; }
 
 RunState word(const Execute&) { return RunState::execute; }
 RunState word(const Suspended&) { return RunState::suspended; }
@@ -100,7 +100,7 @@ std::string cause(const auto& state) { return state.cause; }
 
 }  // namespace
 
-RunStateMachine next(const RunLimits& limits, const RunStateMachine& machine, const RunInputs& inputs) {
+RunStateMachine next(const interlocks::RunLimits& limits, const RunStateMachine& machine, const RunInputs& inputs) {
   return std::visit([&](const auto& state) { return step(limits, state, inputs); }, machine);
 }
 
@@ -136,4 +136,4 @@ bool may_command(RunState state) {
          state == RunState::aborting;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -25,10 +25,10 @@
 
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
-#include "sequencer/interlocks/limits.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/run/operator_requests.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 struct Execute {};
 struct Suspended {
@@ -61,7 +61,7 @@ using RunStateMachine = std::variant<Execute, Suspended, Returning, Held, Aborti
 /// What a second brought.
 struct RunInputs {
   Duration elapsed{};
-  InterlockDemand demand;                  ///< what the interlocks demand
+  interlocks::InterlockDemand demand;      ///< what the interlocks demand
   std::optional<OperatorRequest> request;  ///< the one that is carried out
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
@@ -70,7 +70,8 @@ struct RunInputs {
 
 /// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then
 /// suspend.
-[[nodiscard]] RunStateMachine next(const RunLimits& limits, const RunStateMachine& machine, const RunInputs& inputs);
+[[nodiscard]] RunStateMachine next(const interlocks::RunLimits& limits, const RunStateMachine& machine,
+                                   const RunInputs& inputs);
 
 [[nodiscard]] RunState run_state(const RunStateMachine& machine);
 /// Why it is not in Execute; empty where there is nothing to say.
@@ -83,4 +84,4 @@ struct RunInputs {
 /// Whether a set point may be sent in this state.
 [[nodiscard]] bool may_command(RunState state);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -6,7 +6,7 @@
 
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr Duration kEachSecondFor = std::chrono::seconds(10);
@@ -17,13 +17,13 @@ bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { 
 
 }  // namespace
 
-SafeSequence::SafeSequence(const RigFile& rig)
+SafeSequence::SafeSequence(const rig::RigFile& rig)
     : target_(rig.safe_set_point),
       off_(rig.safe_off),
       tolerance_(set_point_tolerance(rig.chamber_map)),
       ends_programs_(rig.chamber_map.sequences.contains("stop_program")) {}
 
-Result<void> SafeSequence::carry_out(InstrumentIo& io, bool at_once) {
+Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
   if (!taken_) {
     if (auto sent = at_once ? io.insist(target_) : io.command(target_); !sent) return sent;
     taken_ = true;
@@ -35,7 +35,7 @@ Result<void> SafeSequence::carry_out(InstrumentIo& io, bool at_once) {
   return {};
 }
 
-std::optional<std::string> SafeSequence::attempt(InstrumentIo& io, Duration at) {
+std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration at) {
   if (!began_) began_ = at;
   const bool at_once = at - *began_ < kEachSecondFor || is_due(insisted_, at, kThenEvery);
   if (at_once) insisted_ = at;
@@ -63,4 +63,4 @@ std::string SafeSequence::words() const {
   return fmt::format("the chamber could NOT be {} ({})", what, trouble_.empty() ? "it has not confirmed it" : trouble_);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

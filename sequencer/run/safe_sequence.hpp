@@ -10,16 +10,16 @@
 #include "core/sample.hpp"
 #include "rig/rig_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 class SafeSequence {
  public:
-  explicit SafeSequence(const RigFile& rig);
+  explicit SafeSequence(const rig::RigFile& rig);
 
   /// One try, at `at` of the run; what was done before is not done again unless the chamber shows otherwise. A line
   /// that rests is tried all the same: in each of the first ten seconds, then once in ten. Returns what the operator is
   /// to be told, or nothing: the first failure, and then one a minute.
-  [[nodiscard]] std::optional<std::string> attempt(InstrumentIo& io, Duration at);
+  [[nodiscard]] std::optional<std::string> attempt(io::InstrumentIo& io, Duration at);
   /// A second's reading. After it is_confirmed() says whether the chamber has shown the safe set point since it took
   /// it.
   void see(const Reading<ChamberState>& chamber);
@@ -29,7 +29,7 @@ class SafeSequence {
   [[nodiscard]] std::string words() const;
 
  private:
-  [[nodiscard]] Result<void> carry_out(InstrumentIo& io, bool at_once);
+  [[nodiscard]] Result<void> carry_out(io::InstrumentIo& io, bool at_once);
 
   Celsius target_;
   bool off_;
@@ -40,4 +40,4 @@ class SafeSequence {
   std::string trouble_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

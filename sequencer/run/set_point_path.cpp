@@ -4,31 +4,32 @@
 
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// A step covers no more than this: after a longer pause the set point does not jump.
 constexpr Duration kLongestStep = std::chrono::seconds(5);
 constexpr Kelvins kRounding{1e-9};
 
-const CelsiusPerMinute& fastest(Celsius from, Celsius to, const ChamberLimits& limits) {
+const CelsiusPerMinute& fastest(Celsius from, Celsius to, const profile::ChamberLimits& limits) {
   return to > from ? limits.fastest_heating : limits.fastest_cooling;
 }
 
 }  // namespace
 
-Celsius step_towards(Celsius from, Celsius goal, const ChamberLimits& limits, Duration time) {
+Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time) {
   const auto reach = fastest(from, goal, limits) * time + kRounding;
   const auto way = goal - from;
   if (abs(way) <= reach) return goal;
   return from + (way < Kelvins{0} ? -reach : reach);
 }
 
-Celsius within(Celsius target, const ChamberLimits& limits) {
+Celsius within(Celsius target, const profile::ChamberLimits& limits) {
   return std::clamp(target, limits.lowest, limits.highest);
 }
 
-SetPointPath::SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at)
+SetPointPath::SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent,
+                           Duration at)
     : limits_(limits),
       tolerance_(tolerance),
       every_(every),
@@ -37,7 +38,7 @@ SetPointPath::SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Durat
       at_(at),
       tried_(at - every) {}
 
-Result<void> SetPointPath::go(InstrumentIo& io, Celsius goal, Duration at) {
+Result<void> SetPointPath::go(io::InstrumentIo& io, Celsius goal, Duration at) {
   if (is_at(goal) || at - tried_ < every_) return {};
   const auto time = std::min(at - at_, std::max(every_, kLongestStep));
   const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
@@ -77,4 +78,4 @@ Celsius SetPointPath::expected(Celsius shown) const {
   return attempted_ && abs(shown - *attempted_) < abs(shown - held_) ? *attempted_ : held_;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -11,20 +11,20 @@
 #include "core/result.hpp"
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 /// One step from `from` towards `goal` that takes `time`.
-[[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const ChamberLimits& limits, Duration time);
-[[nodiscard]] Celsius within(Celsius target, const ChamberLimits& limits);
+[[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time);
+[[nodiscard]] Celsius within(Celsius target, const profile::ChamberLimits& limits);
 
 class SetPointPath {
  public:
   /// `sent`: what the chamber has taken at `at`, the time of the run.
-  SetPointPath(const ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
+  SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
   /// Goes on towards `goal` as far as the time allows; sends nothing if the chamber is there, or was sent one too
   /// recently. Fails as InstrumentIo::command() does: then what the chamber has is not known until it is seen.
-  [[nodiscard]] Result<void> go(InstrumentIo& io, Celsius goal, Duration at);
+  [[nodiscard]] Result<void> go(io::InstrumentIo& io, Celsius goal, Duration at);
   /// The next set point is `here`, where the air is, and the path goes on from there.
   void begin_at(Celsius here);
   /// What the chamber shows is taken for what it was sent.
@@ -40,7 +40,7 @@ class SetPointPath {
   [[nodiscard]] std::int64_t missed() const { return missed_; }  ///< set points in all that it did not take
 
  private:
-  ChamberLimits limits_;
+  profile::ChamberLimits limits_;
   Kelvins tolerance_;
   Duration every_;
   Celsius held_;                      ///< the last that the chamber took
@@ -55,4 +55,4 @@ class SetPointPath {
   std::int64_t missed_ = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <optional>
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// This is longer than a status may be old, and than the controller's clock may be ahead.
@@ -27,16 +27,17 @@ std::string capitals(const std::string& name) {
 
 }  // namespace
 
-Result<ChamberProgram> program_of(const Profile& profile) {
-  ChamberProgram program{.name = capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
+Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
+  drivers::ChamberProgram program{.name = capitals(profile.name), .number = 1, .soak_band = {}, .steps = {}};
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    ProgramStep step{.kind = segment.kind == SegmentKind::ramp ? StepKind::ramp : StepKind::soak,
-                     .start = segment.kind == SegmentKind::ramp ? set_point_before(profile, i) : segment.target,
-                     .target = segment.target,
-                     .duration = shortest(segment),
-                     .guaranteed_soak = segment.guaranteed_soak};
+    drivers::ProgramStep step{
+        .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,
+        .start = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, i) : segment.target,
+        .target = segment.target,
+        .duration = shortest(segment),
+        .guaranteed_soak = segment.guaranteed_soak};
     if (segment.guaranteed_soak && band && *band != segment.soak_band)
       return failure(FaultKind::usage, segment.place, "a controller has one soak band for the whole profile");
     if (segment.guaranteed_soak) band = segment.soak_band;
@@ -61,20 +62,20 @@ std::string ControllerLead::judge(const LeadSecond& second) {
                      name(chamber->activity));
 }
 
-void ControllerLead::inform(const LeadSecond& second, InterlockInputs& inputs) {
+void ControllerLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
   inputs.led_by_controller = true;
   inputs.program = judge(second);
 }
 
-InterlockDemand ControllerLead::weigh(InterlockDemand demand, const LeadSecond&) {
-  return demand.reaction < Reaction::abort ? InterlockDemand{} : demand;
+interlocks::InterlockDemand ControllerLead::weigh(interlocks::InterlockDemand demand, const LeadSecond&) {
+  return demand.reaction < interlocks::Reaction::abort ? interlocks::InterlockDemand{} : demand;
 }
 
-std::optional<std::string> ControllerLead::command(InstrumentIo& io, const LeadSecond& second, RunState state, bool,
-                                                   const InterlockMemory&) {
+std::optional<std::string> ControllerLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state, bool,
+                                                   const interlocks::InterlockMemory&) {
   if (state != RunState::stopped) return std::nullopt;
   const auto held = io.command(second.goal);
   return held ? std::nullopt : std::optional(text(held.error()));
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -9,11 +9,11 @@
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/run/chamber_lead.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 /// The profile, segment by segment, as a program. Its name is that of the profile, in capitals, letters and digits
 /// alone. Fails with usage if its guaranteed soaks have different bands: a controller has one.
-[[nodiscard]] Result<ChamberProgram> program_of(const Profile& profile);
+[[nodiscard]] Result<drivers::ChamberProgram> program_of(const profile::Profile& profile);
 
 /// Leaves the chamber to its controller: no set points are sent, time goes on while an instrument is silent, and a
 /// controller that no longer carries its program out ends the run. It cannot be paused from here.
@@ -21,15 +21,16 @@ class ControllerLead final : public ChamberLead {
  public:
   [[nodiscard]] bool goes_on_by_itself() const override { return true; }
   [[nodiscard]] std::string objection(OperatorCommand command) const override;
-  void inform(const LeadSecond& second, InterlockInputs& inputs) override;
+  void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// What a controller does by itself goes on while an instrument is silent: only what aborts is left.
-  [[nodiscard]] InterlockDemand weigh(InterlockDemand demand, const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
+                                                  const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond&) const override { return true; }
   void arrived() override {}
   void take_over() override {}
   /// A run that is stopped leaves the chamber at the profile's present set point.
-  [[nodiscard]] std::optional<std::string> command(InstrumentIo& io, const LeadSecond& second, RunState state,
-                                                   bool returning, const InterlockMemory& memory) override;
+  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
+                                                   bool returning, const interlocks::InterlockMemory& memory) override;
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }
 
  private:
@@ -40,4 +41,4 @@ class ControllerLead final : public ChamberLead {
   Duration gone_{};  ///< how long the controller has not carried its program out
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

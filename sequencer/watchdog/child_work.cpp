@@ -12,7 +12,7 @@
 
 #include "core/text.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 struct Pipe {
@@ -44,7 +44,7 @@ void leave_parents_input() {
 /// Whether the child has ended within that time; then it is no more.
 bool reap(pid_t pid, Duration within) {
   constexpr useconds_t kLookUs = 10'000;
-  for (const Deadline deadline(within); ::waitpid(pid, nullptr, WNOHANG) == 0; ::usleep(kLookUs))
+  for (const drivers::Deadline deadline(within); ::waitpid(pid, nullptr, WNOHANG) == 0; ::usleep(kLookUs))
     if (deadline.over()) return false;
   return true;
 }
@@ -79,7 +79,7 @@ std::optional<std::string> ChildWork::take_line() {
 }
 
 std::optional<std::string> ChildWork::next(Duration within) {
-  const Deadline deadline(within);
+  const drivers::Deadline deadline(within);
   for (;;) {
     if (auto line = take_line()) return line;
     if (ended_ || !ready(lines_.number(), POLLIN, deadline)) return {};
@@ -117,4 +117,4 @@ void Voice::say(const std::string& line) {
     const auto written = ::write(mouth_.number(), whole.data(), whole.size());
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -10,7 +10,7 @@
 #include "core/quantity.hpp"
 #include "drivers/line/deadline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 /// The process that begins it must have no other threads.
 class ChildWork {
@@ -55,4 +55,4 @@ class Voice {
   Descriptor mouth_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -11,7 +11,7 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 struct ProcessIdentity {
   std::int64_t pid{};
@@ -65,4 +65,4 @@ struct WatchLimits {
 /// Silence is counted in slices of a second: a machine that stood still does not make a program late.
 [[nodiscard]] WatchEnd watch(int descriptor, const WatchLimits& limits = {});
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

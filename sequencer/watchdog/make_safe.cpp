@@ -18,7 +18,7 @@
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "sequencer/watchdog/trail.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 enum class MakeSafeExit : int {
@@ -199,6 +199,6 @@ MakeSafeExit run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog
 
-int main(int argc, char** argv) { return static_cast<int>(gyrotherm::run(argc, argv)); }
+int main(int argc, char** argv) { return static_cast<int>(gyrotherm::watchdog::run(argc, argv)); }

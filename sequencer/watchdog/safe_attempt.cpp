@@ -18,7 +18,7 @@
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 constexpr Duration kBetweenTries = std::chrono::milliseconds(300);
@@ -95,7 +95,7 @@ class Attempt {
   const SafeGoal& goal_;
   const AttemptMeans& means_;
   Duration began_;
-  std::unique_ptr<Chamber> chamber_;
+  std::unique_ptr<drivers::Chamber> chamber_;
   SafeAttempt done_;
 };
 
@@ -111,7 +111,7 @@ constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";
 
 /// Whether who holds the chamber has it rightly: a program of this user or of root, and not the one that has gone.
 /// One that was stopped drives nothing and makes nothing safe.
-bool is_successor(const ChamberHolder& holder, const std::string& program, const SafeState& safe_state) {
+bool is_successor(const drivers::ChamberHolder& holder, const std::string& program, const SafeState& safe_state) {
   if (holder.pid == 0 || holder.pid == safe_state.written_by.pid || holder.pid == ::getpid()) return false;
   if (holder.uid != 0 && holder.uid != ::geteuid()) return false;
   if (is_stopped(holder.pid)) return false;
@@ -147,14 +147,15 @@ SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means) { retu
 
 Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   const auto where = safe_state_path(safe_state.record);
-  const auto line = parse_line(safe_state.line);
-  if (!line || !carries_bytes(*line)) return failure(FaultKind::bad_file, where, "its line leads to no chamber");
+  const auto line = drivers::parse_line(safe_state.line);
+  if (!line || !drivers::carries_bytes(*line))
+    return failure(FaultKind::bad_file, where, "its line leads to no chamber");
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
   const auto linked = on_link(std::move(*map), safe_state.link);
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
   return SafeStateChamber{
-      .place = chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
+      .place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
       .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off, safe_state.by_program},
       .connect = [map = *linked, line = *line] {
         return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
@@ -162,9 +163,9 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
 }
 
 Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice) {
-  const auto lock = ChamberLock::take(chamber.place, safe_state.record + " (made safe)");
+  const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + " (made safe)");
   if (!lock && lock.error().kind == FaultKind::refused) {
-    const auto holder = ChamberLock::holder(chamber.place);
+    const auto holder = drivers::ChamberLock::holder(chamber.place);
     const auto program = holder ? program_of(holder->pid) : "";
     if (holder && is_successor(*holder, program, safe_state)) {
       voice.say("another program has the chamber: " + holder->words);
@@ -184,4 +185,4 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
   return rescued;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -13,7 +13,7 @@
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 /// How far an attempt has come.
 enum class SafeStage {
@@ -30,7 +30,7 @@ struct SafeAttempt {
 
 /// What an attempt needs of the world.
 struct AttemptMeans {
-  std::function<std::unique_ptr<Chamber>()> connect;  ///< a new connection: no rest, no stale reply
+  std::function<std::unique_ptr<drivers::Chamber>()> connect;  ///< a new connection: no rest, no stale reply
   std::function<void(Duration)> wait;
   std::function<void(const SafeAttempt&)> told;  ///< is told each stage that is reached, and each fault
   const Clock& clock;
@@ -53,7 +53,7 @@ struct SafeGoal {
 struct SafeStateChamber {
   std::string place;  ///< names its lock (drivers/chamber/chamber_lock.hpp)
   SafeGoal goal;
-  std::function<std::unique_ptr<Chamber>()> connect;
+  std::function<std::unique_ptr<drivers::Chamber>()> connect;
 };
 /// The chamber that the safe-state file describes, by its map. Fails with bad_file.
 [[nodiscard]] Result<SafeStateChamber> chamber_of(const SafeState& safe_state);
@@ -72,4 +72,4 @@ struct Rescued {
 /// more.
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

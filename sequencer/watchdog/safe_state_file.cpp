@@ -15,21 +15,21 @@
 #include "core/toml_text.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 namespace {
 
 constexpr const char* kOfTheMap = "of the map";
 
-const char* order_in_words(const std::optional<WordOrder>& order) {
-  const auto found =
-      std::find_if(kWordOrders.begin(), kWordOrders.end(), [&](const auto& w) { return w.second == order; });
-  return found == kWordOrders.end() ? kOfTheMap : found->first;
+const char* order_in_words(const std::optional<drivers::WordOrder>& order) {
+  const auto found = std::find_if(drivers::kWordOrders.begin(), drivers::kWordOrders.end(),
+                                  [&](const auto& w) { return w.second == order; });
+  return found == drivers::kWordOrders.end() ? kOfTheMap : found->first;
 }
 
-std::optional<WordOrder> read_order(const TomlTable& table) {
+std::optional<drivers::WordOrder> read_order(const TomlTable& table) {
   if (table.text("word_order") == kOfTheMap) return std::nullopt;
-  return one_of(kWordOrders, table, "word_order");
+  return one_of(drivers::kWordOrders, table, "word_order");
 }
 
 ProcessIdentity read_identity(const TomlTable& table) {
@@ -77,7 +77,7 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
   if (!table->is_list("map")) table->mistake("map", "\"map\" is no list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),
-                       .link = one_of(kLinkKinds, *table, "link"),
+                       .link = one_of(drivers::kLinkKinds, *table, "link"),
                        .word_order = read_order(*table),
                        .safe_set_point = {table->number("safe_set_point_c")},
                        .switch_off = table->boolean("switch_off"),
@@ -160,4 +160,4 @@ std::string in_words(const MadeSafe& trace) {
                      trace.confirmed ? "was" : "could NOT be", trace.set_point.value, trace.details);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -11,15 +11,15 @@
 #include "drivers/chamber/register_map.hpp"
 #include "sequencer/watchdog/guard.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/1";
 
 struct SafeState {
-  std::string record;                   ///< its path, absolute
-  std::string line;                     ///< the chamber's, as rig files say it
-  LinkKind link{};                      ///< which of the map's links is in use on that line
-  std::optional<WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
+  std::string record;                            ///< its path, absolute
+  std::string line;                              ///< the chamber's, as rig files say it
+  drivers::LinkKind link{};                      ///< which of the map's links is in use on that line
+  std::optional<drivers::WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
   Celsius safe_set_point;
   bool switch_off{};           ///< then conditioning is ended too
   bool by_program{};           ///< the controller carries the profile out: its program is ended first
@@ -73,4 +73,4 @@ struct MadeSafe {
 /// "made safe by the guard at 2026-01-01T00:00:00Z (…): the chamber was sent to 23 °C; …"
 [[nodiscard]] std::string in_words(const MadeSafe& trace);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

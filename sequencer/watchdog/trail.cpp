@@ -4,7 +4,7 @@
 
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 constexpr Duration kLook = std::chrono::seconds(2);
@@ -54,12 +54,12 @@ void Trail::go_on() {
   writing_ = std::make_unique<ChildWork>([this, write, remove](const auto& tell) {
     if (write)
       if (const auto left = leave_trace(safe_state_.record, trace_); !left) tell(text(left.error()));
-    if (remove) gyrotherm::remove_safe_state(safe_state_.record);
+    if (remove) gyrotherm::watchdog::remove_safe_state(safe_state_.record);
   });
 }
 
 bool Trail::settle(Duration within) {
-  const Deadline deadline(within);
+  const drivers::Deadline deadline(within);
   for (go_on(); writing_; go_on()) {
     (void)writing_->next(deadline.left());
     if (deadline.over()) break;
@@ -88,4 +88,4 @@ std::optional<std::string> Trail::reason_to_end() {
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

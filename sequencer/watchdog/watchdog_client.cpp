@@ -26,7 +26,7 @@
 
 extern char** environ;
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 using std::chrono::steady_clock;
@@ -76,7 +76,7 @@ bool send_all(int line, std::string_view bytes) {
 /// Whether the guard says in time that it watches.
 bool says_that_it_watches(int line) {
   char answer = 0;
-  return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
+  return ready(line, POLLIN, drivers::Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
          answer == kWatching;
 }
 
@@ -203,7 +203,7 @@ void WatchdogClient::Ties::listen() {
   std::array<char, 64> heard;
   while (line.is_open()) {
     const auto size = ::recv(line.number(), heard.data(), heard.size(), MSG_DONTWAIT);
-    if (size < 0 && would_block()) return;
+    if (size < 0 && drivers::would_block()) return;
     if (size <= 0) return void(watching = false);
     unanswered.reset();
   }
@@ -317,4 +317,4 @@ WatchdogClient::~WatchdogClient() {
   (void)std::move(ties_->line).release();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

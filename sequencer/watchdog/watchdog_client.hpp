@@ -12,7 +12,7 @@
 #include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 class NotifySocket {
  public:
@@ -63,4 +63,4 @@ class WatchdogClient {
   std::thread guard_tender_, file_tender_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr int kDconDecimals = 2;
@@ -12,8 +12,8 @@ constexpr std::size_t kHeadSize = 3;  // of "#AA"
 constexpr std::uint8_t kBaud9600 = 0x06, kSumSwitch = 0x40;
 
 std::string setting(const DconModule& module) {
-  const auto format = module.checksum == DconChecksum::on ? kSumSwitch : std::uint8_t{0};
-  return encode_dcon_configuration({.type = module.type, .baud = kBaud9600, .format = format});
+  const auto format = module.checksum == drivers::DconChecksum::on ? kSumSwitch : std::uint8_t{0};
+  return drivers::encode_dcon_configuration({.type = module.type, .baud = kBaud9600, .format = format});
 }
 
 }  // namespace
@@ -43,14 +43,14 @@ std::string DconSession::answer(const DconModule& module, std::string_view comma
 
 std::string DconSession::readings(const DconModule& module, std::string_view which) const {
   const auto celsius = laboratory_.thermometers_as_measured_c();
-  std::array<double, kDconInputs> shown{};
+  std::array<double, drivers::kDconInputs> shown{};
   for (std::size_t i = 0; i < shown.size(); ++i)
     shown[i] = module.inputs[i] ? celsius[*module.inputs[i]] : std::numeric_limits<double>::infinity();
-  const auto range = dcon_range(module.type).value_or(TemperatureRange{});
-  if (which.empty()) return encode_dcon_readings(shown, range, kDconDecimals);
+  const auto range = drivers::dcon_range(module.type).value_or(drivers::TemperatureRange{});
+  if (which.empty()) return drivers::encode_dcon_readings(shown, range, kDconDecimals);
   if (which.size() != 1 || which[0] < '0' || which[0] > '7') return {};
-  return encode_dcon_readings(std::span(shown).subspan(static_cast<std::size_t>(which[0] - '0'), 1), range,
-                              kDconDecimals);
+  return drivers::encode_dcon_readings(std::span(shown).subspan(static_cast<std::size_t>(which[0] - '0'), 1), range,
+                                       kDconDecimals);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

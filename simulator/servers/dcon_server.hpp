@@ -8,14 +8,14 @@
 #include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// One module, as it is set.
 struct DconModule {
   std::uint8_t address = 1;
   std::uint8_t type = 0x10;  ///< of its thermocouples: 0E, 0F, 10 or 11 for J, K, T, E
-  DconChecksum checksum = DconChecksum::off;
-  Inputs<kDconInputs> inputs;
+  drivers::DconChecksum checksum = drivers::DconChecksum::off;
+  Inputs<drivers::kDconInputs> inputs;
 };
 
 /// Modules on one line. Each answers #AA and #AAN in engineering units with two decimals, $AA2, $AA6, $AAM and $AAF at
@@ -36,4 +36,4 @@ class DconSession final : public TextSession {
   std::vector<DconModule> modules_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -7,25 +7,26 @@
 #include <cmath>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// What the other end reads where `value` was sent.
-double as_sent(const FrameField& field, double value) {
+double as_sent(const drivers::FrameField& field, double value) {
   const auto raw = unscaled(field, value);
   if (is_word(field.type)) {
     const auto read = parse_word(field, print_word(field, raw));
     return read ? scaled(field, *read) : value;
   }
-  if (field.type == FieldType::f32) return scaled(field, {.real = static_cast<float>(raw.real), .is_real = true});
+  if (field.type == drivers::FieldType::f32)
+    return scaled(field, {.real = static_cast<float>(raw.real), .is_real = true});
   return scaled(field, raw);
 }
 
 double wrapped(double angle, double wraps_at) { return angle - wraps_at * std::floor(angle / wraps_at); }
 
-bool is_counted(const FrameField& field) {
+bool is_counted(const drivers::FrameField& field) {
   return !is_real(field.type) && field.zero == 0 &&
-         (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
+         (field.role == drivers::FieldRole::pulse_count || field.role == drivers::FieldRole::increment);
 }
 
 constexpr std::size_t kMostHeard = 1024;
@@ -35,27 +36,27 @@ std::span<const std::byte> bytes_of(const std::string& text) { return std::as_by
 
 }  // namespace
 
-FrameFormat at_one_frame_a_second(FrameFormat format) {
+drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format) {
   if (format.rate_hz > 0) format.rate_hz = 1;
   return format;
 }
 
-StreamWriter::StreamWriter(FrameFormat format, double arcsec_per_pulse)
+StreamWriter::StreamWriter(drivers::FrameFormat format, double arcsec_per_pulse)
     : format_(std::move(format)), arcsec_per_pulse_(arcsec_per_pulse) {
   assert(format_.gyro() != nullptr);
 }
 
 /// Of the frame numbered `number`, which may be before the first.
 std::uint32_t StreamWriter::sequence(std::int64_t number) const {
-  const auto* field = format_.find(FieldRole::sequence);
+  const auto* field = format_.find(drivers::FieldRole::sequence);
   const auto steps = number * static_cast<std::int64_t>(field ? field->step : 1);
   const auto range = static_cast<std::int64_t>(field && field->range != 0 ? field->range : 1ull << 32);
   return static_cast<std::uint32_t>((steps % range + range) % range);
 }
 
-GyroFrame StreamWriter::frame(std::int64_t number, std::int64_t device_time_us) const {
-  GyroFrame frame{.sequence = sequence(number)};
-  const auto* time = format_.find(FieldRole::timestamp);
+drivers::GyroFrame StreamWriter::frame(std::int64_t number, std::int64_t device_time_us) const {
+  drivers::GyroFrame frame{.sequence = sequence(number)};
+  const auto* time = format_.find(drivers::FieldRole::timestamp);
   const double unit_us = time ? time->unit_s * 1e6 : 1;
   frame.timestamp = static_cast<std::uint64_t>(std::llround(static_cast<double>(device_time_us) / unit_us));
   frame.gyro = 0;
@@ -79,23 +80,24 @@ std::vector<std::byte> StreamWriter::lead_in() const {
 }
 
 /// Whole counts, or whole parts of an angle.
-void StreamWriter::put_counts(double pulses, GyroFrame& frame) {
+void StreamWriter::put_counts(double pulses, drivers::GyroFrame& frame) {
   const auto& field = *format_.gyro();
   const auto unit = arcsec_per(field.unit, field.role);
   const double counts = unit ? pulses * arcsec_per_pulse_ / field.scale.of(*unit) : pulses;
   const auto total = static_cast<std::int64_t>(std::floor(counts));
-  frame.pulses = field.role == FieldRole::increment ? total - sent_counts_ : total;
+  frame.pulses = field.role == drivers::FieldRole::increment ? total - sent_counts_ : total;
   sent_counts_ = total;
 }
 
-void StreamWriter::put_angle(double pulses, double seconds, GyroFrame& frame) {
+void StreamWriter::put_angle(double pulses, double seconds, drivers::GyroFrame& frame) {
   const auto& field = *format_.gyro();
   const double angle = pulses * arcsec_per_pulse_ / arcsec_per(field.unit, field.role).value_or(1);
-  double value = field.role == FieldRole::rate ? (angle - sent_) / seconds : angle - sent_;
-  if (field.role == FieldRole::integrated_angle) value = field.wraps_at > 0 ? wrapped(angle, field.wraps_at) : angle;
+  double value = field.role == drivers::FieldRole::rate ? (angle - sent_) / seconds : angle - sent_;
+  if (field.role == drivers::FieldRole::integrated_angle)
+    value = field.wraps_at > 0 ? wrapped(angle, field.wraps_at) : angle;
   const double read = as_sent(field, value);
-  if (field.role == FieldRole::rate) sent_ += read * seconds;
-  if (field.role == FieldRole::increment) sent_ += read;
+  if (field.role == drivers::FieldRole::rate) sent_ += read * seconds;
+  if (field.role == drivers::FieldRole::increment) sent_ += read;
   frame.gyro = value;
   if (!is_real(field.type)) frame.pulses = unscaled(field, value).whole;
 }
@@ -114,14 +116,14 @@ std::vector<std::byte> StreamWriter::next(double pulses, std::int64_t device_tim
 void StreamWriter::skip(double pulses) {
   const auto& field = *format_.gyro();
   ++number_;
-  GyroFrame nobody;
+  drivers::GyroFrame nobody;
   if (is_counted(field))
     put_counts(pulses, nobody);
   else
     sent_ = pulses * arcsec_per_pulse_ / arcsec_per(field.unit, field.role).value_or(1);
 }
 
-GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<GyroCommand> commands)
+GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands)
     : listener_(std::move(listener)), writer_(std::move(writer)), commands_(std::move(commands)) {
   std::erase_if(commands_, [](const auto& command) { return command.reply.empty(); });
 }
@@ -169,4 +171,4 @@ void GyroServer::send(double pulses, std::int64_t device_time_us, double seconds
   for (const auto& line : lines_) send_now(line.pty, bytes);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

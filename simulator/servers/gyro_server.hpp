@@ -10,17 +10,17 @@
 #include "drivers/gyro/framed_gyro.hpp"
 #include "simulator/servers/session.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// A format at one frame a second: what the virtual gyro sends in a dry run, and what its driver then expects.
-[[nodiscard]] FrameFormat at_one_frame_a_second(FrameFormat format);
+[[nodiscard]] drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format);
 
 /// Writes one frame after the other. Increments and rates are what brings the sum of all that has been sent, rounded as
 /// the frames round it, to the angle: nothing is lost between frames, whatever the field's resolution.
 class StreamWriter {
  public:
   /// `arcsec_per_pulse`: what a pulse of the world is, for fields in an angle's unit.
-  StreamWriter(FrameFormat format, double arcsec_per_pulse);
+  StreamWriter(drivers::FrameFormat format, double arcsec_per_pulse);
 
   /// What has come before the stream's first frame on a line that has just been opened: an end of line, or as many
   /// frames without motion as must fit before one is believed.
@@ -33,11 +33,11 @@ class StreamWriter {
 
  private:
   [[nodiscard]] std::uint32_t sequence(std::int64_t number) const;
-  [[nodiscard]] GyroFrame frame(std::int64_t number, std::int64_t device_time_us) const;
-  void put_counts(double pulses, GyroFrame& frame);
-  void put_angle(double pulses, double seconds, GyroFrame& frame);
+  [[nodiscard]] drivers::GyroFrame frame(std::int64_t number, std::int64_t device_time_us) const;
+  void put_counts(double pulses, drivers::GyroFrame& frame);
+  void put_angle(double pulses, double seconds, drivers::GyroFrame& frame);
 
-  FrameFormat format_;
+  drivers::FrameFormat format_;
   double arcsec_per_pulse_;
   std::int64_t number_{};       ///< of the next frame
   std::int64_t sent_counts_{};  ///< sum of all increments
@@ -52,7 +52,7 @@ class GyroServer {
   static constexpr std::size_t kMostClients = 16;
 
   /// `commands`: what starts the stream, and the replies.
-  GyroServer(Descriptor listener, StreamWriter writer, std::vector<GyroCommand> commands = {});
+  GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {});
   void add(Pty line);
 
   /// Lets clients in, and answers their commands.
@@ -75,9 +75,9 @@ class GyroServer {
 
   Descriptor listener_;
   StreamWriter writer_;
-  std::vector<GyroCommand> commands_;  ///< with a reply
+  std::vector<drivers::GyroCommand> commands_;  ///< with a reply
   std::vector<Client> clients_;
   std::vector<Line> lines_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

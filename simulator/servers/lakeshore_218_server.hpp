@@ -5,13 +5,13 @@
 #include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Answers *IDN?, CRDG? and KRDG? (no argument or 0: all eight inputs; 1…8: one), three decimals. Anything else has no
 /// reply, as on the instrument. An input without a thermometer reads 0 K.
 class Lakeshore218Session final : public TextSession {
  public:
-  using Inputs = gyrotherm::Inputs<kLakeshore218Inputs>;
+  using Inputs = simulator::Inputs<drivers::kLakeshore218Inputs>;
 
   /// `world` must outlive this.
   Lakeshore218Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
@@ -25,4 +25,4 @@ class Lakeshore218Session final : public TextSession {
   Inputs inputs_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -5,7 +5,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr std::size_t kUnitAt = 6;  ///< byte of the unit in a Modbus TCP frame
@@ -46,20 +46,23 @@ std::optional<std::vector<Run>> runs_of(const LinkAddresses& addresses, std::uin
 }
 
 tl::expected<void, ModbusException> read_registers(const ChamberRegisters& registers, const LinkAddresses& addresses,
-                                                   const ModbusRequest& request, std::vector<std::uint16_t>& words) {
+                                                   const drivers::ModbusRequest& request,
+                                                   std::vector<std::uint16_t>& words) {
   if (request.count == 0 || request.count > addresses.read_at_most())
     return tl::unexpected(ModbusException::illegal_value);
   const auto runs = runs_of(addresses, request.address, request.count);
   if (!runs) return tl::unexpected(ModbusException::illegal_address);
   for (const auto& run : *runs)
-    if (auto done = registers.read(static_cast<ReadFunction>(request.function), run.address, run.count, words); !done)
+    if (auto done = registers.read(static_cast<drivers::ReadFunction>(request.function), run.address, run.count, words);
+        !done)
       return done;
   return {};
 }
 
 /// All or nothing: what is in two places on this link is not written at once.
 tl::expected<void, ModbusException> write_registers(ChamberRegisters& registers, const LinkAddresses& addresses,
-                                                    WriteFunction function, const ModbusRequest& request) {
+                                                    drivers::WriteFunction function,
+                                                    const drivers::ModbusRequest& request) {
   if (request.words.empty()) return tl::unexpected(ModbusException::illegal_value);
   const auto runs = runs_of(addresses, request.address, static_cast<std::uint16_t>(request.words.size()));
   if (!runs || runs->size() != 1) return tl::unexpected(ModbusException::illegal_address);
@@ -68,11 +71,11 @@ tl::expected<void, ModbusException> write_registers(ChamberRegisters& registers,
 
 }  // namespace
 
-LinkAddresses::LinkAddresses(const RegisterMap& map, LinkKind kind) {
+LinkAddresses::LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind kind) {
   const auto* link = map.find(kind);
   if (!link) link = &map.link;
   link_ = link->modbus;
-  if ((link->kind == LinkKind::tcp) == (map.link.kind == LinkKind::tcp)) return;
+  if ((link->kind == drivers::LinkKind::tcp) == (map.link.kind == drivers::LinkKind::tcp)) return;
   for (const auto& item : map.items) {
     if (!item.rtu_address) continue;  // the other kind's place, whichever is in use
     for (std::uint16_t i = 0; i < word_count(item); ++i) {
@@ -88,19 +91,22 @@ std::optional<std::uint16_t> LinkAddresses::in_use(std::uint16_t address) const 
 }
 
 tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
-                                              const ModbusRequest& request, std::vector<std::uint16_t>& words) {
+                                              const drivers::ModbusRequest& request,
+                                              std::vector<std::uint16_t>& words) {
   switch (request.function) {
-    case ModbusFunction::read_coils:
-    case ModbusFunction::read_discrete_inputs:
-      return registers.read(static_cast<ReadFunction>(request.function), request.address, request.count, words);
-    case ModbusFunction::read_holding:
-    case ModbusFunction::read_input: return read_registers(registers, addresses, request, words);
-    case ModbusFunction::write_coil: return registers.write(WriteFunction::coil, request.address, request.words);
-    case ModbusFunction::write_single:
-      return write_registers(registers, addresses, WriteFunction::one_register, request);
-    case ModbusFunction::write_multiple:
-      return write_registers(registers, addresses, WriteFunction::registers, request);
-    case ModbusFunction::loop_back: return {};
+    case drivers::ModbusFunction::read_coils:
+    case drivers::ModbusFunction::read_discrete_inputs:
+      return registers.read(static_cast<drivers::ReadFunction>(request.function), request.address, request.count,
+                            words);
+    case drivers::ModbusFunction::read_holding:
+    case drivers::ModbusFunction::read_input: return read_registers(registers, addresses, request, words);
+    case drivers::ModbusFunction::write_coil:
+      return registers.write(drivers::WriteFunction::coil, request.address, request.words);
+    case drivers::ModbusFunction::write_single:
+      return write_registers(registers, addresses, drivers::WriteFunction::one_register, request);
+    case drivers::ModbusFunction::write_multiple:
+      return write_registers(registers, addresses, drivers::WriteFunction::registers, request);
+    case drivers::ModbusFunction::loop_back: return {};
   }
   return tl::unexpected(ModbusException::illegal_function);
 }
@@ -109,7 +115,7 @@ bool ModbusSession::feed(std::span<const std::byte> bytes, std::vector<std::byte
   pending_.insert(pending_.end(), bytes.begin(), bytes.end());
   std::span<const std::byte> rest(pending_);
   while (true) {
-    const auto length = frame_length(rest);
+    const auto length = drivers::frame_length(rest);
     if (!length) return false;
     if (!*length) break;
     const auto frame = rest.first(**length);
@@ -121,22 +127,22 @@ bool ModbusSession::feed(std::span<const std::byte> bytes, std::vector<std::byte
 }
 
 std::vector<std::byte> ModbusSession::answer(std::span<const std::byte> frame) {
-  const auto request = decode_request(frame);
+  const auto request = drivers::decode_request(frame);
   const auto refuse = [&](std::uint8_t exception) {
-    return is_silent(registers_) ? std::vector<std::byte>() : encode_exception(frame, exception);
+    return is_silent(registers_) ? std::vector<std::byte>() : drivers::encode_exception(frame, exception);
   };
   if (!request) return refuse(exception_code(request.error()));
-  if (request->function == ModbusFunction::loop_back) return refuse(code(ModbusException::illegal_function));
+  if (request->function == drivers::ModbusFunction::loop_back) return refuse(code(ModbusException::illegal_function));
   words_.clear();
   if (const auto done = carry_out(registers_, addresses_, *request, words_); !done) return refuse(code(done.error()));
-  return encode_reply(*request, words_);
+  return drivers::encode_reply(*request, words_);
 }
 
 bool ModbusRtuSession::feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) {
   pending_.insert(pending_.end(), bytes.begin(), bytes.end());
   std::span<const std::byte> rest(pending_);
   while (!rest.empty()) {
-    const auto size = rtu_request_size(rest);
+    const auto size = drivers::rtu_request_size(rest);
     if (!size) rest = {};
     if (!size || !*size || **size > rest.size()) break;
     answer(rest.first(**size), reply);
@@ -149,20 +155,20 @@ bool ModbusRtuSession::feed(std::span<const std::byte> bytes, std::vector<std::b
 
 void ModbusRtuSession::answer(std::span<const std::byte> frame, std::vector<std::byte>& reply) {
   if (std::to_integer<std::uint8_t>(frame.front()) != addresses_.unit()) return;
-  const auto request = decode_rtu_request(frame);
+  const auto request = drivers::decode_rtu_request(frame);
   if (!request && request.error().kind == FaultKind::corrupted) return;
   const auto refuse = [&](std::uint8_t exception) {
-    if (!is_silent(registers_)) append(reply, encode_rtu_exception(frame, exception));
+    if (!is_silent(registers_)) append(reply, drivers::encode_rtu_exception(frame, exception));
   };
   if (!request) return refuse(exception_code(request.error()));
   words_.clear();
   if (const auto done = carry_out(registers_, addresses_, *request, words_); !done) return refuse(code(done.error()));
-  append(reply, encode_rtu_reply(*request, words_));
+  append(reply, drivers::encode_rtu_reply(*request, words_));
 }
 
 std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers) {
-  if (registers.map().link.kind == LinkKind::tcp) return std::make_unique<ModbusSession>(registers);
+  if (registers.map().link.kind == drivers::LinkKind::tcp) return std::make_unique<ModbusSession>(registers);
   return std::make_unique<ModbusRtuSession>(registers, registers.map().link.kind);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -12,13 +12,13 @@
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/session.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 class LinkAddresses {
  public:
   /// `map` with its link in use, by which the registers are kept; `kind`: the link that is served. A map that does not
   /// describe such a link is served as it is in use.
-  LinkAddresses(const RegisterMap& map, LinkKind kind);
+  LinkAddresses(const drivers::RegisterMap& map, drivers::LinkKind kind);
 
   [[nodiscard]] std::uint8_t unit() const { return link_.unit; }
   [[nodiscard]] std::uint16_t read_at_most() const { return link_.read_at_most; }
@@ -26,7 +26,7 @@ class LinkAddresses {
   [[nodiscard]] std::optional<std::uint16_t> in_use(std::uint16_t address) const;
 
  private:
-  ModbusLink link_;
+  drivers::ModbusLink link_;
   std::map<std::uint16_t, std::uint16_t> moved_;  ///< on this link → in use
   std::set<std::uint16_t> away_;                  ///< in use, and elsewhere on this link
 };
@@ -34,7 +34,7 @@ class LinkAddresses {
 /// Carries out what is asked at the addresses of one link. `words`: what a read found. Fails with the exception that
 /// answers it. Function 4 reads the same registers as 3; coils are read by 1 and 2.
 [[nodiscard]] tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
-                                                            const ModbusRequest& request,
+                                                            const drivers::ModbusRequest& request,
                                                             std::vector<std::uint16_t>& words);
 
 /// Requests to another unit are not answered, as by a unit on a shared line; nor is what a map's unit meets with
@@ -43,7 +43,7 @@ class ModbusSession final : public Session {
  public:
   /// `registers` must outlive this.
   explicit ModbusSession(ChamberRegisters& registers)
-      : registers_(registers), addresses_(registers.map(), LinkKind::tcp) {}
+      : registers_(registers), addresses_(registers.map(), drivers::LinkKind::tcp) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
  private:
@@ -60,7 +60,7 @@ class ModbusSession final : public Session {
 class ModbusRtuSession final : public Session {
  public:
   /// `kind`: the link's, whose unit and addresses are served.
-  ModbusRtuSession(ChamberRegisters& registers, LinkKind kind)
+  ModbusRtuSession(ChamberRegisters& registers, drivers::LinkKind kind)
       : registers_(registers), addresses_(registers.map(), kind) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
@@ -76,4 +76,4 @@ class ModbusRtuSession final : public Session {
 /// The session that the map's link in use wants.
 [[nodiscard]] std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// n of "TN?", from 1; 0 if `command` is none.
@@ -16,7 +16,7 @@ std::size_t input_of(std::string_view command) {
   const auto digits = command.substr(1, command.size() - 2);
   std::size_t input{};
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), input);
-  return error == std::errc{} && end == digits.data() + digits.size() && input <= kPt12Inputs ? input : 0;
+  return error == std::errc{} && end == digits.data() + digits.size() && input <= drivers::kPt12Inputs ? input : 0;
 }
 
 }  // namespace
@@ -35,13 +35,13 @@ std::string Pt12Session::answer(std::string_view command) const {
   if (upper == "SN?") return "VIRTUAL1\r\n";
   if (upper == "CONNECTED?") return connected();
   const auto celsius = laboratory_.thermometers_as_measured_c();
-  std::array<std::optional<double>, kPt12Inputs> shown;
+  std::array<std::optional<double>, drivers::kPt12Inputs> shown;
   for (std::size_t i = 0; i < shown.size(); ++i)
     if (inputs_[i]) shown[i] = celsius[*inputs_[i]];
-  if (upper == "T?") return encode_pt12_temperatures(shown) + "\r\n";
+  if (upper == "T?") return drivers::encode_pt12_temperatures(shown) + "\r\n";
   if (const auto input = input_of(upper); input > 0)
-    return encode_pt12_temperatures(std::span(shown).subspan(input - 1, 1)) + "\r\n";
+    return drivers::encode_pt12_temperatures(std::span(shown).subspan(input - 1, 1)) + "\r\n";
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -5,13 +5,13 @@
 #include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Answers ID?, SN?, T?, T1? to T12? and CONNECTED?, in any letter case, five decimals. Anything else has no reply. An
 /// input without a thermometer reads NaN.
 class Pt12Session final : public TextSession {
  public:
-  using Inputs = gyrotherm::Inputs<kPt12Inputs>;
+  using Inputs = simulator::Inputs<drivers::kPt12Inputs>;
 
   /// `world` must outlive this.
   Pt12Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
@@ -25,4 +25,4 @@ class Pt12Session final : public TextSession {
   Inputs inputs_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

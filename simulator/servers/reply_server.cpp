@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr std::size_t kMostBytesAtOnce = 4096;
@@ -115,4 +115,4 @@ void ReplyServer::exchange(Line& line) {
   if (!reply_.empty()) send_now(line.pty, reply_);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

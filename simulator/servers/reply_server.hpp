@@ -9,7 +9,7 @@
 
 #include "simulator/servers/session.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// A pseudo-terminal is a line with one client who never goes. Each listener takes at most kMostClients at once; a
 /// further one is closed at once. A client that closes, breaks its protocol or does not take its replies is dropped.
@@ -64,4 +64,4 @@ class ReplyServer {
   std::thread thread_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

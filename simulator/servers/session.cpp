@@ -16,7 +16,7 @@
 #include <system_error>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 namespace {
 
@@ -125,4 +125,4 @@ void send_now(const Pty& pty, std::span<const std::byte> bytes) {
   [[maybe_unused]] const auto again = ::write(pty.ours.number(), bytes.data(), bytes.size());
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -15,7 +15,7 @@
 #include "core/result.hpp"
 #include "drivers/line/deadline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 class Session {
  public:
@@ -72,4 +72,4 @@ struct Pty {
 /// Sends to their end. What nobody took for so long that the line is full is lost, as on a serial line.
 void send_now(const Pty& pty, std::span<const std::byte> bytes);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -14,13 +14,13 @@
 #include "simulator/servers/session.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Keeps what its items are set to, at first a platinum thermometer of 100 Ω at each input; calibrates in no time. An
 /// input without a thermometer is disabled. What it does not understand has no reply.
-class VirtualUsbTemp final : public HidReports {
+class VirtualUsbTemp final : public drivers::HidReports {
  public:
-  using Inputs = gyrotherm::Inputs<kMccInputs>;
+  using Inputs = simulator::Inputs<drivers::kMccInputs>;
 
   /// Both must outlive this; `laboratory_guard` is held while the world is read.
   VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs);
@@ -32,10 +32,10 @@ class VirtualUsbTemp final : public HidReports {
 
  private:
   using Item = std::pair<std::uint8_t, std::uint8_t>;  ///< converter and what of it
-  void obey(const MccRequest& request);
-  void reply(const MccRequest& request, const std::vector<std::uint8_t>& bytes);
+  void obey(const drivers::MccRequest& request);
+  void reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes);
   [[nodiscard]] float temperature(std::size_t input);
-  [[nodiscard]] std::vector<std::uint8_t> item(const MccRequest& request) const;
+  [[nodiscard]] std::vector<std::uint8_t> item(const drivers::MccRequest& request) const;
 
   const VirtualLaboratory& laboratory_;
   std::mutex& laboratory_guard_;
@@ -44,4 +44,4 @@ class VirtualUsbTemp final : public HidReports {
   std::deque<std::vector<std::byte>> replies_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -8,7 +8,7 @@
 
 #include "analysis/methods/method.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 [[nodiscard]] inline SampleMatrix normal_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
@@ -33,7 +33,7 @@ struct Samples {
   SampleMatrix x;
   Eigen::VectorXd y;
   std::vector<Term> terms;
-  [[nodiscard]] FitInput set() const { return {x, y, terms}; }
+  [[nodiscard]] methods::FitInput set() const { return {x, y, terms}; }
 };
 
 /// y of a smooth bend in the first two of the inputs, with noise.
@@ -45,8 +45,8 @@ struct Samples {
 }
 
 /// The same, dealt into folds of which each is held out once.
-[[nodiscard]] inline std::vector<Fold> folds_of(const Samples& samples, Eigen::Index count) {
-  std::vector<Fold> folds;
+[[nodiscard]] inline std::vector<methods::Fold> folds_of(const Samples& samples, Eigen::Index count) {
+  std::vector<methods::Fold> folds;
   for (Eigen::Index f = 0; f < count; ++f) {
     std::vector<Eigen::Index> inside, outside;
     for (Eigen::Index i = 0; i < samples.y.size(); ++i)
@@ -61,4 +61,4 @@ struct Samples {
   return folds;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr int kFields = 13;
@@ -115,4 +115,4 @@ std::optional<Clusters> load_tofupilot(int axis) {
   return clusters;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

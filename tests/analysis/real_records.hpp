@@ -6,7 +6,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 enum class FreeImuAxis { x, y, z };
 
@@ -20,4 +20,4 @@ enum class FreeImuAxis { x, y, z };
 /// environment. `axis` is 0, 1 or 2.
 [[nodiscard]] std::optional<Clusters> load_tofupilot(int axis);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -3,11 +3,11 @@
 
 #include "analysis/model/model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// Two support vectors in A − B and dA/dt; every field of the file has a value.
-[[nodiscard]] inline Model small_svr_model() {
-  Model model;
+[[nodiscard]] inline model::Model small_svr_model() {
+  model::Model model;
   model.program_version = "0.1.0";
   model.inputs = "A-B,rate:A";
   model.method = "svr";
@@ -15,17 +15,17 @@ namespace gyrotherm {
   model.scaling = {Eigen::RowVector2d{0.1, 0}, Eigen::RowVector2d{1.0 / 3, 2}};
   model.target_mean_deg_per_h = 0.01;
   model.target_std_deg_per_h = 0.7;
-  model.function = SvrModel{.support_vectors = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
-                            .beta = Eigen::Vector2d{1.5, -1.5},
-                            .b = 0.125,
-                            .parameters = {4, 1.25, 0.05},
-                            .relative_gap = 1e-7,
-                            .kkt_violation = 2e-6};
+  model.function = methods::SvrModel{.support_vectors = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                     .beta = Eigen::Vector2d{1.5, -1.5},
+                                     .b = 0.125,
+                                     .parameters = {4, 1.25, 0.05},
+                                     .relative_gap = 1e-7,
+                                     .kkt_violation = 2e-6};
   model.trained_on = {{"run-1", "rate.db", "qualification", true, 2216}};
   model.selection = {{gradient_term("A", "B")}, 0.9, 1, true, "the °/h statement"};
   model.tuning.best = {4, 1.25, 0.05};
   model.tuning.cross_validation_mse = 1e-5;
-  model.tuning.swarm.end = SwarmEnd::stalled;
+  model.tuning.swarm.end = svm::SwarmEnd::stalled;
   model.tuning.swarm.best = {2, 0.3219, -4.3};
   model.tuning.swarm.history = {3e-5, 1e-5};
   model.tuning.swarm.coordinates_on_edge = {2};
@@ -60,4 +60,4 @@ namespace gyrotherm {
   return clusters;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 constexpr int kThermometers =
@@ -154,4 +154,4 @@ Eigen::VectorXd simulate(const SimulatedNoise& noise, Eigen::Index samples, doub
   return rate;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

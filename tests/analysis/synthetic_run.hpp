@@ -11,7 +11,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 
 /// A small world: eight thermometers on a thermal network, a bias that gradients explain, and a program of a few
 /// hundred clusters.
@@ -53,4 +53,4 @@ struct SimulatedNoise {
 [[nodiscard]] Eigen::VectorXd simulate(const SimulatedNoise& noise, Eigen::Index samples, double interval_s,
                                        std::mt19937_64& random);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -7,7 +7,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 TEST(CommandLine, AMisspeltCommandIsAnsweredWithTheNearestOne) {
@@ -137,4 +137,4 @@ TEST(Run, ARecordIsNeverOverwritten) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -6,7 +6,7 @@
 
 #include "tests/app/small_record.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -84,4 +84,4 @@ TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

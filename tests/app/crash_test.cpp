@@ -8,12 +8,12 @@
 #include "acquisition/record/record.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kShortRate = "tests/profiles/short-rate.toml";
 
-void expect_whole(const Record& record) {
+void expect_whole(const record::Record& record) {
   std::int64_t expected = 0;
   auto gap = record.gaps.begin();
   for (const auto slot : record.slot) {
@@ -35,7 +35,7 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
     const int ended = run.wait();
     const auto acknowledged = last_acknowledged(run.output());
     {
-      const auto record = read_record(path);
+      const auto record = record::read_record(path);
       ASSERT_TRUE(record) << text(record.error());
       ASSERT_FALSE(record->slot.empty());
       EXPECT_GE(record->slot.back(), acknowledged) << "killed for the " << i + 1 << "th time";
@@ -45,7 +45,7 @@ TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
     ASSERT_EQ(ended, -SIGKILL);
     const auto resumed = gyrotherm_with("resume " + path);
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
-    const auto record = read_record(path);
+    const auto record = record::read_record(path);
     ASSERT_TRUE(record) << text(record.error());
     EXPECT_TRUE(record->finished);
     ASSERT_EQ(record->gaps.size(), 1u);
@@ -88,4 +88,4 @@ TEST(Crash, ResumeNeedsNoFileBesideTheRecord) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

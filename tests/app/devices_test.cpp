@@ -4,7 +4,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 TEST(Devices, ListsWhatIsPluggedInWithItsLineAndWhetherItMayBeUsed) {
@@ -25,4 +25,4 @@ TEST(Devices, ListsWhatIsPluggedInWithItsLineAndWhetherItMayBeUsed) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
-constexpr GyroInfo kGyro{.kind = GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
+constexpr record::GyroInfo kGyro{.kind = record::GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
 
 Reading<PulseCount> counted(std::int64_t pulses) {
   return {PulseCount{.pulses = pulses, .interval = std::chrono::seconds(1)}, {}};
@@ -41,8 +41,8 @@ TEST(BiasMeter, TheMeanForgetsWhatIsOlderThanAHundredSeconds) {
 
 struct Shown {
   Console console;
-  Profile profile;
-  RigFile rig;
+  profile::Profile profile;
+  rig::RigFile rig;
   Sample sample;
   RunStanding standing;
   Shown() {
@@ -51,7 +51,7 @@ struct Shown {
     profile.segments[0].name = "cold";
     rig.simulated = true;
     rig.gyro.info = kGyro;
-    ThermometerSettings entry;
+    rig::ThermometerSettings entry;
     entry.calibrated.resize(2);
     entry.calibrated[0].name = "A";
     entry.calibrated[1].name = "B";
@@ -96,4 +96,4 @@ TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

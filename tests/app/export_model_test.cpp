@@ -7,7 +7,7 @@
 #include "core/file.hpp"
 #include "tests/app/small_record.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 class ExportModel : public testing::Test {
@@ -57,4 +57,4 @@ TEST_F(ExportModel, MadeSmallerItSaysWhatThatChanges) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

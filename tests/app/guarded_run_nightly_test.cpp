@@ -14,7 +14,7 @@
 #include "tests/app/real_rig.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr int kAtATime = 6;
@@ -41,7 +41,7 @@ std::optional<double> seconds_until_safe(const RealLaboratory& laboratory, const
 }
 
 void break_off(int times, unsigned seed, Times& all) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const RealLaboratory laboratory(folder / "");
   std::mt19937_64 random(seed);
   for (int i = 0; i < times; ++i) {
@@ -77,4 +77,4 @@ TEST(GuardedRun, AHundredKilledOrStoppedProgramsLeaveTheChamberSafeWithinTwentyS
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -11,7 +11,7 @@
 #include "acquisition/record/record.hpp"
 #include "tests/app/real_rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr double kSafe = 20;    ///< °C, of the rig
@@ -82,7 +82,7 @@ TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
   EXPECT_EQ(laboratory.set_point(), kSafe);
   EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
   EXPECT_EQ(tell("note late").exit_code, 2);
-  const auto kept = read_record(record);
+  const auto kept = record::read_record(record);
   ASSERT_TRUE(kept) << text(kept.error());
   std::string events;
   for (const auto& stored : kept->events) events += stored.event.text + "\n";
@@ -142,4 +142,4 @@ TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterw
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -13,7 +13,7 @@
 #include "core/file.hpp"
 #include "tests/app/real_rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// In the environment of what is started meanwhile.
@@ -30,12 +30,13 @@ class Setting {
 
 /// As the program tells it, until it is as wanted; the last one after 30 s.
 template <class Wanted>
-RunStatus status_once(const std::string& record, Wanted wanted) {
-  RunStatus status;
+record::RunStatus status_once(const std::string& record, Wanted wanted) {
+  record::RunStatus status;
   for (int i = 0; i < 300 && !wanted(status); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    const auto told =
-        read_text_file(status_path(record)).and_then([](const auto& text) { return parse_status(text, "status"); });
+    const auto told = read_text_file(record::status_path(record)).and_then([](const auto& text) {
+      return record::parse_status(text, "status");
+    });
     if (told) status = *told;
   }
   return status;
@@ -44,7 +45,7 @@ RunStatus status_once(const std::string& record, Wanted wanted) {
 std::string acknowledged(std::int64_t second) { return "{\"acknowledged\": " + std::to_string(second) + "}"; }
 
 void expect_every_second_up_to(std::int64_t last, const std::string& path) {
-  const auto record = read_record(path);
+  const auto record = record::read_record(path);
   ASSERT_TRUE(record) << text(record.error());
   std::int64_t next = 0;
   auto gap = record->gaps.begin();
@@ -53,7 +54,7 @@ void expect_every_second_up_to(std::int64_t last, const std::string& path) {
     ASSERT_EQ(slot, next++);
   }
   EXPECT_GE(record->slot.back(), last);
-  EXPECT_TRUE(verify_record(path));
+  EXPECT_TRUE(record::verify_record(path));
 }
 
 TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
@@ -95,4 +96,4 @@ TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -7,7 +7,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -132,4 +132,4 @@ time = "2 s"
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

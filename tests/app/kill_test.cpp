@@ -17,7 +17,7 @@
 #include "acquisition/record/store.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 using Nanoseconds = std::chrono::nanoseconds;
@@ -36,7 +36,7 @@ int kills() {
   return asked != nullptr ? std::atoi(asked) : kKills;
 }
 
-std::vector<int> segments_of(const Record& record) {
+std::vector<int> segments_of(const record::Record& record) {
   std::vector<int> segments;
   for (const auto& progress : record.progress)
     if (segments.empty() || segments.back() != progress.segment) segments.push_back(progress.segment);
@@ -44,7 +44,7 @@ std::vector<int> segments_of(const Record& record) {
 }
 
 /// Of each hold: how long the air was in its band while its clock ran, as the record's rows have it.
-std::map<int, int> rows_in_band(const Record& record) {
+std::map<int, int> rows_in_band(const record::Record& record) {
   std::map<int, int> rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
     const auto& at = record.progress[i];
@@ -58,7 +58,7 @@ std::map<int, int> rows_in_band(const Record& record) {
 /// Bit for bit, NaN being equal to NaN.
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-void expect_same_up_to(std::size_t rows, const Record& record, const Record& twin) {
+void expect_same_up_to(std::size_t rows, const record::Record& record, const record::Record& twin) {
   for (std::size_t i = 0; i < rows; ++i) {
     ASSERT_EQ(record.slot[i], twin.slot[i]);
     ASSERT_TRUE(record.progress[i] == twin.progress[i]) << "second " << i;
@@ -69,7 +69,7 @@ void expect_same_up_to(std::size_t rows, const Record& record, const Record& twi
   }
 }
 
-void expect_every_slot(const Record& record) {
+void expect_every_slot(const record::Record& record) {
   std::int64_t expected = 0;
   auto gap = record.gaps.begin();
   for (const auto slot : record.slot) {
@@ -81,7 +81,7 @@ void expect_every_slot(const Record& record) {
 }
 
 /// A row of a record as it was before it was written.
-Sample sample_of(const Record& record, std::size_t i) {
+Sample sample_of(const record::Record& record, std::size_t i) {
   const auto time = from_seconds(record.time_s[i]);
   const Instant at{time, record.info.started_utc + time};
   Sample sample{.slot = record.slot[i], .at = at, .chamber = {}, .thermometers = {}, .gyro = {}, .progress = {}};
@@ -94,7 +94,7 @@ Sample sample_of(const Record& record, std::size_t i) {
 }
 
 /// The last slot that the record accounts for.
-std::int64_t accounted(const Record& record) {
+std::int64_t accounted(const record::Record& record) {
   const auto row = record.slot.empty() ? -1 : record.slot.back();
   return record.gaps.empty() ? row : std::max(row, record.gaps.back().last);
 }
@@ -146,7 +146,7 @@ class Kills : public ::testing::Test {
       std::this_thread::sleep_for(std::chrono::microseconds(500));
     }
     ASSERT_EQ(run.wait(), 0) << run.output();
-    twin_ = read_record(folder_ / "twin.db").value();
+    twin_ = record::read_record(folder_ / "twin.db").value();
     soaked_ = rows_in_band(twin_);
   }
 
@@ -169,21 +169,21 @@ class Kills : public ::testing::Test {
 
   /// A program that writes the record at `path` and is killed; the record that it left, nothing if it left no
   /// unfinished one.
-  std::optional<Record> killed(const std::vector<std::string>& arguments, const std::string& path,
-                               const Moment& moment) {
+  std::optional<record::Record> killed(const std::vector<std::string>& arguments, const std::string& path,
+                                       const Moment& moment) {
     Background run(arguments, path + ".log");
     const bool met = await(run, moment);
     run.signal(SIGKILL);
     if (run.wait() != -SIGKILL || !met) return ++tally_.ended, std::nullopt;
     const auto acknowledged = last_acknowledged(run.output());
-    auto record = read_record(path);
+    auto record = record::read_record(path);
     if (!record && acknowledged < 0) return ++tally_.before_the_record, std::nullopt;
     EXPECT_TRUE(record) << text(record.error());
     if (!record) return std::nullopt;
     const auto last = accounted(*record);
     tally_.lost += std::max<std::int64_t>(0, acknowledged - last);
     EXPECT_GE(last, acknowledged) << "seconds were lost that had been acknowledged";
-    const auto verified = verify_record(path);
+    const auto verified = record::verify_record(path);
     EXPECT_TRUE(verified) << text(verified.error());
     if (record->finished) return ++tally_.closed, std::nullopt;
     ++tally_.killed;
@@ -211,27 +211,27 @@ class Kills : public ::testing::Test {
     SCOPED_TRACE(::testing::Message() << "its continuation " << again);
     const bool was_killed = killed({"resume", path, "--json"}, path, again).has_value();
     tally_.resumed_too += was_killed ? 1 : 0;
-    return was_killed || !read_record(path).value().finished;
+    return was_killed || !record::read_record(path).value().finished;
   }
 
   /// What the program makes of a record that has only so many rows of the twin.
   void resume(const std::string& path, std::size_t rows) {
     const auto resumed = gyrotherm_with("resume " + path);
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
-    const auto record = read_record(path).value();
+    const auto record = record::read_record(path).value();
     EXPECT_TRUE(record.finished);
     expect_every_slot(record);
     expect_same_up_to(rows, record, twin_);
     EXPECT_EQ(segments_of(record), segments_of(twin_));
     for (const auto& [segment, seconds] : rows_in_band(record))
       EXPECT_GE(seconds, soaked_[segment]) << "the soak of segment " << segment << " was shortened";
-    ASSERT_TRUE(verify_record(path)) << text(verify_record(path).error());
+    ASSERT_TRUE(record::verify_record(path)) << text(record::verify_record(path).error());
   }
 
   const Folder folder_;
   std::mt19937_64 random_{20};
   Nanoseconds until_record_{}, until_closing_{}, whole_{};
-  Record twin_;
+  record::Record twin_;
   std::map<int, int> soaked_;
   Tally tally_;
 };
@@ -264,7 +264,7 @@ TEST_F(Kills, AtEachEndOfASegmentGoOnInTheSameSegments) {
     if (!before_the_end && !after_the_end) continue;
     const auto path = folder_ / ("boundary" + std::to_string(rows) + ".db");
     {
-      const auto store = Store::create(path, twin_.info).value();
+      const auto store = record::Store::create(path, twin_.info).value();
       for (std::size_t i = 0; i < rows; ++i) ASSERT_TRUE(store->append(sample_of(twin_, i), {}));
       ASSERT_TRUE(store->sync());
     }
@@ -277,4 +277,4 @@ TEST_F(Kills, AtEachEndOfASegmentGoOnInTheSameSegments) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -6,7 +6,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 nlohmann::json report_on(const std::string& rig, const std::string& out) {
@@ -38,4 +38,4 @@ TEST(MixedRig, TheWholeExperimentGivesTheSameAnalysisWithinNoise) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

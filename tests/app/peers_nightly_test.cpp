@@ -11,7 +11,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 struct Setting {
@@ -84,4 +84,4 @@ INSTANTIATE_TEST_SUITE_P(Orders, Peers,
                          [](const auto& setting) { return setting.param.framing + "_" + setting.param.order; });
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

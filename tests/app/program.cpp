@@ -14,7 +14,7 @@
 #include <iterator>
 #include <thread>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 std::string content(const std::string& path) {
@@ -125,4 +125,4 @@ std::string shared_folder() {
   return folder ? folder : "";
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 struct Ran {
   int exit_code{};
@@ -68,4 +68,4 @@ bool installed(const std::string& program);
 /// The folder of real recordings and schemas, from GYROTHERM_SHARED; "" if it is not set.
 std::string shared_folder();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -8,7 +8,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kSmall =
@@ -114,4 +114,4 @@ TEST(CompensateOfAnExperiment, StreamsRowsAndStatesItsLag) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -8,7 +8,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// The lines of the README's shell blocks.
@@ -52,4 +52,4 @@ TEST(Readme, EveryFileItNamesIsThere) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -9,7 +9,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// The shipped map with another gyro column.
@@ -66,4 +66,4 @@ TEST(FreeImu, AnHonestSplitSaysWhatItIs) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -5,7 +5,7 @@
 #include <regex>
 #include <thread>
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 std::string port_of(const std::string& instrument, const std::string& output) {
   std::smatch match;
@@ -43,4 +43,4 @@ std::optional<double> RealLaboratory::wait_for_set_point(double wanted, double s
   return {};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -7,7 +7,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 class RealLaboratory {
  public:
@@ -31,4 +31,4 @@ class RealLaboratory {
 /// Where the instrument of that name is served, out of what `simulate` printed: the port, or "".
 std::string port_of(const std::string& instrument, const std::string& output);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -4,7 +4,7 @@
 #include "acquisition/record/sqlite.hpp"
 #include "tests/app/small_record.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
@@ -12,7 +12,7 @@ TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) 
   make_small_model(folder);
   const auto record = folder / "record.db";
   {
-    auto database = Database::open(record, Access::read_write, 0).value();
+    auto database = record::Database::open(record, record::Access::read_write, 0).value();
     ASSERT_TRUE(database.execute("UPDATE sample SET A = A + 0.001 WHERE slot = 2000"));
   }
   const std::vector<std::string> commands{
@@ -53,4 +53,4 @@ TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

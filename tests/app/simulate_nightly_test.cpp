@@ -11,7 +11,7 @@
 #include "tests/app/program.hpp"
 #include "tests/app/real_rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// Makes the real rig of the instruments that `simulate` has printed, and runs ten seconds on it.
@@ -74,4 +74,4 @@ TEST(Simulate, OfAThousandFramesASecondNoneIsLost) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

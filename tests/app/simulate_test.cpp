@@ -7,7 +7,7 @@
 #include "tests/app/program.hpp"
 #include "tests/app/real_rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
@@ -83,4 +83,4 @@ TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -10,7 +10,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 
 inline constexpr int kSmallRecordRows = 4000;
 
@@ -64,4 +64,4 @@ gradients = ["A", "B"]
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

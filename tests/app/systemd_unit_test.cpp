@@ -8,7 +8,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// The unit as it is installed, its programs being those under test.
@@ -47,4 +47,4 @@ TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -7,7 +7,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 std::string content(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
@@ -57,4 +57,4 @@ TEST(Thermal, NamesWhatItCannotUse) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -5,7 +5,7 @@
 
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 /// A short record, and a straight line fitted to its first cycle, which knows no rate of 5 °C/min.
@@ -69,4 +69,4 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -6,7 +6,7 @@
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::app {
 namespace {
 
 nlohmann::json report_of(const std::string& folder) {
@@ -46,4 +46,4 @@ TEST(WholeExperiment, OfAGyroThatKnowsGradientsAloneThePapersInputsAreEnough) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::app

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 /// Two points at distance 1 with targets 1 and −1: β = ±(1 − ε)/(1 − k) as long as that is below C, b = 0.
 struct TwoPoints {
-  SampleMatrix x = (SampleMatrix(2, 1) << 0, 1).finished();
+  svm::SampleMatrix x = (svm::SampleMatrix(2, 1) << 0, 1).finished();
   Eigen::VectorXd y = (Eigen::VectorXd(2) << 1, -1).finished();
   PeerParameters parameters{.C = 10, .gamma = 0.5, .epsilon = 0.1};
   [[nodiscard]] Eigen::VectorXd beta(double factor = 1) const {
@@ -49,7 +49,7 @@ TEST(Judge, BoundsTheSolversDistanceFromTheOptimumAsTheSolverDoes) {
     std::mt19937_64 generator(seed);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> uniform(0, 1);
-    SampleMatrix x = SampleMatrix::NullaryExpr(40, 3, [&] { return normal(generator); });
+    svm::SampleMatrix x = svm::SampleMatrix::NullaryExpr(40, 3, [&] { return normal(generator); });
     const Eigen::VectorXd y = Eigen::VectorXd::NullaryExpr(40, [&] { return normal(generator); });
     const PeerParameters parameters{.C = std::exp2(8 * uniform(generator) - 2),
                                     .gamma = std::exp2(4 * uniform(generator) - 4),
@@ -67,4 +67,4 @@ TEST(Judge, BoundsTheSolversDistanceFromTheOptimumAsTheSolverDoes) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-namespace gyrotherm {
+namespace gyrotherm::bench {
 namespace {
 
 TEST(Trace, EachStoredOneIsAWholeJobInsideTheBox) {
@@ -40,10 +40,10 @@ TEST(Trace, ALineComesBackAsItWas) {
 }
 
 TEST(ShuffledFolds, HoldEachRowOutOnceAndTrainOnTheRest) {
-  SampleSet set{.name = "numbers", .x = SampleMatrix(53, 1), .y = Eigen::VectorXd::LinSpaced(53, 0, 52)};
+  SampleSet set{.name = "numbers", .x = svm::SampleMatrix(53, 1), .y = Eigen::VectorXd::LinSpaced(53, 0, 52)};
   set.x.col(0) = set.y;
   std::multiset<double> held_out;
-  for (const TuningFold& fold : shuffled_folds(set)) {
+  for (const svm::TuningFold& fold : shuffled_folds(set)) {
     EXPECT_EQ(fold.train_y.size() + fold.test_y.size(), 53);
     EXPECT_EQ(Eigen::VectorXd(fold.train_x.col(0)), fold.train_y);
     std::set<double> all(fold.train_y.begin(), fold.train_y.end());
@@ -56,4 +56,4 @@ TEST(ShuffledFolds, HoldEachRowOutOnceAndTrainOnTheRest) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::bench

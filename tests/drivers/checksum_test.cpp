@@ -4,12 +4,12 @@
 
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 // Check values of "123456789" from the catalogue of parametrised CRC algorithms.
 TEST(Checksum, AgreesWithThePublishedCheckValues) {
-  const auto digits = bytes_of("123456789");
+  const auto digits = tests::bytes_of("123456789");
   EXPECT_EQ(crc({32, 0x04C11DB7, 0xFFFFFFFF, false, 0}, digits), 0x0376E6E7u) << "CRC-32/MPEG-2";
   EXPECT_EQ(crc({32, 0x04C11DB7, 0xFFFFFFFF, true, 0xFFFFFFFF}, digits), 0xCBF43926u) << "CRC-32/ISO-HDLC";
   EXPECT_EQ(crc({32, 0x04C11DB7, 0, true, 0}, digits), 0x2DFD2D88u) << "NovAtel";
@@ -19,7 +19,7 @@ TEST(Checksum, AgreesWithThePublishedCheckValues) {
 }
 
 TEST(Checksum, SumAndExclusiveOrTakeEveryByte) {
-  const auto bytes = bytes_of("\x01\x02\xFF");
+  const auto bytes = tests::bytes_of("\x01\x02\xFF");
   EXPECT_EQ(sum8(bytes), 0x02);
   EXPECT_EQ(xor8(bytes), 0xFC);
   EXPECT_EQ(sum8({}), 0);
@@ -27,4 +27,4 @@ TEST(Checksum, SumAndExclusiveOrTakeEveryByte) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -141,7 +141,7 @@ MUTANTS = [
      "if (hangups() == seen_hangups_) return;", "return;",
      "gyrotherm", "hangup_makes_safe"),
     ("a program that stands still is said to answer", "app/commands/status.cpp",
-     "return age && *age <= kSilentAfter;", "return true;",
+     "return age && *age <= record::kSilentAfter;", "return true;",
      "gyrotherm", "stopped_program_in_status"),
 
     # The record's files.

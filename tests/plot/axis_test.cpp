@@ -5,7 +5,7 @@
 
 #include "plot/plot.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 TEST(Axis, StepsByOneTwoOrFive) {
@@ -90,4 +90,4 @@ TEST(LogarithmicAxis, OfNothingIsADecade) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -6,7 +6,7 @@
 
 #include "plot/plot.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 Points wave(std::size_t length) {
@@ -46,4 +46,4 @@ TEST(Decimation, KeepsAGapOnce) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -4,7 +4,7 @@
 
 #include "plot/svg.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 TEST(ReportNumber, HasFourDecimalsLikeThePaper) {
@@ -74,4 +74,4 @@ TEST(Format, LabelsOfALogarithmicAxisArePlainNearOne) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

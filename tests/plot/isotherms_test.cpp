@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 SampledField sampled(std::size_t columns, std::size_t rows, auto value) {
@@ -81,4 +81,4 @@ TEST(Isotherms, OfRandomFieldsAreClosedOrEndAtTheEdge) {
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

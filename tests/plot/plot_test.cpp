@@ -8,7 +8,7 @@
 #include "plot/heat_map.hpp"
 #include "tests/support/markup.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::plot {
 namespace {
 
 Plot long_plot(std::size_t length) {
@@ -26,7 +26,7 @@ Plot long_plot(std::size_t length) {
   return {.id = "long", .title = "t", .x = {.title = "h"}, .panels = {panel}};
 }
 
-TEST(Plot, IsWellFormedWhateverItsTextsAre) { EXPECT_EQ(markup_mistake(svg_of(long_plot(50))), ""); }
+TEST(Plot, IsWellFormedWhateverItsTextsAre) { EXPECT_EQ(tests::markup_mistake(svg_of(long_plot(50))), ""); }
 
 TEST(Plot, IsTheSameTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
 
@@ -34,16 +34,16 @@ TEST(Plot, OfAMillionPointsStaysSmall) { EXPECT_LT(svg_of(long_plot(1000000)).si
 
 TEST(Plot, SaysSimulatedIfAndOnlyIfItIs) {
   Plot plot = long_plot(10);
-  EXPECT_EQ(count_of(svg_of(plot), "SIMULATED"), 0);
+  EXPECT_EQ(tests::count_of(svg_of(plot), "SIMULATED"), 0);
   plot.simulated = true;
-  EXPECT_GE(count_of(svg_of(plot), "SIMULATED"), 3);
+  EXPECT_GE(tests::count_of(svg_of(plot), "SIMULATED"), 3);
 }
 
 TEST(Plot, OfNothingIsStillAFigure) {
   Plot plot = long_plot(0);
-  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
   plot.panels[0].curves.clear();
-  EXPECT_EQ(count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
 }
 
 TEST(Plot, BreaksALineAtNan) {
@@ -53,16 +53,16 @@ TEST(Plot, BreaksALineAtNan) {
   plot.panels[0].curves[0].y[2] = std::numeric_limits<double>::quiet_NaN();
   const std::string svg = svg_of(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
-  EXPECT_EQ(count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
 TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
   const HeatMap map{
       .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
   const std::string svg = svg_of(map);
-  EXPECT_EQ(markup_mistake(svg), "");
-  EXPECT_EQ(count_of(svg, ">0.939<"), 2);
-  EXPECT_EQ(count_of(svg, ">0<"), 2);
+  EXPECT_EQ(tests::markup_mistake(svg), "");
+  EXPECT_EQ(tests::count_of(svg, ">0.939<"), 2);
+  EXPECT_EQ(tests::count_of(svg, ">0<"), 2);
 }
 
 Plot logarithmic_plot() {
@@ -77,18 +77,18 @@ Plot logarithmic_plot() {
 
 TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
   Plot plot = logarithmic_plot();
-  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
   plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
-  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
-  EXPECT_EQ(count_of(svg_of(plot), "nan"), 0);
-  EXPECT_EQ(count_of(svg_of(plot), "inf"), 0);
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_of(svg_of(plot), "inf"), 0);
   plot.panels[0].curves.clear();
-  EXPECT_EQ(markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
 }
 
 TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
   Plot plot = logarithmic_plot();
-  const auto strokes = [&] { return count_of(svg_of(plot), "<line"); };
+  const auto strokes = [&] { return tests::count_of(svg_of(plot), "<line"); };
   const int with = strokes();
   plot.panels[0].left.range = Range{0.005, 0.2};
   const int fixed = strokes();
@@ -106,8 +106,8 @@ TEST(LogarithmicPlot, BreaksALineWhereAValueIsNotPositive) {
   curve.y = {0.1, 0.01, 0, 0.02, 0.03};
   const std::string svg = svg_of(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
-  EXPECT_EQ(count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::plot

@@ -5,7 +5,7 @@
 
 #include <string_view>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 class Checks {
  public:
@@ -19,4 +19,4 @@ class Checks {
   int wrong_ = 0;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

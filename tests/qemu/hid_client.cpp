@@ -9,20 +9,21 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "tests/qemu/checks.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 namespace {
 
 using std::chrono::milliseconds, std::chrono::seconds;
 
 constexpr const char* kSerial = "01234567";
 
-std::unique_ptr<Thermometer> bank(const std::string& serial) {
-  MccOptions options;
-  options.sensors[0] = options.sensors[1] = MccRtd{.r0_ohm = 100.02f};
-  return make_mcc_usb_temp(make_hid_line({kMccKinds.begin(), kMccKinds.end()}, serial), "bank", options);
+std::unique_ptr<drivers::Thermometer> bank(const std::string& serial) {
+  drivers::MccOptions options;
+  options.sensors[0] = options.sensors[1] = drivers::MccRtd{.r0_ohm = 100.02f};
+  return make_mcc_usb_temp(drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, serial),
+                           "bank", options);
 }
 
-bool reads_well(Thermometer& thermometer) {
+bool reads_well(drivers::Thermometer& thermometer) {
   const auto readings = thermometer.read();
   bool well = true;
   for (std::size_t i = 0; i < readings.size(); ++i)
@@ -32,8 +33,8 @@ bool reads_well(Thermometer& thermometer) {
 }
 
 /// Reads until the readings are (or are not) good; false after half a minute.
-bool becomes(Thermometer& thermometer, bool good) {
-  const Deadline deadline(seconds(30));
+bool becomes(drivers::Thermometer& thermometer, bool good) {
+  const drivers::Deadline deadline(seconds(30));
   while (!deadline.over()) {
     if (reads_well(thermometer) == good) return true;
     usleep(100'000);
@@ -43,7 +44,7 @@ bool becomes(Thermometer& thermometer, bool good) {
 
 int run() {
   Checks checks;
-  const auto devices = hid_devices();
+  const auto devices = drivers::hid_devices();
   for (const auto& device : devices)
     fmt::print("{} {:04x}:{:04x} {} {}\n", device.path, device.vendor, device.product, device.serial, device.model);
   checks.expect(devices.size() == 2, "two devices are listed");
@@ -60,7 +61,7 @@ int run() {
   checks.expect(who && *who == "MCC USB-TEMP 01234567, calibrated 2024-05-17", "it is the one with the number");
   checks.expect(reads_well(*wanted), "eight inputs are read, the open one a fault");
 
-  const Deadline began(seconds(60));
+  const drivers::Deadline began(seconds(60));
   int good = 0;
   for (int i = 0; i < 200; ++i) good += reads_well(*wanted);
   fmt::print("{} of 200 scans good, {:.2f} ms each\n", good, 1e3 * (60 - to_seconds(began.left())) / 200);
@@ -77,6 +78,6 @@ int run() {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests
 
-int main() { return gyrotherm::run(); }
+int main() { return gyrotherm::tests::run(); }

@@ -6,12 +6,12 @@
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "tests/qemu/checks.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 namespace {
 
 constexpr const char* kDevice = "/dev/ttyS1";
 
-std::string failure_to_open(const SerialFormat& format) {
+std::string failure_to_open(const drivers::SerialFormat& format) {
   const auto opened = open_serial_port(kDevice, format);
   return opened ? "opened" : opened.error().what;
 }
@@ -19,23 +19,23 @@ std::string failure_to_open(const SerialFormat& format) {
 int run() {
   Checks checks;
   bool listed = false;
-  for (const auto& port : serial_ports()) listed = listed || port.device == kDevice;
+  for (const auto& port : drivers::serial_ports()) listed = listed || port.device == kDevice;
   checks.expect(listed, "the port is listed");
 
-  const auto too_fast = failure_to_open({921600, 8, SerialParity::none, 1});
+  const auto too_fast = failure_to_open({921600, 8, drivers::SerialParity::none, 1});
   fmt::print("921600 baud: {}\n", too_fast);
   checks.expect(too_fast.starts_with("set to 921600,8N1, the port is at"), "a rate that the port cannot do is found");
   for (const int baud : {300, 9600, 38400, 115200})
     for (const int bits : {7, 8})
-      for (const auto parity : {SerialParity::none, SerialParity::odd, SerialParity::even})
+      for (const auto parity : {drivers::SerialParity::none, drivers::SerialParity::odd, drivers::SerialParity::even})
         for (const int stop : {1, 2}) {
-          const SerialFormat format{baud, bits, parity, stop};
+          const drivers::SerialFormat format{baud, bits, parity, stop};
           if (const auto what = failure_to_open(format); what != "opened")
             checks.expect(false, fmt::format("{}: {}", text(format), what));
         }
 
-  const auto line = parse_line(fmt::format("serial:{}?9600,7O1", kDevice)).value();
-  const auto bank = make_lakeshore_218(make_stream(line, {}, {}), "bank");
+  const auto line = drivers::parse_line(fmt::format("serial:{}?9600,7O1", kDevice)).value();
+  const auto bank = drivers::make_lakeshore_218(drivers::make_stream(line, {}, {}), "bank");
   const auto who = bank->identify();
   fmt::print("{}\n", who ? *who : text(who.error()));
   checks.expect(who && who->starts_with("LSCI,MODEL218"), "it tells its name at 7O1");
@@ -49,6 +49,6 @@ int run() {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests
 
-int main() { return gyrotherm::run(); }
+int main() { return gyrotherm::tests::run(); }

@@ -17,7 +17,7 @@
 #include "drivers/line/deadline.hpp"
 #include "tests/support/fake_usb_temp.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 namespace {
 
 struct ReportLengths {
@@ -43,7 +43,7 @@ class UserspaceHid {
  public:
   explicit UserspaceHid(std::string serial) : serial_(std::move(serial)), node_(open("/dev/uhid", O_RDWR | O_CLOEXEC)) {
     if (!node_.is_open()) std::perror("/dev/uhid"), std::exit(1);
-    model_.temperatures[5] = kMccOpen;
+    model_.temperatures[5] = drivers::kMccOpen;
   }
 
   void plug_in() {
@@ -70,7 +70,7 @@ class UserspaceHid {
 
   /// Answers whatever comes within `time`.
   void serve(Duration time) {
-    const Deadline deadline(time);
+    const drivers::Deadline deadline(time);
     while (ready(node_.number(), POLLIN, deadline)) {
       uhid_event event{};
       if (read(node_.number(), &event, sizeof event) <= 0) return;
@@ -85,7 +85,7 @@ class UserspaceHid {
 
   void answer(std::span<const std::uint8_t> report) {
     if (!model_.write(std::as_bytes(report))) return;
-    std::array<std::byte, kMccLongestReport> reply{};
+    std::array<std::byte, drivers::kMccLongestReport> reply{};
     while (const auto size = model_.read(reply, {})) {
       uhid_event event{};
       event.type = UHID_INPUT2;
@@ -104,11 +104,11 @@ class UserspaceHid {
 };
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests
 
 int main(int count, char** arguments) {
   using std::chrono::milliseconds;
-  gyrotherm::UserspaceHid device(count > 1 ? arguments[1] : "01234567");
+  gyrotherm::tests::UserspaceHid device(count > 1 ? arguments[1] : "01234567");
   device.plug_in();
   if (count > 3) {
     device.serve(milliseconds(std::atoi(arguments[2])));

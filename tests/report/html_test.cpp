@@ -4,14 +4,14 @@
 #include "tests/report/synthetic_experiment.hpp"
 #include "tests/support/markup.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 std::string page_of(const Report& report) { return html_of(report, all_figures(report)); }
 
 TEST(HtmlReport, IsWellFormed) {
   const SyntheticExperiment experiment;
-  EXPECT_EQ(markup_mistake(page_of(experiment.report())), "");
+  EXPECT_EQ(tests::markup_mistake(page_of(experiment.report())), "");
 }
 
 TEST(HtmlReport, IsTheSameBytesEachTime) {
@@ -23,26 +23,26 @@ TEST(HtmlReport, LoadsNothing) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   constexpr const char* kNamespace = "http://www.w3.org/2000/svg";
-  EXPECT_EQ(count_of(page, "http://"), count_of(page, kNamespace));
+  EXPECT_EQ(tests::count_of(page, "http://"), tests::count_of(page, kNamespace));
   for (const char* word : {"https:", "src=", "href=", "@import", "<script", "url(http", "url(//"})
-    EXPECT_EQ(count_of(page, word), 0) << word;
+    EXPECT_EQ(tests::count_of(page, word), 0) << word;
 }
 
 TEST(HtmlReport, SaysSimulatedInTheBannerInPrintAndInEveryFigure) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const auto figures = all_figures(report);
-  for (const ReportFigure& figure : figures) EXPECT_GE(count_of(figure.svg, "SIMULATED"), 2) << figure.id;
+  for (const ReportFigure& figure : figures) EXPECT_GE(tests::count_of(figure.svg, "SIMULATED"), 2) << figure.id;
   const std::string page = html_of(report, figures);
-  EXPECT_EQ(count_of(page, "class=\"banner\"><b>SIMULATED"), 1);
-  EXPECT_EQ(count_of(page, "@top-center { content: \"SIMULATED"), 1);
-  EXPECT_EQ(count_of(page, "class=\"watermark\""), 1);
-  EXPECT_EQ(count_of(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
+  EXPECT_EQ(tests::count_of(page, "class=\"banner\"><b>SIMULATED"), 1);
+  EXPECT_EQ(tests::count_of(page, "@top-center { content: \"SIMULATED"), 1);
+  EXPECT_EQ(tests::count_of(page, "class=\"watermark\""), 1);
+  EXPECT_EQ(tests::count_of(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
 TEST(HtmlReport, OfARealRigNeverSaysSimulated) {
   const SyntheticExperiment experiment(1, false);
-  EXPECT_EQ(count_of(page_of(experiment.report()), "SIMULATED"), 0);
+  EXPECT_EQ(tests::count_of(page_of(experiment.report()), "SIMULATED"), 0);
 }
 
 TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
@@ -50,37 +50,37 @@ TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
   const std::string page = page_of(experiment.report());
   for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature",
                          "figure-8", "allan", "tuning"}) {
-    EXPECT_EQ(count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
+    EXPECT_EQ(tests::count_of(page, "<figure id=\"" + std::string(id) + "\""), 1) << id;
   }
 }
 
 TEST(HtmlReport, EveryFigureIsWellFormedAndSmall) {
   const SyntheticExperiment experiment(12);
   for (const ReportFigure& figure : all_figures(experiment.report())) {
-    EXPECT_EQ(markup_mistake(figure.svg), "") << figure.id;
+    EXPECT_EQ(tests::markup_mistake(figure.svg), "") << figure.id;
     EXPECT_LT(figure.svg.size(), 150000U) << figure.id;
-    EXPECT_EQ(count_of(figure.svg, "nan"), 0) << figure.id;
+    EXPECT_EQ(tests::count_of(figure.svg, "nan"), 0) << figure.id;
   }
 }
 
 TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {
   SyntheticExperiment experiment;
   auto& models = experiment.qualification.models;
-  for_each_model(models, [](const char*, TrainedModel& trained) { trained.rate.raw.std = 0.0258; });
+  for_each_model(models, [](const char*, model::TrainedModel& trained) { trained.rate.raw.std = 0.0258; });
   models.three_point.rate.compensated.std = 0.0089;
   models.multi_point.rate.compensated.std = 0.0021;
   const std::string page = page_of(experiment.report());
   for (const char* cell :
        {">0.0258<", "<b>0.0089</b>", "<b>0.0021</b>", ">65.5 %<", ">91.9 %<", ">40.2 %<", ">76.4 %<"}) {
-    EXPECT_GE(count_of(page, cell), 1) << cell;
+    EXPECT_GE(tests::count_of(page, cell), 1) << cell;
   }
 }
 
 TEST(HtmlReport, SaysThatInSampleIsNotAVerification) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_GE(count_of(page, "in-sample: the models were fitted to these data"), 1);
-  EXPECT_GE(count_of(page, "They are not a verification."), 1);
+  EXPECT_GE(tests::count_of(page, "in-sample: the models were fitted to these data"), 1);
+  EXPECT_GE(tests::count_of(page, "They are not a verification."), 1);
 }
 
 TEST(HtmlReport, EscapesNamesFromFiles) {
@@ -89,40 +89,40 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   report.rig.title = "<script>alert('x')</script> & co";
   report.warnings = {"a < b"};
   const std::string page = page_of(report);
-  EXPECT_EQ(count_of(page, "<script"), 0);
-  EXPECT_EQ(markup_mistake(page), "");
+  EXPECT_EQ(tests::count_of(page, "<script"), 0);
+  EXPECT_EQ(tests::markup_mistake(page), "");
 }
 
 TEST(HtmlReport, PutsAnErrorBesideEachFigureOfMerit) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
-  EXPECT_GE(count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
-  EXPECT_GE(count_of(page, "n<sub>eff</sub>"), 2);
-  EXPECT_GE(count_of(page, "such inputs are moved to the nearer end"), 1);
+  EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
+  EXPECT_GE(tests::count_of(page, "n<sub>eff</sub>"), 2);
+  EXPECT_GE(tests::count_of(page, "such inputs are moved to the nearer end"), 1);
 }
 
 TEST(HtmlReport, ShowsNoiseThatWasNotSeenByItsLimit) {
   const std::string page = page_of(SyntheticExperiment().report());
-  EXPECT_GE(count_of(page, "not seen, &lt;"), 1);
-  EXPECT_GE(count_of(page, "<td>angle random walk</td>"), 1);
+  EXPECT_GE(tests::count_of(page, "not seen, &lt;"), 1);
+  EXPECT_GE(tests::count_of(page, "<td>angle random walk</td>"), 1);
 }
 
 TEST(HtmlReport, CitesEachSourceOnce) {
   Report report = SyntheticExperiment().report();
   report.methods.back().citation = "A. Author, J. Tests 1 (2001) <1>";
   const std::string page = page_of(report);
-  EXPECT_EQ(count_of(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
-  EXPECT_EQ(count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
+  EXPECT_EQ(tests::count_of(page, "A. Author, J. Tests 1 (2001) &lt;1&gt;"), 1);
+  EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
 }
 
 TEST(HtmlReport, OfARecordWithoutHoldsIsStillAReport) {
   Report report = SyntheticExperiment().report();
-  report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(Dataset{});
+  report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(data::Dataset{});
   const std::string page = page_of(report);
-  EXPECT_EQ(markup_mistake(page), "");
-  EXPECT_EQ(count_of(page, "nan"), count_of(page, "Provenance"));
-  EXPECT_GE(count_of(page, "no hold has samples enough without a gap"), 1);
+  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_EQ(tests::count_of(page, "nan"), tests::count_of(page, "Provenance"));
+  EXPECT_GE(tests::count_of(page, "no hold has samples enough without a gap"), 1);
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -9,7 +9,7 @@
 #include "tests/report/synthetic_experiment.hpp"
 #include "tests/support/markup.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 using nlohmann::json;
@@ -109,7 +109,7 @@ TEST(ReportJson, IsTheSameBytesEachTime) {
 
 TEST(ReportJson, HoldsNoPathOfTheMachine) {
   const SyntheticExperiment experiment;
-  EXPECT_EQ(count_of(to_json(experiment.report()), "/somewhere"), 0);
+  EXPECT_EQ(tests::count_of(to_json(experiment.report()), "/somewhere"), 0);
 }
 
 TEST(ReportJson, DoesNotDependOnTheNumberOfThreads) {
@@ -291,4 +291,4 @@ TEST(ReportFile, SurvivesDamagedBytes) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

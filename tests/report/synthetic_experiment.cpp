@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
@@ -55,7 +55,7 @@ std::vector<Leg> random_legs(int stretch) {
 }
 
 /// The chamber's program as clusters: set point, segment and cycle.
-void lay_out(RecordedRun& run, const std::vector<Leg>& legs) {
+void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
   std::vector<double> set_point;
   std::vector<int> segment, cycle;
   double from = 20;
@@ -85,10 +85,10 @@ void lay_out(RecordedRun& run, const std::vector<Leg>& legs) {
 
 /// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the
 /// differences.
-void heat(RecordedRun& run, Noise& noise) {
+void heat(data::RecordedRun& run, Noise& noise) {
   constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
   constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
-  Clusters& clusters = run.clusters;
+  data::Clusters& clusters = run.clusters;
   const Eigen::Index n = clusters.set_point_c.size();
   clusters.thermometers = kNames;
   clusters.start_s = Eigen::VectorXd::LinSpaced(n, 0, kLength_s * static_cast<double>(n - 1));
@@ -113,7 +113,7 @@ void heat(RecordedRun& run, Noise& noise) {
       (clusters.temperature_c.bottomRows(n - 1) - clusters.temperature_c.topRows(n - 1)) / (kLength_s / 60);
 }
 
-SegmentFigures segment_figures(const RecordedRun& run, int index, const Eigen::VectorXd& residual) {
+model::SegmentFigures segment_figures(const data::RecordedRun& run, int index, const Eigen::VectorXd& residual) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
     if (run.clusters.segment(k) == index) rows.push_back(k);
@@ -126,12 +126,12 @@ SegmentFigures segment_figures(const RecordedRun& run, int index, const Eigen::V
           kLength_s * static_cast<double>(rows.size()),
           run.clusters.temperature_c.col(0)(rows).mean(),
           run.clusters.bias_deg_per_h(rows).mean(),
-          figures_of(residual(rows))};
+          data::figures_of(residual(rows))};
 }
 
 /// A residual of the wanted size: noise, and a part of the ramps that a model may have left.
-Verification verification(const RecordedRun& run, double left_over, bool trained_on_this, Noise& noise) {
-  Verification v;
+model::Verification verification(const data::RecordedRun& run, double left_over, bool trained_on_this, Noise& noise) {
+  model::Verification v;
   v.run_id = run.dataset.run_id;
   v.simulated = run.dataset.simulated;
   v.trained_on_this = trained_on_this;
@@ -149,7 +149,7 @@ Verification verification(const RecordedRun& run, double left_over, bool trained
   v.floor = {0.00187, 836, 0.00006};
   v.effective_parameters = 40;
   v.expected_in_sample_std = expected_in_sample_std(v.floor, trained_on_this ? 40 : 0, v.compensated.count);
-  if (!trained_on_this) v.outside = {Outside::clamp, 3, "A-B", 0.042};
+  if (!trained_on_this) v.outside = {model::Outside::clamp, 3, "A-B", 0.042};
   for (int k = 0; k < static_cast<int>(run.dataset.segments.size()); ++k) {
     v.segments.push_back(segment_figures(run, k, v.residual_deg_per_h));
   }
@@ -157,8 +157,8 @@ Verification verification(const RecordedRun& run, double left_over, bool trained
 }
 
 /// White noise of the gyro in holds of an hour, one sample a second.
-HoldNoise hold_noise(Noise& noise) {
-  Dataset holds;
+data::HoldNoise hold_noise(Noise& noise) {
+  data::Dataset holds;
   constexpr Eigen::Index kHour = 3600, kHolds = 4;
   holds.time_s = Eigen::VectorXd::LinSpaced(kHolds * kHour, 0, kHolds * kHour - 1);
   holds.bias_deg_per_h.resize(kHolds * kHour);
@@ -171,8 +171,9 @@ HoldNoise hold_noise(Noise& noise) {
   return noise_of_holds(holds);
 }
 
-RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained, Noise& noise) {
-  RecordedRun run;
+data::RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, bool simulated, bool trained,
+                           Noise& noise) {
+  data::RecordedRun run;
   run.dataset.run_id = id;
   run.dataset.path = "/somewhere/on/this/machine/run.db";
   run.dataset.simulated = simulated;
@@ -185,14 +186,14 @@ RecordedRun make_run(const std::vector<Leg>& legs, const std::string& id, bool s
   return run;
 }
 
-Model make_model(const std::string& inputs, std::vector<Term> terms, const RecordedRun& rate,
-                 const Verification& in_sample, double worst_deg_per_h) {
-  Model model;
+model::Model make_model(const std::string& inputs, std::vector<data::Term> terms, const data::RecordedRun& rate,
+                        const model::Verification& in_sample, double worst_deg_per_h) {
+  model::Model model;
   model.inputs = inputs;
   model.method = "svr";
   model.terms = std::move(terms);
   model.target_std_deg_per_h = in_sample.raw.std;
-  SvrModel svr;
+  methods::SvrModel svr;
   svr.support_vectors.resize(57, static_cast<Eigen::Index>(model.terms.size()));
   svr.parameters = {84.2, 4.61, 0.0525};
   svr.relative_gap = 3.1e-4;
@@ -208,23 +209,23 @@ Model make_model(const std::string& inputs, std::vector<Term> terms, const Recor
     const double rmse = worst_deg_per_h * (0.55 + 0.45 * std::exp(-0.35 * (k - k % 3)));
     model.tuning.swarm.history.push_back(rmse * rmse);
   }
-  model.tuning.swarm.end = SwarmEnd::iterations_done;
+  model.tuning.swarm.end = svm::SwarmEnd::iterations_done;
   model.tuning.swarm.evaluations = 620;
   return model;
 }
 
-Term gradient(const char* first, const char* second) { return gradient_term(first, second); }
+data::Term gradient(const char* first, const char* second) { return data::gradient_term(first, second); }
 
 /// Least squares in place of a support vector machine.
-TrainedModel linear_model(const Model& like) {
-  TrainedModel trained;
+model::TrainedModel linear_model(const model::Model& like) {
+  model::TrainedModel trained;
   trained.model.inputs = like.inputs;
   trained.model.method = "linear";
   trained.model.terms = like.terms;
-  trained.model.function = LinearModel{Eigen::VectorXd::Ones(static_cast<Eigen::Index>(like.terms.size())), 0};
+  trained.model.function = methods::LinearModel{Eigen::VectorXd::Ones(static_cast<Eigen::Index>(like.terms.size())), 0};
   trained.model.effective_parameters = 9;
   trained.model.leave_cycle_out = {0.0038, 0, 0.0038, 0.013, 200};
-  trained.model.nested_leave_cycle_out = Figures{0.0039, 0, 0.0039, 0.013, 200};
+  trained.model.nested_leave_cycle_out = data::Figures{0.0039, 0, 0.0039, 0.013, 200};
   trained.rate.compensated = {0.0037, 0, 0.0037, 0.012, 200};
   trained.random.compensated = {0.0030, -0.0002, 0.0030, 0.011, 150};
   return trained;
@@ -242,9 +243,10 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated) {
     trained->rate = verification(rate, on_rate, true, rate_noise);
     trained->random = verification(random, on_random, false, random_noise);
   }
-  const std::vector<Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"), gradient("D", "E")};
-  std::vector<Term> with_temperature = pairs;
-  with_temperature.push_back(temperature_term("A"));
+  const std::vector<data::Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"),
+                                         gradient("D", "E")};
+  std::vector<data::Term> with_temperature = pairs;
+  with_temperature.push_back(data::temperature_term("A"));
   three_point.model = make_model("three-point", {gradient("A", "D"), gradient("A", "G"), gradient("D", "G")}, rate,
                                  three_point.rate, 0.0085);
   multi_point.model = make_model("multi-point", pairs, rate, multi_point.rate, 0.0052);
@@ -277,4 +279,4 @@ Report SyntheticExperiment::report() const {
   return report;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -3,7 +3,7 @@
 
 #include "report/assemble.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 
 class SyntheticExperiment {
  public:
@@ -13,8 +13,8 @@ class SyntheticExperiment {
   /// With one limit, which is met.
   [[nodiscard]] Report report() const;
 
-  RecordedRun rate, random;
-  Qualification qualification;
+  data::RecordedRun rate, random;
+  model::Qualification qualification;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

@@ -7,7 +7,7 @@
 #include "report/views.hpp"
 #include "tests/report/synthetic_experiment.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -65,4 +65,4 @@ TEST_F(WriteReport, RebuildNeedsAReport) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::report

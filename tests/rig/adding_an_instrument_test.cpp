@@ -7,7 +7,7 @@
 
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 /// The page's TOML blocks by the path that their first line is.
@@ -51,12 +51,12 @@ TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
 }
 
 TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
-  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
   auto rig = shown_rig();
   ASSERT_TRUE(rig) << text(rig.error());
   dry_run.file() = std::move(*rig);
   dry_run.run(600);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 600u);
   for (std::size_t i = 0; i < record->slot.size(); ++i) {
@@ -78,4 +78,4 @@ TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -10,17 +10,17 @@
 
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 struct MapOnALink {
   std::string map;
-  LinkKind link{};
+  drivers::LinkKind link{};
 };
 
-RegisterMap map_of(const std::string& name) {
+drivers::RegisterMap map_of(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
-  return parse_register_map(text.value(), name + ".toml").value();
+  return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
 
 /// On the virtual rig every line is a TCP one: RTU and RTU over TCP are the same there.
@@ -30,7 +30,7 @@ std::vector<MapOnALink> all_maps() {
     if (file.path().extension() != ".toml") continue;
     const auto name = file.path().stem().string();
     for (const auto& link : map_of(name).links)
-      if (link.kind != LinkKind::rtu_over_tcp) all.push_back({name, link.kind});
+      if (link.kind != drivers::LinkKind::rtu_over_tcp) all.push_back({name, link.kind});
   }
   std::ranges::sort(all, {}, [](const auto& one) { return one.map + name(one.link); });
   return all;
@@ -39,7 +39,7 @@ std::vector<MapOnALink> all_maps() {
 class EveryMap : public testing::TestWithParam<MapOnALink> {};
 
 TEST_P(EveryMap, RunsTheShortQualification) {
-  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = on_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
   const auto& set_point = *map->find("set_point");
@@ -48,9 +48,9 @@ TEST_P(EveryMap, RunsTheShortQualification) {
   map->link.modbus.timeout = std::min<Duration>(map->link.modbus.timeout, std::chrono::milliseconds(400));
   map->limits.every = Duration{};
   dry_run.file().chamber_map = *map;
-  ASSERT_EQ(dry_run.run(), RunOutcome::complete);
+  ASSERT_EQ(dry_run.run(), run::RunOutcome::complete);
 
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 3600u);
   double furthest = 0;
@@ -63,13 +63,13 @@ TEST_P(EveryMap, RunsTheShortQualification) {
 }
 
 TEST(SetPoints, AreSentNoMoreOftenThanTheMapSays) {
-  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = map_of("csz_ezt570i");
   map.link.modbus.timeout = std::chrono::milliseconds(400);
   ASSERT_EQ(map.limits.every, std::chrono::seconds(2));
   dry_run.file().chamber_map = map;
   dry_run.run(600);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   const auto& sent = record->chamber_set_point_c;
   std::size_t last = 0, changes = 0;
@@ -87,4 +87,4 @@ INSTANTIATE_TEST_SUITE_P(Shipped, EveryMap, testing::ValuesIn(all_maps()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -4,7 +4,7 @@
 
 #include "rig/rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 TEST(Inquiry, RoundTripsAreOrdered) {
@@ -38,4 +38,4 @@ TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -6,21 +6,21 @@
 
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 constexpr std::int64_t kSeconds = 3000;
 
-Record recorded_on(const std::string& rig) {
-  DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml", 1, rig);
+record::Record recorded_on(const std::string& rig) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml", 1, rig);
   dry_run.run(kSeconds);
-  auto record = read_record(dry_run.path());
+  auto record = record::read_record(dry_run.path());
   EXPECT_TRUE(record) << text(record.error());
   return std::move(*record);
 }
 
-const std::pair<Record, Record>& both() {
-  static const std::pair<Record, Record> records{recorded_on("virtual"), recorded_on("virtual-mixed")};
+const std::pair<record::Record, record::Record>& both() {
+  static const std::pair<record::Record, record::Record> records{recorded_on("virtual"), recorded_on("virtual-mixed")};
   return records;
 }
 
@@ -43,7 +43,7 @@ TEST(MixedRig, EveryChannelReadsTheSameWithinItsResolution) {
 
 // The mixed rig's gyro counts its own frames instead of its clock, which is 5 ppm fast: 5e-5 °/h of 10.6 °/h.
 TEST(MixedRig, TheBiasIsTheSameWithinTheReadOutsResolution) {
-  const auto rate_deg_per_h = [](const Record& record, std::size_t i) {
+  const auto rate_deg_per_h = [](const record::Record& record, std::size_t i) {
     return record.info.gyro.scale * record.gyro[i] / record.gyro_interval_s[i];
   };
   const auto& [one, other] = both();
@@ -53,4 +53,4 @@ TEST(MixedRig, TheBiasIsTheSameWithinTheReadOutsResolution) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

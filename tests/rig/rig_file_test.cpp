@@ -6,7 +6,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 const std::string kRigs = GYROTHERM_SOURCE_DIR "/profiles/rigs/";
@@ -204,9 +204,11 @@ TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
   const auto rig =
       parse_rig(with_tables("[policy]\ndoor = \"hold\"\ngyro_silent = \"warn\"\n"), kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::door)], Reaction::hold);
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::gyro_silent)], Reaction::warn);
-  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(InterlockId::restarted)], Reaction::suspend);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::door)], interlocks::Reaction::hold);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::gyro_silent)],
+            interlocks::Reaction::warn);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted)],
+            interlocks::Reaction::suspend);
   EXPECT_NE(mistake_in(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoors = \"hold\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
@@ -218,7 +220,7 @@ TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->safe_set_point, Celsius{23});
   EXPECT_TRUE(rig->safe_off);
-  EXPECT_EQ(rig->run_limits.on_stop, OnStop::hold);
+  EXPECT_EQ(rig->run_limits.on_stop, interlocks::OnStop::hold);
   EXPECT_NE(mistake_in(with_tables("[safe]\nset_point = 90\n")), "");
 }
 
@@ -329,7 +331,7 @@ TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
   const auto rig = read_rig(file).value();
   EXPECT_EQ(rig.thermometers[0].addresses, (std::vector<std::uint8_t>{1, 2}));
   EXPECT_EQ(rig.thermometers[0].type, 0x10);
-  EXPECT_TRUE(std::holds_alternative<MccRtd>(rig.thermometers[1].sensor.value()));
+  EXPECT_TRUE(std::holds_alternative<drivers::MccRtd>(rig.thermometers[1].sensor.value()));
   EXPECT_LT(rig.gyro.info.earth_rate->value, 0) << "its axis points down";
   EXPECT_NE(with("addresses = [1, 2]", "addresses = [1, 256]").find("0 to 255"), std::string::npos);
   EXPECT_NE(with("type = \"T\"", "type = \"X\"").find("none of J, K, T, E"), std::string::npos);
@@ -353,4 +355,4 @@ TEST(RigFile, TheChambersOwnLimiterStandsOutsideWhatTheChamberMayBeGiven) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

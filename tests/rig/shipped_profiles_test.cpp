@@ -4,20 +4,20 @@
 #include "core/process.hpp"
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::rig {
 namespace {
 
 class ShippedProfile : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
   const OneCore one_core;
-  DryRun dry_run(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
+  tests::DryRun dry_run(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
   ASSERT_TRUE(check_profile(dry_run.profile(), dry_run.file().chamber_limits));
-  EXPECT_EQ(dry_run.run(), RunOutcome::complete);
+  EXPECT_EQ(dry_run.run(), run::RunOutcome::complete);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
                          ::testing::Values("qualification.toml", "qualification-soaked.toml", "random.toml"));
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::rig

@@ -6,7 +6,7 @@
 
 #include "tests/simulator/chamber_on_a_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
@@ -26,7 +26,7 @@ std::string reply_behind_number(const ChamberOnALine& line, const std::string& r
 }
 
 TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
-  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->head_for({20.0}));
   EXPECT_EQ(reply_to(line, "01 06 00 3C 00 C8 48 50"), "01 06 00 3C 00 C8 48 50");
   ASSERT_TRUE(line.chamber->head_for({-40.0}));
@@ -39,7 +39,7 @@ TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
 }
 
 TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
-  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->head_for({30.0}));
   EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
   ASSERT_TRUE(line.chamber->head_for({35.0}));
@@ -59,25 +59,25 @@ TEST(GoldenFrames, OfTheEzt570iAsValues) {
   EXPECT_EQ(decode_text(name, Words{0x454A, 0x4453, 0x3232, 0x2041, 0x2020}), "JESD22A");
   EXPECT_EQ(encode_text(name, "JESD22A"), (Words{0x454A, 0x4453, 0x3232, 0x2041, 0x2020}));
   EXPECT_EQ(decode_date(map.find("clock")->date, Words{0x0801, 0x1702, 0x1131, 0x0000}).value(),
-            (CivilTime{2008, 1, 23, 17, 49, 0}));
+            (drivers::CivilTime{2008, 1, 23, 17, 49, 0}));
   EXPECT_EQ(encode_date(map.find("clock")->date, {2008, 1, 23, 17, 49, 0})[1], 0x1703) << "a Wednesday; the example "
                                                                                           "of the manual says Tuesday";
 }
 
 TEST(GoldenFrames, OfTheSamwon) {
-  ChamberOnALine line("samwon_temi", LinkKind::rtu);
+  ChamberOnALine line("samwon_temi", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->read());
   EXPECT_NE(reply_to(line, "01 03 00 00 00 02 C4 0B"), "not sent");
   EXPECT_NEAR(decode(*line.map.find("air_temperature"), Words{0x00FA}).value(), 25.0, 1e-9);
   const auto registers = line.registers();
   ClockPauses pauses(line.clock);
-  ItemExchange items(line.map, *registers, pauses);
+  drivers::ItemExchange items(line.map, *registers, pauses);
   ASSERT_TRUE(items.write(*line.map.find("pattern"), 2));
   EXPECT_EQ(reply_to(line, "01 06 00 63 00 02 F8 15"), "01 06 00 63 00 02 F8 15");
 }
 
 TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
-  ChamberOnALine line("tt5166", LinkKind::rtu);
+  ChamberOnALine line("tt5166", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->head_for({22.0}));
   EXPECT_EQ(reply_to(line, "00 06 00 26 00 DC 68 49"), "00 06 00 26 00 DC 68 49");
   ASSERT_TRUE(line.chamber->start());
@@ -91,7 +91,7 @@ TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
   EXPECT_NEAR(decode(*line.map.find("air_temperature"), Words{0x0898}).value(), 22.0, 1e-9);
   const auto registers = line.registers();
   ClockPauses pauses(line.clock);
-  ItemExchange items(line.map, *registers, pauses);
+  drivers::ItemExchange items(line.map, *registers, pauses);
   ASSERT_TRUE(items.write(*line.map.find("humidity_set_point"), 55));
   EXPECT_NE(reply_to(line, "00 06 00 27 02 26 B8 AA"), "not sent");
   ASSERT_TRUE(items.read(*line.map.find("humidity")));
@@ -99,7 +99,7 @@ TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
 }
 
 TEST(GoldenFrames, OfTheYinhe) {
-  ChamberOnALine line("yinhe", LinkKind::tcp);
+  ChamberOnALine line("yinhe", drivers::LinkKind::tcp);
   ASSERT_TRUE(line.chamber->head_for({22.0}));
   EXPECT_EQ(reply_behind_number(line, "00 00 00 0B 01 10 06 CE 00 02 04 41 B0 00 00"), "00 00 00 06 01 10 06 CE 00 02");
   ASSERT_TRUE(line.chamber->start());
@@ -113,7 +113,7 @@ TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
   auto text = chamber_map("umc1200").text;
   const std::string none = "together_with = { register = \"humidity_set_point\", value = 0 }";
   text.replace(text.find(none), none.size(), "together_with = { register = \"humidity_set_point\", value = 55 }");
-  ChamberOnALine line(parse_register_map(text, "umc1200.toml").value());
+  ChamberOnALine line(drivers::parse_register_map(text, "umc1200.toml").value());
   ASSERT_TRUE(line.chamber->head_for({22.0}));
   EXPECT_NE(reply_behind_number(line, "00 00 00 0B 00 10 00 2B 00 02 04 00 DC 02 26"), "not sent");
   ASSERT_TRUE(line.chamber->start());
@@ -125,4 +125,4 @@ TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

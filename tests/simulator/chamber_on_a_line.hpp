@@ -16,10 +16,10 @@
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// Rests on the virtual clock.
-class ClockPauses final : public Pauses {
+class ClockPauses final : public drivers::Pauses {
  public:
   explicit ClockPauses(VirtualClock& clock) : clock_(clock) {}
   Duration now() const override { return clock_.now().since_start; }
@@ -30,7 +30,7 @@ class ClockPauses final : public Pauses {
 };
 
 /// Whole frames, answered at once or never.
-class SessionConnection final : public FrameConnection {
+class SessionConnection final : public drivers::FrameConnection {
  public:
   using Ask = std::function<std::vector<std::byte>(std::span<const std::byte>)>;
   SessionConnection(VirtualClock& clock, Ask ask) : clock_(clock), ask_(std::move(ask)) {}
@@ -67,22 +67,23 @@ class SessionConnection final : public FrameConnection {
 
 class ChamberOnALine {
  public:
-  explicit ChamberOnALine(RegisterMap described)
+  explicit ChamberOnALine(drivers::RegisterMap described)
       : map(std::move(described)),
         laboratory(laboratory_of_rig("virtual"), {}),
         unit(map, laboratory),
         session(make_modbus_session(unit)),
         chamber(make_modbus_chamber(map, registers(), std::make_unique<ClockPauses>(clock))) {}
-  ChamberOnALine(const std::string& name, LinkKind kind) : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
+  ChamberOnALine(const std::string& name, drivers::LinkKind kind)
+      : ChamberOnALine(on_link(chamber_map(name), kind).value()) {}
 
   /// A second line of its own to the same unit.
-  [[nodiscard]] std::unique_ptr<Registers> registers() {
+  [[nodiscard]] std::unique_ptr<drivers::Registers> registers() {
     const auto& link = map.link.modbus;
-    if (map.link.kind == LinkKind::tcp) {
+    if (map.link.kind == drivers::LinkKind::tcp) {
       auto connection = std::make_unique<SessionConnection>(clock, [this](auto frame) { return answer(frame); });
       return make_guarded_registers(make_modbus_tcp(std::move(connection), "unit", link, &clock), link, &clock);
     }
-    auto line = std::make_unique<SimulatedLine>(clock);
+    auto line = std::make_unique<tests::SimulatedLine>(clock);
     auto* end = line.get();
     line->heard = [this, end](std::span<const std::byte> frame) {
       if (auto reply = answer(frame); !reply.empty()) end->arrive(Duration(1000), std::move(reply));
@@ -99,22 +100,22 @@ class ChamberOnALine {
   }
 
   VirtualClock clock;
-  RegisterMap map;
+  drivers::RegisterMap map;
   VirtualLaboratory laboratory;
   ChamberRegisters unit;
   std::unique_ptr<Session> session;
   std::vector<std::string> heard;  ///< requests, as hex bytes
   std::vector<std::string> said;   ///< replies
-  std::unique_ptr<Chamber> chamber;
+  std::unique_ptr<drivers::Chamber> chamber;
 
  private:
   std::vector<std::byte> answer(std::span<const std::byte> frame) {
-    heard.push_back(hex_of(frame));
+    heard.push_back(tests::hex_of(frame));
     std::vector<std::byte> reply;
     (void)session->feed(frame, reply);
-    said.push_back(hex_of(reply));
+    said.push_back(tests::hex_of(reply));
     return reply;
   }
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

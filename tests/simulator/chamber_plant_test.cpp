@@ -7,7 +7,7 @@
 
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 PlantParameters shipped() { return laboratory_of_rig("virtual").plant; }
@@ -70,4 +70,4 @@ TEST(ChamberPlant, DriftsTowardsTheRoomWhenSwitchedOff) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

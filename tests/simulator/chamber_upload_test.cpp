@@ -9,28 +9,28 @@
 #include "drivers/chamber/program.hpp"
 #include "tests/simulator/chamber_on_a_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 using std::chrono::minutes;
 using std::chrono::seconds;
 
 /// The qualification profile shortened to an hour: 5 °C/min, holds of 5 min.
-ChamberProgram an_hour() {
-  ChamberProgram program{.name = "HOUR", .number = 1, .soak_band = {}, .steps = {}};
+drivers::ChamberProgram an_hour() {
+  drivers::ChamberProgram program{.name = "HOUR", .number = 1, .soak_band = {}, .steps = {}};
   Celsius at{20};
-  const auto soak = [&] { program.steps.push_back({StepKind::soak, at, at, minutes(5), false}); };
+  const auto soak = [&] { program.steps.push_back({drivers::StepKind::soak, at, at, minutes(5), false}); };
   soak();
   for (const double target : {-40.0, 60.0, 20.0}) {
     const auto time = abs(Celsius{target} - at) / CelsiusPerMinute{5};
-    program.steps.push_back({StepKind::ramp, at, {target}, time, false});
+    program.steps.push_back({drivers::StepKind::ramp, at, {target}, time, false});
     at = {target};
     soak();
   }
   return program;
 }
 
-double set_point_at(const ChamberProgram& program, int second) {
+double set_point_at(const drivers::ChamberProgram& program, int second) {
   Duration begun{};
   for (const auto& step : program.steps) {
     const auto within = seconds(second) - begun;
@@ -43,7 +43,7 @@ double set_point_at(const ChamberProgram& program, int second) {
 
 struct Uploading {
   std::string map;
-  LinkKind link{};
+  drivers::LinkKind link{};
 };
 
 std::vector<Uploading> maps_with_memory() {
@@ -121,9 +121,11 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
 
 TEST(EztUpload, IsThePublishedFrames) {
-  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
-  const ChamberProgram program{
-      .name = "JESD22A", .number = 1, .soak_band = {1.0}, .steps = {{StepKind::soak, {-40}, {-40}, minutes(90), true}}};
+  ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
+  const drivers::ChamberProgram program{.name = "JESD22A",
+                                        .number = 1,
+                                        .soak_band = {1.0},
+                                        .steps = {{drivers::StepKind::soak, {-40}, {-40}, minutes(90), true}}};
   ASSERT_TRUE(line.chamber->upload(program));
   ASSERT_TRUE(line.chamber->start_program());
   const auto said = [&](const std::string& request) {
@@ -144,19 +146,19 @@ TEST(EztUpload, IsThePublishedFrames) {
 }
 
 TEST(EztUpload, BlocksAreASecondApart) {
-  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   EXPECT_GE(line.clock.now().since_start, seconds(8)) << "a header and seven steps";
 }
 
 TEST(EztUnit, IsSilentWhereOthersAnswerWithAnExceptionAndIgnoresBlocksElsewhere) {
-  ChamberOnALine line("csz_ezt570i", LinkKind::rtu);
+  ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
   const auto registers = line.registers();
-  EXPECT_EQ(registers->read(ReadFunction::holding_registers, 1800, 1).error().kind, FaultKind::timeout);
+  EXPECT_EQ(registers->read(drivers::ReadFunction::holding_registers, 1800, 1).error().kind, FaultKind::timeout);
   const std::uint16_t word = 300;
-  EXPECT_TRUE(registers->write(WriteFunction::registers, 60, std::span(&word, 1))) << "acknowledged …";
+  EXPECT_TRUE(registers->write(drivers::WriteFunction::registers, 60, std::span(&word, 1))) << "acknowledged …";
   EXPECT_EQ(line.laboratory.set_point().value, 20) << "… and ignored";
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

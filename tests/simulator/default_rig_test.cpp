@@ -9,7 +9,7 @@
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 struct PartSeries {
@@ -25,7 +25,9 @@ struct PartSeries {
   }
 };
 
-double deviation(const std::vector<double>& one_second) { return standard_deviation_of(clusters_of(one_second)); }
+double deviation(const std::vector<double>& one_second) {
+  return tests::standard_deviation_of(tests::clusters_of(one_second));
+}
 
 const PartSeries& rate_cycles() {
   static const PartSeries series = [] {
@@ -84,4 +86,4 @@ TEST(DefaultRig, HasTheNoiseFloorOfTheReference) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

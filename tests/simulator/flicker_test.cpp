@@ -6,7 +6,7 @@
 #include "simulator/gyro_readout.hpp"
 #include "tests/support/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// The Allan variance of a first-order Markov process (IEEE Std 952, annex C.1.1.5).
@@ -40,7 +40,7 @@ TEST(Flicker, AsDrawnHasTheAllanDeviationOfItsProcesses) {
     values.push_back(flicker.value());
     flicker.step();
   }
-  const auto means = clusters_of(values);
+  const auto means = tests::clusters_of(values);
   double squares = 0;
   for (std::size_t i = 1; i < means.size(); ++i) squares += std::pow(means[i] - means[i - 1], 2);
   const double found = std::sqrt(squares / 2 / static_cast<double>(means.size() - 1));
@@ -56,8 +56,8 @@ TEST(Flicker, StartsFromItsStationaryDistribution) {
     first.push_back(Flicker(processes, {seed, RandomPurpose::bias_instability}).value());
   double variance = 0;
   for (const auto& process : processes) variance += process.sigma * process.sigma;
-  EXPECT_NEAR(standard_deviation_of(first) / std::sqrt(variance), 1, 4 / std::sqrt(4000.0));
+  EXPECT_NEAR(tests::standard_deviation_of(first) / std::sqrt(variance), 1, 4 / std::sqrt(4000.0));
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -8,10 +8,10 @@
 
 #include "core/random.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
-using Inner = std::array<double, kThermalOutputs>;
+using Inner = std::array<double, thermal::kThermalOutputs>;
 
 constexpr GasFlow kFlow{.shift_deg_per_h_per_cm_per_s = 4.4, .velocity_cm_per_s = 1.5, .exponent = 0.7, .unbalance = 0};
 
@@ -21,7 +21,7 @@ Inner even(double celsius) {
   return inner;
 }
 
-double& at(Inner& inner, ThermalOutput output) { return inner[static_cast<std::size_t>(output)]; }
+double& at(Inner& inner, thermal::ThermalOutput output) { return inner[static_cast<std::size_t>(output)]; }
 
 BiasPhysics whole_physics() {
   return {.flow = {4.4, 1.5, 0.7, 1e-3},
@@ -57,8 +57,8 @@ TEST(Deformation, NeedsAGradient) {
   const auto physics = whole_physics();
   EXPECT_EQ(deformation_deg_per_h(physics, even(45)), 0);
   auto inner = even(45);
-  at(inner, ThermalOutput::mirror_c) += 2;
-  at(inner, ThermalOutput::mirror_h) -= 1;
+  at(inner, thermal::ThermalOutput::mirror_c) += 2;
+  at(inner, thermal::ThermalOutput::mirror_h) -= 1;
   EXPECT_NEAR(deformation_deg_per_h(physics, inner), 2 * -4e-3 - 6e-3, 1e-15);
 }
 
@@ -79,8 +79,8 @@ TEST(Backscatter, RepeatsWithItsPeriod) {
 TEST(GyroBias, IsTheSumOfItsParts) {
   GyroBias bias(whole_physics(), even(20));
   auto inner = even(58);
-  at(inner, ThermalOutput::gain_left) = 60;
-  at(inner, ThermalOutput::mirror_b) = 59;
+  at(inner, thermal::ThermalOutput::gain_left) = 60;
+  at(inner, thermal::ThermalOutput::mirror_b) = 59;
   bias.step(inner);
   const auto& p = bias.parts();
   for (const double part : {p.gas_flow, p.deformation, p.temperature, p.backscatter, p.hysteresis, p.mode_hops})
@@ -108,8 +108,8 @@ TEST(GyroBias, DoesNotSeeTheThermometersPlaces) {
     for (int t = 0; t < 50; ++t) {
       for (double& celsius : inner) celsius = 20 + 30 * random.normal();
       plain.step(inner);
-      for (auto place = ThermalOutput::a; place <= ThermalOutput::shell;
-           place = static_cast<ThermalOutput>(static_cast<std::size_t>(place) + 1))
+      for (auto place = thermal::ThermalOutput::a; place <= thermal::ThermalOutput::shell;
+           place = static_cast<thermal::ThermalOutput>(static_cast<std::size_t>(place) + 1))
         at(inner, place) = 100 * random.normal();
       with_other_places.step(inner);
       ASSERT_EQ(plain.total().value, with_other_places.total().value) << "seed " << seed;
@@ -118,4 +118,4 @@ TEST(GyroBias, DoesNotSeeTheThermometersPlaces) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

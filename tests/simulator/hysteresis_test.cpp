@@ -5,7 +5,7 @@
 #include "core/random.hpp"
 #include "simulator/gyro_bias.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 RandomStream drawn_by(std::uint64_t seed) { return {seed, RandomPurpose::bias_spread}; }
@@ -103,4 +103,4 @@ TEST(ModeLock, IsOffWithoutAPeriod) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

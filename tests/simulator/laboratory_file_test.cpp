@@ -7,7 +7,7 @@
 #include "core/toml_reader.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// A shipped rig file with one piece of its text replaced.
@@ -44,7 +44,7 @@ TEST(LaboratoryFile, OfEveryReferenceRigIsRead) {
 TEST(LaboratoryFile, OfTheDefaultRigStandsOnTheTwin) {
   const auto gyro = reduced_of_rig("virtual");
   EXPECT_GT(gyro.model.conduction.rows(), 0);
-  EXPECT_EQ(gyro.film, GyroFilm::chamber);
+  EXPECT_EQ(gyro.film, thermal::GyroFilm::chamber);
   EXPECT_EQ(gyro.bias.mode_hops.kelvin_per_mode, 0) << "off by default";
 }
 
@@ -111,11 +111,11 @@ TEST(LaboratoryFile, HasTheEarthRateOfItsRigsGeometry) {
 
 TEST(LaboratoryFile, DescribesAFrameThatCarriesItsGyro) {
   const auto root = TomlTable::parse(rig_text("virtual"), "virtual");
-  const auto format = read_frame_format(root->table("gyro").table("frame"));
+  const auto format = drivers::read_frame_format(root->table("gyro").table("frame"));
   EXPECT_EQ(format.length, 16U);
-  ASSERT_NE(format.find(FieldRole::pulse_count), nullptr);
-  ASSERT_NE(format.find(FieldRole::timestamp), nullptr);
-  EXPECT_EQ(format.check.kind, CheckKind::crc);
+  ASSERT_NE(format.find(drivers::FieldRole::pulse_count), nullptr);
+  ASSERT_NE(format.find(drivers::FieldRole::timestamp), nullptr);
+  EXPECT_EQ(format.check.kind, drivers::CheckKind::crc);
   EXPECT_EQ(format.check.model.width, 16);
 }
 
@@ -143,4 +143,4 @@ TEST(LaboratoryFile, NamesANodeWithoutAWayToTheChamber) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -8,7 +8,7 @@
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kSixthDecimal = 0.5e-6 + 1e-12;
@@ -39,11 +39,11 @@ TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRateCycles) {
   std::vector<double> all;
   const std::vector<double> rates{1, 2, 3, 5};
   for (std::size_t i = 0; i < rates.size(); ++i) {
-    const auto cycle = clusters_of(biases_of(gyro, rate_cycle_c(rates[i])));
-    EXPECT_NEAR(standard_deviation_of(cycle), GetParam().by_cycle[i], kSixthDecimal);
+    const auto cycle = tests::clusters_of(biases_of(gyro, rate_cycle_c(rates[i])));
+    EXPECT_NEAR(tests::standard_deviation_of(cycle), GetParam().by_cycle[i], kSixthDecimal);
     all.insert(all.end(), cycle.begin(), cycle.end());
   }
-  EXPECT_NEAR(standard_deviation_of(all), GetParam().all_cycles, kSixthDecimal);
+  EXPECT_NEAR(tests::standard_deviation_of(all), GetParam().all_cycles, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, RestsAt20WhereTheReferenceDoes) {
@@ -54,9 +54,9 @@ TEST_P(ReferenceBiasLaw, RestsAt20WhereTheReferenceDoes) {
 
 TEST_P(ReferenceBiasLaw, DeviatesAsTheReferenceDoesInTheRandomProfile) {
   const auto gyro = lumped_of_rig(GetParam().rig);
-  const auto clusters = clusters_of(biases_of(gyro, random_profile_c()));
+  const auto clusters = tests::clusters_of(biases_of(gyro, random_profile_c()));
   ASSERT_EQ(clusters.size(), 1440U);
-  EXPECT_NEAR(standard_deviation_of(clusters), GetParam().random_profile, kSixthDecimal);
+  EXPECT_NEAR(tests::standard_deviation_of(clusters), GetParam().random_profile, kSixthDecimal);
 }
 
 TEST_P(ReferenceBiasLaw, IsScaledToTheDeviationOfThePaper) {
@@ -72,4 +72,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& rig) { return std::string(rig.index == 0 ? "FollowsGradientsAlone" : "FollowsTemperatureToo"); });
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

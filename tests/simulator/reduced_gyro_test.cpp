@@ -6,20 +6,22 @@
 #include "simulator/virtual_gyro.hpp"
 #include "tests/simulator/small_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 ReducedGyroParameters small_type() {
   ReducedGyroParameters type;
   type.model = small_gyro();
   type.start_c = 20;
-  type.film = GyroFilm::chamber;
+  type.film = thermal::GyroFilm::chamber;
   type.bias.flow = {.shift_deg_per_h_per_cm_per_s = 4.4, .velocity_cm_per_s = 1.5, .exponent = 0.7, .unbalance = 0};
   type.bias.mirror_deg_per_h_per_k = {5e-3, -4e-3, 3e-3, 6e-3};
   return type;
 }
 
-double at(const ReducedGyro& gyro, ThermalOutput output) { return gyro.inner_c()[static_cast<std::size_t>(output)]; }
+double at(const ReducedGyro& gyro, thermal::ThermalOutput output) {
+  return gyro.inner_c()[static_cast<std::size_t>(output)];
+}
 
 TEST(ReducedGyro, StaysAtRest) {
   ReducedGyro gyro(small_type());
@@ -46,7 +48,7 @@ TEST(ReducedGyro, AStrongerLeftArmIsWarmerAndKeepsTheSumOfThePowers) {
   EXPECT_NEAR(model.powers_w[0] / model.powers_w[1], 1.1, 1e-12);
   EXPECT_NEAR(model.powers_w[0] + model.powers_w[1], 0.588, 1e-12);
   const ReducedGyro gyro(type);
-  EXPECT_GT(at(gyro, ThermalOutput::gain_left), at(gyro, ThermalOutput::gain_right));
+  EXPECT_GT(at(gyro, thermal::ThermalOutput::gain_left), at(gyro, thermal::ThermalOutput::gain_right));
   EXPECT_GT(gyro.bias_parts().gas_flow, 0);
 }
 
@@ -56,18 +58,18 @@ TEST(ReducedGyro, ALeadCarriesHeatAndLosesNone) {
   const ReducedGyro without(type);
   type.arms.left_lead_w_per_k = 0.01;
   const ReducedGyro with(type);
-  EXPECT_NEAR(at(with, ThermalOutput::shell), at(without, ThermalOutput::shell), 1e-6);
-  EXPECT_LT(at(with, ThermalOutput::gain_left), at(without, ThermalOutput::gain_left) - 0.1);
-  EXPECT_LT(at(with, ThermalOutput::gain_left), at(with, ThermalOutput::gain_right));
+  EXPECT_NEAR(at(with, thermal::ThermalOutput::shell), at(without, thermal::ThermalOutput::shell), 1e-6);
+  EXPECT_LT(at(with, thermal::ThermalOutput::gain_left), at(without, thermal::ThermalOutput::gain_left) - 0.1);
+  EXPECT_LT(at(with, thermal::ThermalOutput::gain_left), at(with, thermal::ThermalOutput::gain_right));
 }
 
 TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
   auto type = small_type();
   type.arms.left_lead_w_per_k = 0.01;
   ReducedGyro gyro(type);
-  const double at_rest_k = at(gyro, ThermalOutput::gain_left) - at(gyro, ThermalOutput::gain_right);
+  const double at_rest_k = at(gyro, thermal::ThermalOutput::gain_left) - at(gyro, thermal::ThermalOutput::gain_right);
   for (int t = 0; t < 1200; ++t) gyro.step({20 + t / 30.0});
-  const double in_ramp_k = at(gyro, ThermalOutput::gain_left) - at(gyro, ThermalOutput::gain_right);
+  const double in_ramp_k = at(gyro, thermal::ThermalOutput::gain_left) - at(gyro, thermal::ThermalOutput::gain_right);
   EXPECT_LT(at_rest_k, 0);
   EXPECT_GT(in_ramp_k, 0) << "the lead now warms its arm";
 }
@@ -75,7 +77,7 @@ TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
 TEST(ReducedGyro, TheFilmOfTheFanKeepsItCooler) {
   auto type = small_type();
   const ReducedGyro in_chamber(type);
-  type.film = GyroFilm::still;
+  type.film = thermal::GyroFilm::still;
   EXPECT_GT(ReducedGyro(type).places_c()[8], in_chamber.places_c()[8] + 1);
 }
 
@@ -113,8 +115,8 @@ TEST(DrawGyro, KeepsTheBalanceOfHeat) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const ReducedGyro with(std::get<ReducedGyroParameters>(draw_gyro(type, seed).body));
     const ReducedGyro without(std::get<ReducedGyroParameters>(draw_gyro(without_leads, seed).body));
-    EXPECT_NEAR(at(with, ThermalOutput::shell), at(without, ThermalOutput::shell), 1e-6) << seed;
-    EXPECT_NE(at(with, ThermalOutput::gain_left), at(without, ThermalOutput::gain_left)) << seed;
+    EXPECT_NEAR(at(with, thermal::ThermalOutput::shell), at(without, thermal::ThermalOutput::shell), 1e-6) << seed;
+    EXPECT_NE(at(with, thermal::ThermalOutput::gain_left), at(without, thermal::ThermalOutput::gain_left)) << seed;
   }
 }
 
@@ -138,4 +140,4 @@ TEST(DrawGyro, GivesEverySeedAnotherTwin) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

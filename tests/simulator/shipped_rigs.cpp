@@ -9,7 +9,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// A shipped file that cannot be read is the end of the test program.
@@ -66,13 +66,13 @@ ReducedGyroParameters reduced_of_rig(const std::string& name) {
   return std::get<ReducedGyroParameters>(laboratory_of_rig(name).body);
 }
 
-FrameFormat gyro_of_rig(const std::string& name) {
-  return read_frame_format(must(TomlTable::parse(rig_text(name), name)).table("gyro").table("frame"));
+drivers::FrameFormat gyro_of_rig(const std::string& name) {
+  return drivers::read_frame_format(must(TomlTable::parse(rig_text(name), name)).table("gyro").table("frame"));
 }
 
-RegisterMap chamber_map(const std::string& name) {
+drivers::RegisterMap chamber_map(const std::string& name) {
   const auto path = std::string(GYROTHERM_SOURCE_DIR) + "/profiles/chambers/" + name + ".toml";
-  return must(parse_register_map(must(read_text_file(path)), path));
+  return must(drivers::parse_register_map(must(read_text_file(path)), path));
 }
 
 std::vector<std::string> shipped_chambers() {
@@ -106,4 +106,4 @@ std::vector<double> random_profile_c() {
   return program.set_points_c;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -9,7 +9,7 @@
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 /// profiles/rigs/NAME.toml.
 [[nodiscard]] std::string rig_path(const std::string& name);
@@ -18,9 +18,9 @@ namespace gyrotherm {
 /// The gyros of such rigs.
 [[nodiscard]] LumpedGyroParameters lumped_of_rig(const std::string& name);
 [[nodiscard]] ReducedGyroParameters reduced_of_rig(const std::string& name);
-[[nodiscard]] FrameFormat gyro_of_rig(const std::string& name);
+[[nodiscard]] drivers::FrameFormat gyro_of_rig(const std::string& name);
 /// profiles/chambers/NAME.toml.
-[[nodiscard]] RegisterMap chamber_map(const std::string& name);
+[[nodiscard]] drivers::RegisterMap chamber_map(const std::string& name);
 /// The names of all of them, in alphabetical order.
 [[nodiscard]] std::vector<std::string> shipped_chambers();
 
@@ -29,4 +29,4 @@ namespace gyrotherm {
 /// Set points of the reference simulation's random profile, 144,000 s.
 [[nodiscard]] std::vector<double> random_profile_c();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr Eigen::Index kShell = 8;
@@ -21,7 +21,7 @@ Eigen::MatrixXd means() {
   const std::vector<std::vector<Eigen::Index>> nodes{{0}, {1}, {2}, {3},    {4},    {5},
                                                      {6}, {7}, {8}, {1, 3}, {2, 4}, {5, 6, 7},
                                                      {8}, {1}, {2}, {5},    {7},    {0, 1, 2, 3, 4, 5, 6, 7}};
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(kThermalOutputs), kNodes);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(thermal::kThermalOutputs), kNodes);
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const auto& of = nodes[static_cast<std::size_t>(i)];
     for (const auto node : of) rows(i, node) = 1.0 / static_cast<double>(of.size());
@@ -31,14 +31,14 @@ Eigen::MatrixXd means() {
 
 }  // namespace
 
-ReducedModel small_gyro() {
+thermal::ReducedModel small_gyro() {
   constexpr double kFilmArea = 0.09;    // m²
   constexpr double kGapPerNode = 0.24;  // m: area over width, of each of the three gaps
   Eigen::VectorXd root_capacity = Eigen::VectorXd::Constant(kNodes, std::sqrt(50.0));
   root_capacity[kShell] = std::sqrt(670.0);
   const Eigen::VectorXd scale = root_capacity.cwiseInverse();
 
-  ReducedModel model;
+  thermal::ReducedModel model;
   model.gyro = "small";
   model.source_sha256 = std::string(64, '0');
   model.mesh = "nine nodes";
@@ -54,7 +54,7 @@ ReducedModel small_gyro() {
     for (Eigen::Index node = 0; node < kShell; ++node) conduct(model.conduction_per[gap], node, kShell, kGapPerNode);
   model.conduction_per[3](kShell, kShell) = kFilmArea;
 
-  model.inputs = Eigen::MatrixXd::Zero(kNodes, static_cast<Eigen::Index>(kThermalInputs));
+  model.inputs = Eigen::MatrixXd::Zero(kNodes, static_cast<Eigen::Index>(thermal::kThermalInputs));
   model.inputs.col(1) << 0.25, 0.5, 0, 0.25, 0, 0, 0, 0, 0;
   model.inputs.col(2) << 0.25, 0, 0.5, 0, 0.25, 0, 0, 0, 0;
   model.inputs(kShell, 3) = 1;
@@ -71,4 +71,4 @@ ReducedModel small_gyro() {
   return model;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

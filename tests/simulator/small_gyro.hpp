@@ -4,8 +4,8 @@
 
 #include "thermal/reduced/reduced_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
-[[nodiscard]] ReducedModel small_gyro();
+[[nodiscard]] thermal::ReducedModel small_gyro();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -9,7 +9,7 @@
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kThirdDecimal = 0.5e-3 + 1e-9;
@@ -76,7 +76,7 @@ TEST(ThermalNetwork, ReachesTheReferencesGradients) {
   for (const double rate : {1.0, 2.0, 3.0, 5.0}) {
     const auto series = driven_by(rate_cycle_c(rate));
     for (std::size_t i = 0; i < kBlockPlaces; ++i)
-      std::ranges::copy(clusters_of(series[i]), std::back_inserter(clusters[i]));
+      std::ranges::copy(tests::clusters_of(series[i]), std::back_inserter(clusters[i]));
   }
   ASSERT_EQ(clusters[0].size(), 2216U);
   const std::vector<double> lowest_k{-0.398, -2.599, -2.127, -4.301, 0.268, -0.309, -0.022};
@@ -100,4 +100,4 @@ TEST(ThermalNetwork, EndsTheFirstColdHoldWhereTheReferenceDoes) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -7,7 +7,7 @@
 
 #include "tests/support/statistics.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 std::array<double, kThermalPlaces> everywhere(double celsius) {
@@ -72,8 +72,8 @@ TEST(ThermometerBank, DriftsFromItsCalibrationOn) {
     }
   }
   const double tolerance = 4 / std::sqrt(1800.0);
-  EXPECT_NEAR(standard_deviation_of(at_start_k) / 0.02, 1, tolerance);
-  EXPECT_NEAR(standard_deviation_of(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
+  EXPECT_NEAR(tests::standard_deviation_of(at_start_k) / 0.02, 1, tolerance);
+  EXPECT_NEAR(tests::standard_deviation_of(in_an_hour_k) / (0.01 / std::sqrt(24.0)), 1, tolerance);
 }
 
 TEST(ThermometerBank, HasTheNoiseAsked) {
@@ -83,8 +83,8 @@ TEST(ThermometerBank, HasTheNoiseAsked) {
     bank.step(everywhere(20));
     readings.push_back(bank.readings_c()[8]);
   }
-  EXPECT_NEAR(standard_deviation_of(readings), 0.01, 4 * 0.01 / std::sqrt(4e4));
+  EXPECT_NEAR(tests::standard_deviation_of(readings), 0.01, 4 * 0.01 / std::sqrt(4e4));
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -13,7 +13,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// A client of nothing but the socket interface; every wait ends after five seconds.
@@ -76,8 +76,8 @@ class VirtualInstrumentsTest : public testing::Test {
   }
   [[nodiscard]] double read_chamber(const Client& client, const char* item) const {
     const auto& found = *map.find(item);
-    const ModbusRequest request{
-        1, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}};
+    const drivers::ModbusRequest request{
+        1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, found.address, word_count(found.type), {}};
     client.send(encode_request(request));
     const auto words = decode_reply(request, client.receive(9 + 2 * std::size_t{request.count}));
     EXPECT_TRUE(words);
@@ -86,12 +86,12 @@ class VirtualInstrumentsTest : public testing::Test {
   void write_chamber(const Client& client, const char* item, double value) const {
     const auto& found = *map.find(item);
     const auto words = encode(found, value);
-    const ModbusRequest request{2,
-                                map.link.modbus.unit,
-                                ModbusFunction::write_multiple,
-                                found.address,
-                                static_cast<std::uint16_t>(words.size()),
-                                words};
+    const drivers::ModbusRequest request{2,
+                                         map.link.modbus.unit,
+                                         drivers::ModbusFunction::write_multiple,
+                                         found.address,
+                                         static_cast<std::uint16_t>(words.size()),
+                                         words};
     client.send(encode_request(request));
     EXPECT_TRUE(decode_reply(request, client.receive(12)));
   }
@@ -100,7 +100,7 @@ class VirtualInstrumentsTest : public testing::Test {
     return client.receive_line();
   }
 
-  RegisterMap map = chamber_map("virtual");
+  drivers::RegisterMap map = chamber_map("virtual");
   std::unique_ptr<VirtualInstruments> instruments = start();
 };
 
@@ -132,7 +132,7 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
   instruments->advance(10);
   const auto bytes = first.receive(160);
   EXPECT_EQ(bytes, second.receive(160));
-  FrameDecoder decoder(gyro_of_rig("virtual"));
+  drivers::FrameDecoder decoder(gyro_of_rig("virtual"));
   decoder.feed(bytes);
   VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   for (std::uint32_t i = 0; i < 10; ++i) {
@@ -239,4 +239,4 @@ TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

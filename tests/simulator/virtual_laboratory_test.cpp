@@ -9,7 +9,7 @@
 #include "simulator/thermometer_bank.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 /// All that instruments can see of a world, after each of some steps towards a set point.
@@ -187,4 +187,4 @@ TEST(VirtualLaboratory, ShowsWhatItsThermometersShowAndMendsThem) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -14,7 +14,7 @@
 #include "rig/rig.hpp"
 #include "tests/support/run_harness.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 /// The chamber as it is, whatever it says.
 struct BenchChamber {
@@ -34,7 +34,7 @@ struct BenchChamber {
   void restart() { set_point_c = 20; }
 };
 
-class BenchIo final : public InstrumentIo {
+class BenchIo final : public io::InstrumentIo {
  public:
   explicit BenchIo(BenchChamber& chamber) : chamber_(chamber) {}
 
@@ -87,12 +87,12 @@ class BenchIo final : public InstrumentIo {
   BenchChamber& chamber_;
 };
 
-class BenchRig final : public Rig {
+class BenchRig final : public rig::Rig {
  public:
-  explicit BenchRig(RigFile file) : file_(std::move(file)), io_(chamber) {}
+  explicit BenchRig(rig::RigFile file) : file_(std::move(file)), io_(chamber) {}
   std::vector<Result<std::string>> ask() override { return {}; }
-  using Rig::prepare;
-  Result<std::vector<std::string>> prepare(const Entrance&, const ChamberProgram*) override { return {}; }
+  using rig::Rig::prepare;
+  Result<std::vector<std::string>> prepare(const rig::Entrance&, const drivers::ChamberProgram*) override { return {}; }
   void let_pass(std::int64_t seconds) override {
     constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {
@@ -103,22 +103,22 @@ class BenchRig final : public Rig {
   }
   const Clock& clock() const override { return clock_; }
   BenchIo& io() override { return io_; }
-  const RigFile& file() const override { return file_; }
-  RigFile& file() { return file_; }
-  Result<SetPointRange> controller_limits() override { return SetPointRange{}; }
+  const rig::RigFile& file() const override { return file_; }
+  rig::RigFile& file() { return file_; }
+  Result<drivers::SetPointRange> controller_limits() override { return drivers::SetPointRange{}; }
   bool is_as_found() const override { return true; }
   Duration will_start_utc() const override { return clock_.now().utc; }
 
   BenchChamber chamber;
 
  private:
-  RigFile file_;
+  rig::RigFile file_;
   BenchIo io_;
   VirtualClock clock_;
 };
 
 /// Keeps what it is given.
-class BenchStore final : public Store {
+class BenchStore final : public record::Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> more) override {
     samples.push_back(sample);
@@ -134,30 +134,31 @@ class BenchStore final : public Store {
   bool settle(Duration) override { return true; }
   Result<void> finish() override { return {}; }
   void publish(const RunStanding&) override {}
-  StoreHealth health() const override { return {}; }
-  const RunInfo& info() const override { return info_; }
-  Result<Record> read_back() override { return Record{}; }
+  record::StoreHealth health() const override { return {}; }
+  const record::RunInfo& info() const override { return info_; }
+  Result<record::Record> read_back() override { return record::Record{}; }
 
   std::vector<Sample> samples;
   std::vector<Event> events;
   std::int64_t gap_seconds = 0;
 
  private:
-  RunInfo info_;
+  record::RunInfo info_;
 };
 
 /// Runs a profile on the bench, a second at a time.
 class Bench {
  public:
-  explicit Bench(const std::string& segments, const std::function<void(RigFile&)>& change = {}) : rig_(file(change)) {
-    auto read = parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments, "p.toml");
+  explicit Bench(const std::string& segments, const std::function<void(rig::RigFile&)>& change = {})
+      : rig_(file(change)) {
+    auto read = profile::parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"p\"\n\n" + segments, "p.toml");
     EXPECT_TRUE(read) << text(read.error());
     profile_ = *read;
     harness_.emplace(profile_, rig_, store_);
   }
 
   void late(int seconds) { harness_->without_tick(seconds); }
-  RunOutcome seconds(int count) { return harness_->seconds(count); }
+  run::RunOutcome seconds(int count) { return harness_->seconds(count); }
   int until(RunState state, int most = 20'000) { return harness_->until(state, most); }
   [[nodiscard]] bool told(EventKind kind, const std::string& words) const { return count(kind, words) > 0; }
   [[nodiscard]] int count(EventKind kind, const std::string& words) const {
@@ -171,12 +172,12 @@ class Bench {
 
   BenchChamber& chamber() { return rig_.chamber; }
   BenchIo& instruments() { return rig_.io(); }
-  RunController& run_controller() { return harness_->run_controller(); }
+  run::RunController& run_controller() { return harness_->run_controller(); }
   BenchStore& record() { return store_; }
 
  private:
-  static RigFile file(const std::function<void(RigFile&)>& change) {
-    RigFile file;
+  static rig::RigFile file(const std::function<void(rig::RigFile&)>& change) {
+    rig::RigFile file;
     file.simulated = true;
     file.chamber_limits = {{-45}, {70}, {6}, {6}};
     file.safe_set_point = {20};
@@ -185,9 +186,9 @@ class Bench {
   }
 
   BenchRig rig_;
-  Profile profile_;
+  profile::Profile profile_;
   BenchStore store_;
   std::optional<RunHarness> harness_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -16,7 +16,7 @@
 #include "sequencer/run/run_controller.hpp"
 #include "tests/support/run_harness.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 class DryRun {
  public:
@@ -26,12 +26,12 @@ class DryRun {
     folder_ =
         std::filesystem::temp_directory_path() / ("gyrotherm-" + std::string(name) + "-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder_);
-    auto read = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/" + rig + ".toml");
+    auto read = rig::read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/" + rig + ".toml");
     EXPECT_TRUE(read) << text(read.error());
     file_ = std::move(*read);
     const auto written = read_text_file(profile_path);
     EXPECT_TRUE(written);
-    auto parsed = parse_profile(*written, profile_path);
+    auto parsed = profile::parse_profile(*written, profile_path);
     EXPECT_TRUE(parsed) << text(parsed.error());
     profile_ = std::move(*parsed);
   }
@@ -40,30 +40,30 @@ class DryRun {
   DryRun& operator=(const DryRun&) = delete;
 
   [[nodiscard]] std::string path() const { return (folder_ / "run.db").string(); }
-  [[nodiscard]] const Profile& profile() const { return profile_; }
-  RigFile& file() { return file_; }
+  [[nodiscard]] const profile::Profile& profile() const { return profile_; }
+  rig::RigFile& file() { return file_; }
 
   /// What a record of this profile on this rig knows.
-  [[nodiscard]] RunInfo info() const { return run_info("", profile_, file_, seed_, {}); }
+  [[nodiscard]] record::RunInfo info() const { return run::run_info("", profile_, file_, seed_, {}); }
 
   /// Runs until the profile's end, or `seconds`; returns the outcome of the last tick.
-  RunOutcome run(std::int64_t seconds = 1'000'000) {
-    return run({.gyro = seed_, .run = 0}, nullptr, [&](RunHarness& harness, Rig&) { harness.seconds(seconds); });
+  run::RunOutcome run(std::int64_t seconds = 1'000'000) {
+    return run({.gyro = seed_, .run = 0}, nullptr, [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
   }
   /// Runs as `steps` says; a `program` is left to the chamber's controller. A complete run's record is finished.
-  RunOutcome run(LaboratorySeed seed, const ChamberProgram* program,
-                 const std::function<void(RunHarness&, Rig&)>& steps) {
-    auto rig = Rig::assemble(file_, {.seed = seed, .already = {}, .replay = {}});
+  run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
+                      const std::function<void(RunHarness&, rig::Rig&)>& steps) {
+    auto rig = rig::Rig::assemble(file_, {.seed = seed, .already = {}, .replay = {}});
     EXPECT_TRUE(rig) << text(rig.error());
     const auto prepared = (*rig)->prepare(command(profile_, begin(profile_)), program);
     EXPECT_TRUE(prepared) << text(prepared.error());
-    auto store = Store::create(path(), info());
+    auto store = record::Store::create(path(), info());
     EXPECT_TRUE(store) << text(store.error());
     RunHarness harness(profile_, **rig, **store);
     if (program) harness.run_controller().leave_to_the_controller();
     steps(harness, **rig);
     EXPECT_TRUE((*store)->sync());
-    if (harness.outcome() == RunOutcome::complete) {
+    if (harness.outcome() == run::RunOutcome::complete) {
       EXPECT_TRUE((*store)->finish());
     }
     return harness.outcome();
@@ -72,8 +72,8 @@ class DryRun {
  private:
   std::uint64_t seed_;
   std::filesystem::path folder_;
-  RigFile file_;
-  Profile profile_;
+  rig::RigFile file_;
+  profile::Profile profile_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

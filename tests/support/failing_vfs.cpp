@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 namespace {
 
 /// What SQLite holds of an open file; the file below follows it in memory.
@@ -251,4 +251,4 @@ void FailingVfs::lose_what_was_not_synced(unsigned seed) {
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

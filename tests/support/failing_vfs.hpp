@@ -9,7 +9,7 @@
 
 struct sqlite3_vfs;
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 /// While it lives, every database of the process is opened through it. Syncs cost nothing; what was not synced is
 /// known.
@@ -68,4 +68,4 @@ class FailingVfs {
   std::map<std::string, File> disk_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

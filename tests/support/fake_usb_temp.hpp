@@ -13,16 +13,17 @@
 #include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
-class FakeUsbTemp final : public HidReports {
+class FakeUsbTemp final : public drivers::HidReports {
  public:
   using Report = std::vector<std::byte>;
 
-  std::array<float, kMccInputs> temperatures{20.125f, 21.125f, 22.125f, 23.125f, 24.125f, 25.125f, 26.125f, 27.125f};
+  std::array<float, drivers::kMccInputs> temperatures{20.125f, 21.125f, 22.125f, 23.125f,
+                                                      24.125f, 25.125f, 26.125f, 27.125f};
   std::vector<std::uint8_t> date{24, 5, 17, 10, 30, 0};
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::vector<std::uint8_t>> items;  ///< by converter and sub-item
-  std::vector<MccRequest> heard;
+  std::vector<drivers::MccRequest> heard;
   int openings = 0;
   int status_reads_of_a_calibration = 2;
 
@@ -34,8 +35,8 @@ class FakeUsbTemp final : public HidReports {
   void cut_reports() { cut_ = true; }
   void recover() { silent_ = late_ = deaf_ = cut_ = false; }
   void leave(Report report) { waiting_.push_back(std::move(report)); }
-  [[nodiscard]] int count(MccCommand command) const {
-    return static_cast<int>(std::ranges::count(heard, command, &MccRequest::command));
+  [[nodiscard]] int count(drivers::MccCommand command) const {
+    return static_cast<int>(std::ranges::count(heard, command, &drivers::MccRequest::command));
   }
 
   Result<std::string> open() override {
@@ -46,7 +47,7 @@ class FakeUsbTemp final : public HidReports {
   Result<void> write(std::span<const std::byte> report) override {
     if (auto opened = open(); !opened) return failure(opened.error());
     if (report.size() < 2) return failure(FaultKind::disconnected, "hid", "hidraw takes no report of one byte");
-    const auto request = decode_mcc_request(report);
+    const auto request = drivers::decode_mcc_request(report);
     if (!request) return failure(request.error());
     heard.push_back(*request);
     auto answer = answer_to(*request);
@@ -65,22 +66,22 @@ class FakeUsbTemp final : public HidReports {
   }
 
  private:
-  Report answer_to(const MccRequest& request) {
+  Report answer_to(const drivers::MccRequest& request) {
     const auto& a = request.arguments;
     switch (request.command) {
-      case MccCommand::scan:
+      case drivers::MccCommand::scan:
         return encode_mcc_numbers(request.command, std::span(temperatures).subspan(a[0], 1u + a[1] - a[0]));
-      case MccCommand::read_memory: return encode_mcc_bytes(request.command, date);
-      case MccCommand::set_item:
+      case drivers::MccCommand::read_memory: return encode_mcc_bytes(request.command, date);
+      case drivers::MccCommand::set_item:
         if (!deaf_ && calibrating_ == 0) items[{a[0], a[1]}].assign(a.begin() + 2, a.end());
         return {};
-      case MccCommand::read_item: {
+      case drivers::MccCommand::read_item: {
         auto value = items[{a[0], a[1]}];
         value.resize(mcc_reply_length(request));
         return encode_mcc_bytes(request.command, value);
       }
-      case MccCommand::calibrate: calibrating_ = status_reads_of_a_calibration; return {};
-      case MccCommand::read_status: {
+      case drivers::MccCommand::calibrate: calibrating_ = status_reads_of_a_calibration; return {};
+      case drivers::MccCommand::read_status: {
         const std::array busy{static_cast<std::uint8_t>(calibrating_ > 0)};
         calibrating_ = std::max(calibrating_ - 1, 0);
         return encode_mcc_bytes(request.command, busy);
@@ -95,4 +96,4 @@ class FakeUsbTemp final : public HidReports {
   bool plugged_ = true, open_ = false, silent_ = false, late_ = false, deaf_ = false, cut_ = false;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

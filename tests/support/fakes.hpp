@@ -13,7 +13,7 @@
 
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 [[nodiscard]] inline std::vector<std::byte> bytes_of(std::string_view text) {
   const auto* first = reinterpret_cast<const std::byte*>(text.data());
@@ -21,7 +21,7 @@ namespace gyrotherm {
 }
 
 /// Registers of a unit in memory; one that was never set is an illegal address.
-class FakeRegisters final : public Registers {
+class FakeRegisters final : public drivers::Registers {
  public:
   std::map<std::uint16_t, std::uint16_t> words;
   int reads = 0;
@@ -32,7 +32,7 @@ class FakeRegisters final : public Registers {
   void answer_late() { late_ = true; }    ///< writes are carried out, their acknowledgement comes too late
   void ignore_writes() { deaf_ = true; }  ///< acknowledges writes and does nothing
 
-  Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
+  Result<std::vector<std::uint16_t>> read(drivers::ReadFunction, std::uint16_t address, std::uint16_t count) override {
     ++reads;
     if (broken_ != kWell) return failure(broken_, "fake", "broken");
     std::vector<std::uint16_t> found;
@@ -44,7 +44,7 @@ class FakeRegisters final : public Registers {
     return found;
   }
 
-  Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
+  Result<void> write(drivers::WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
     if (broken_ != kWell) return failure(broken_, "fake", "broken");
     for (std::size_t i = 0; i < values.size() && !deaf_; ++i)
       words[static_cast<std::uint16_t>(address + i)] = values[i];
@@ -60,7 +60,7 @@ class FakeRegisters final : public Registers {
 };
 
 /// A line in memory. What is written goes to `instrument`, whose answer waits to be read. Time does not pass.
-class FakeStream final : public ByteStream {
+class FakeStream final : public drivers::ByteStream {
  public:
   std::function<std::string(std::string_view)> instrument = [](std::string_view) { return std::string(); };
   std::vector<std::string> heard;  ///< by the instrument
@@ -100,4 +100,4 @@ class FakeStream final : public ByteStream {
   bool silent_ = false, late_ = false, garbled_ = false, gone_ = false;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 class TestFolder {
  public:
@@ -25,4 +25,4 @@ class TestFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -15,7 +15,7 @@
 
 #include "drivers/gyro/framed_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 [[nodiscard]] inline std::vector<std::string> shipped_streams() {
   std::vector<std::string> names;
@@ -25,11 +25,11 @@ namespace gyrotherm {
   return names;
 }
 
-[[nodiscard]] inline GyroStream shipped_stream(const std::string& name, const std::string& axis = "") {
+[[nodiscard]] inline drivers::GyroStream shipped_stream(const std::string& name, const std::string& axis = "") {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams/" + name + ".toml");
   std::stringstream text;
   text << file.rdbuf();
-  auto stream = parse_gyro_stream(text.str(), name + ".toml", axis);
+  auto stream = drivers::parse_gyro_stream(text.str(), name + ".toml", axis);
   if (!stream) throw std::runtime_error(gyrotherm::text(stream.error()));
   return *stream;
 }
@@ -50,7 +50,7 @@ namespace gyrotherm {
 /// A decoder that has been fed, and what it gave.
 class Fed {
  public:
-  Fed(const FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
+  Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
     decoder_.feed(bytes);
     while (const auto frame = decoder_.take()) {
       frames.push_back(*frame);
@@ -65,14 +65,14 @@ class Fed {
       if (format_.fields[i].name == name && values_.at(frame)[i]) return *values_.at(frame)[i];
     return std::numeric_limits<double>::quiet_NaN();
   }
-  std::vector<GyroFrame> frames;
+  std::vector<drivers::GyroFrame> frames;
   std::vector<std::vector<std::string>> complaints;
   std::uint64_t rejected{};
 
  private:
-  FrameFormat format_;
-  FrameDecoder decoder_;
+  drivers::FrameFormat format_;
+  drivers::FrameDecoder decoder_;
   std::vector<std::vector<std::optional<double>>> values_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 /// "19 00E0" → 19, 00, E0; blanks are skipped.
 [[nodiscard]] inline std::vector<std::byte> bytes_of_hex(std::string_view text) {
@@ -28,4 +28,4 @@ namespace gyrotherm {
   return text;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

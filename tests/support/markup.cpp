@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 namespace {
 
 bool is_letter_or_digit(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == ':'; }
@@ -78,4 +78,4 @@ int count_of(std::string_view text, std::string_view word) {
   return count;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 /// "" if every element is closed, in order, every attribute is quoted and no bare '&' or '<' is left; else what is
 /// wrong. Raw style sheets, the doctype and void HTML elements written "<x/>" are understood.
@@ -12,4 +12,4 @@ namespace gyrotherm {
 
 [[nodiscard]] int count_of(std::string_view text, std::string_view word);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

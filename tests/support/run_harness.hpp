@@ -12,30 +12,30 @@
 #include "rig/rig.hpp"
 #include "sequencer/run/run_controller.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 class RunHarness {
  public:
   /// All of them outlive it; the rig has been prepared.
-  RunHarness(const Profile& profile, Rig& rig, Store& store)
+  RunHarness(const profile::Profile& profile, rig::Rig& rig, record::Store& store)
       : profile_(profile), rig_(rig), run_controller_(profile, rig, store, begin(profile), 0) {}
 
-  [[nodiscard]] RunController& run_controller() { return run_controller_; }
-  [[nodiscard]] const RunController& run_controller() const { return run_controller_; }
-  [[nodiscard]] RunOutcome outcome() const { return outcome_; }
+  [[nodiscard]] run::RunController& run_controller() { return run_controller_; }
+  [[nodiscard]] const run::RunController& run_controller() const { return run_controller_; }
+  [[nodiscard]] run::RunOutcome outcome() const { return outcome_; }
   [[nodiscard]] ProfilePosition progress() const { return position_of(profile_, run_controller_.state()); }
 
   std::function<void(std::int64_t slot)> before_second = {};  ///< is called before the time of a slot passes
   std::function<void()> after_tick = {};
 
   /// Lets seconds pass, each with a tick, until the run has ended; returns the outcome of the last tick.
-  RunOutcome seconds(std::int64_t count) {
-    for (; count > 0 && outcome_ == RunOutcome::going_on; --count) {
+  run::RunOutcome seconds(std::int64_t count) {
+    for (; count > 0 && outcome_ == run::RunOutcome::going_on; --count) {
       if (before_second) before_second(slot_);
       rig_.let_pass(1);
       const auto outcome = run_controller_.tick(slot_++);
       EXPECT_TRUE(outcome) << (outcome ? "" : text(outcome.error()));
-      outcome_ = outcome.value_or(RunOutcome::stopped);
+      outcome_ = outcome.value_or(run::RunOutcome::stopped);
       if (after_tick) after_tick();
     }
     return outcome_;
@@ -58,11 +58,11 @@ class RunHarness {
   }
 
  private:
-  const Profile& profile_;
-  Rig& rig_;
-  RunController run_controller_;
+  const profile::Profile& profile_;
+  rig::Rig& rig_;
+  run::RunController run_controller_;
   std::int64_t slot_ = 0;
-  RunOutcome outcome_ = RunOutcome::going_on;
+  run::RunOutcome outcome_ = run::RunOutcome::going_on;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

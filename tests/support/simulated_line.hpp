@@ -12,9 +12,9 @@
 #include "core/clock.hpp"
 #include "drivers/wires.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
-class SimulatedLine final : public ByteStream {
+class SimulatedLine final : public drivers::ByteStream {
  public:
   using Bytes = std::vector<std::byte>;
   /// What the other end does about a request: call arrive().
@@ -72,4 +72,4 @@ class SimulatedLine final : public ByteStream {
   bool gone_ = false, ended_ = false;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

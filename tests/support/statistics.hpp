@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::tests {
 
 inline double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -27,4 +27,4 @@ inline std::vector<double> clusters_of(const std::vector<double>& values) {
   return means;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::tests

@@ -11,7 +11,7 @@
 #include "thermal/hex20.hpp"
 #include "thermal/thermal_image.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr MaterialProperties kStuff{2000, 500, 1.5};
@@ -193,4 +193,4 @@ TEST_F(Assembly, OutputsOfALinearFieldAreItsValuesAtTheirPlaces) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -10,7 +10,7 @@
 #include "thermal/mesh_files.hpp"
 #include "thermal/steady_state.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ TEST(Calibration, GivesThePapersThreeAndAHalfKelvin) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -9,7 +9,7 @@
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/assembly.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 SparseMatrix conduction(double film) {
@@ -95,4 +95,4 @@ TEST(ConjugateGradients, LeaveSignalHandlersAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

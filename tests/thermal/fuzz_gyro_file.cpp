@@ -26,7 +26,7 @@ const std::string& shipped() {
 }
 
 void run(const std::string& text) {
-  const auto model = gyrotherm::parse_gyro(text, "fuzz.toml");
+  const auto model = gyrotherm::thermal::parse_gyro(text, "fuzz.toml");
   if (!model) return require(model.error().where.starts_with("fuzz.toml"));
   require(model->geometry.block_thickness > 0 && model->air.lid.width_m > 0);
   for (const double watts : model->powers_w) require(watts >= 0);

@@ -10,7 +10,7 @@
 
 #include "thermal/reduced/reduced_transient.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 namespace {
 
@@ -88,4 +88,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

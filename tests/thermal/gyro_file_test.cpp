@@ -5,7 +5,7 @@
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/gyro_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// The calibrated gyro with one piece of its text replaced.
@@ -106,4 +106,4 @@ TEST(GyroFile, NamesUnknownAndMissingKeys) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

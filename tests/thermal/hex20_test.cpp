@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 TEST(Hex20, IsOneAtItsNodeAndZeroAtTheOthers) {
@@ -49,4 +49,4 @@ TEST(Hex20, IntegratesToVolumesAndAreas) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

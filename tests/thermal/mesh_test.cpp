@@ -8,7 +8,7 @@
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/assembly.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kMm3 = 1e-9;  // m³
@@ -92,4 +92,4 @@ TEST(Mesh, LinesLieOnTheFacesOfBoxes) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

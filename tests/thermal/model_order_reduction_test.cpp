@@ -9,7 +9,7 @@
 #include "thermal/hex20.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr unsigned kReductionSeed = 4711;
@@ -180,4 +180,4 @@ TEST(ReductionError, IsSmallOnTheProgramsInTime) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -7,7 +7,7 @@
 
 #include "thermal/gyro_parts.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 TEST(PlanShapes, ACircleHasItsArea) { EXPECT_NEAR(area(circle({3, -2}, 30)), std::numbers::pi * 900, 1e-9); }
@@ -43,4 +43,4 @@ TEST(PlanShapes, PiecesAddUpToTheWhole) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

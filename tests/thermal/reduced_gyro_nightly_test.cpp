@@ -17,7 +17,7 @@
 #include "thermal/reduced/reduced_transient.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 const std::string kGyros = GYROTHERM_SOURCE_DIR "/profiles/gyros/";
@@ -153,4 +153,4 @@ TEST(ReducedGyro, TheShippedFileIsWhatTheModelGives) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -8,7 +8,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
@@ -119,4 +119,4 @@ TEST(ReducedModel, RestsAtTheAmbientWithoutPower) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

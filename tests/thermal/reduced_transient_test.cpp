@@ -12,7 +12,7 @@
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr unsigned kReducedSeed = 61;
@@ -223,4 +223,4 @@ TEST(FullTransient, AJumpCostsNoOrder) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

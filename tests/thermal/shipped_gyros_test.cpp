@@ -8,7 +8,7 @@
 #include "thermal/gyro_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 std::vector<std::string> gyro_names() {
@@ -71,4 +71,4 @@ TEST(ShippedGyros, ReducedModelsAreAlikeLeftAndRight) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

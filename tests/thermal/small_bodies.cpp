@@ -11,7 +11,7 @@
 #include "core/file.hpp"
 #include "thermal/gyro_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 std::string gyro_text(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/" + name + ".toml");
@@ -238,4 +238,4 @@ const ReducedSystem& reduced_box_system() {
 
 const ReducedModel& reduced_box_gyro() { return reduced_box_system().model; }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

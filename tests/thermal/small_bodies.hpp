@@ -9,7 +9,7 @@
 #include "thermal/model_order_reduction.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// profiles/gyros/NAME.toml.
 [[nodiscard]] std::string gyro_text(const std::string& name);
@@ -40,4 +40,4 @@ namespace gyrotherm {
 [[nodiscard]] const ReducedSystem& reduced_box_system();
 [[nodiscard]] const ReducedModel& reduced_box_gyro();
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

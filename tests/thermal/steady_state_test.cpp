@@ -8,7 +8,7 @@
 #include "thermal/difference_fit.hpp"
 #include "thermal/thermal_image.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kRough = 9.0;  // mm; about 24,000 nodes
@@ -160,4 +160,4 @@ TEST(DifferenceFit, AnotherThicknessChangesTheGapsToo) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -9,7 +9,7 @@
 #include "thermal/assembly.hpp"
 #include "thermal/mesh_files.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 GyroMesh two_bricks() { return box_of(GyroPart::gain_left, {0, 0.01, 0.03}, {0, 0.01}, {0, 0.02}, {0, 5}); }
@@ -71,4 +71,4 @@ TEST(CalculixInput, GivesCutBricksTheirTensor) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

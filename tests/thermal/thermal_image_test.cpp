@@ -8,7 +8,7 @@
 #include "plot/png.hpp"
 #include "tests/support/markup.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 /// 20 °C on the left to 30 °C on the right, a hole in the middle, one thermometer.
@@ -32,7 +32,7 @@ ThermalImage slope() {
   return image;
 }
 
-bool white(const Rgb& point) { return point.red == 255 && point.green == 255 && point.blue == 255; }
+bool white(const plot::Rgb& point) { return point.red == 255 && point.green == 255 && point.blue == 255; }
 
 }  // namespace
 
@@ -44,8 +44,8 @@ TEST(ThermalImage, HasAnIsothermAtEachStep) {
 }
 
 TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteWhereNothingIs) {
-  Picture picture = coloured(slope());
-  const Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
+  plot::Picture picture = coloured(slope());
+  const plot::Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
   EXPECT_GT(cold.blue, cold.red);
   EXPECT_GT(hot.red, hot.blue);
   EXPECT_TRUE(white(picture.at(50, 100)));
@@ -53,11 +53,11 @@ TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteWhereNothingIs) {
 
 TEST(ThermalImage, PutsAThermometerWhereItStands) {
   const ThermalImage image = slope();
-  const Picture before = coloured(image);
-  Picture after = before;
+  const plot::Picture before = coloured(image);
+  plot::Picture after = before;
   draw_marks(after, image);
   EXPECT_TRUE(white(after.at(20, 50)));  // x 25 of 100 mm, y 40 of 50 mm, from the top
-  EXPECT_FALSE(white(Picture(before).at(20, 50)));
+  EXPECT_FALSE(white(plot::Picture(before).at(20, 50)));
 }
 
 TEST(ThermalImage, SaysSimulatedAndNamesItsThermometers) {
@@ -68,7 +68,7 @@ TEST(ThermalImage, SaysSimulatedAndNamesItsThermometers) {
   EXPECT_NE(svg.find(">SIMULATED<"), std::string::npos);
   EXPECT_NE(svg.find(">A<"), std::string::npos);
   EXPECT_NE(svg.find(">22.50<"), std::string::npos);
-  EXPECT_EQ(markup_mistake(svg), "");
+  EXPECT_EQ(tests::markup_mistake(svg), "");
 }
 
 TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
@@ -78,11 +78,11 @@ TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
 }
 
 TEST(Base64, GivesTheStandardsVectors) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(plot::base64(""), "");
+  EXPECT_EQ(plot::base64("f"), "Zg==");
+  EXPECT_EQ(plot::base64("fo"), "Zm8=");
+  EXPECT_EQ(plot::base64("foo"), "Zm9v");
+  EXPECT_EQ(plot::base64("foobar"), "Zm9vYmFy");
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -6,7 +6,7 @@
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr ThermalSpread kWide{.capacity = 0.05, .gap = 0.2, .film = 0.3, .power = 0.1, .arms = 0.1};
@@ -63,4 +63,4 @@ TEST(ThermalSpread, CapacityChangesHowFastAndNotWhere) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -9,7 +9,7 @@
 
 #include "core/toml_reader.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 namespace {
 
@@ -283,4 +283,4 @@ ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, R
   return other;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -13,7 +13,7 @@
 #include "core/result.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// Against the full model, measured when it was made; K, over A…H.
 struct ReductionError {
@@ -79,4 +79,4 @@ struct ThermalSpread {
 /// left and right need no longer be alike.
 [[nodiscard]] ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <variant>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 // The coefficients are analytic inside the ellipse through −273 °C, of parameter ρ = 5.9: error about ρ^−17.
@@ -185,4 +185,4 @@ std::span<const double, kThermalOutputs> ReducedTransient::outputs_c() const {
   return std::span<const double, kThermalOutputs>(parts_->outputs_c.data(), kThermalOutputs);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -10,7 +10,7 @@
 #include "core/quantity.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// K(c) = Q Λ Qᵀ.
 struct ThermalModes {
@@ -91,4 +91,4 @@ class ReducedTransient final {
   std::unique_ptr<Parts> parts_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

@@ -4,7 +4,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 namespace {
 
 constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m²·K⁴)
@@ -29,4 +29,4 @@ ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double 
           effective_conductivity(air.base, air_c), film_w_per_m2_k};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

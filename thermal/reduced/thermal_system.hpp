@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace gyrotherm {
+namespace gyrotherm::thermal {
 
 /// c_m: effective conductivity of the cabinet's three air gaps, W/(m·K), and film on the cabinet's outside, W/(m²·K).
 enum class ThermalCoefficient : std::size_t { air_lid, air_side, air_base, film };
@@ -98,4 +98,4 @@ struct CabinetAir {
 /// The three gaps at `air_c`, and the outside's film as given.
 [[nodiscard]] ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double film_w_per_m2_k);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::thermal

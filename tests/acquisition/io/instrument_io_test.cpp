@@ -6,7 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 
-namespace gyrotherm {
+namespace gyrotherm::io {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -41,7 +41,7 @@ class Gate {
 };
 
 /// Answers count up, so that a late one can be told from a fresh one.
-class GatedChamber final : public Chamber {
+class GatedChamber final : public drivers::Chamber {
  public:
   Result<std::string> identify() override { return "gated"; }
   Result<ChamberState> read() override {
@@ -61,7 +61,7 @@ class GatedChamber final : public Chamber {
   std::atomic<double> set_point{20};
 };
 
-class GatedThermometer final : public Thermometer {
+class GatedThermometer final : public drivers::Thermometer {
  public:
   Result<std::string> identify() override { return "gated"; }
   std::vector<Result<Celsius>> read() override {
@@ -73,7 +73,7 @@ class GatedThermometer final : public Thermometer {
   std::atomic<int> reads{};
 };
 
-class GatedGyro final : public Gyro {
+class GatedGyro final : public drivers::Gyro {
  public:
   Result<PulseCount> read(Duration expected) override {
     gate.pass();
@@ -150,7 +150,7 @@ TEST(InstrumentIo, TellsHowLongACallOfTheChamberHasNotGotOn) {
 
 TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
   Bench bench;
-  LineActivity line;
+  drivers::LineActivity line;
   bench.instruments.chamber_line = &line;
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   bench.chamber.gate.close();
@@ -187,7 +187,7 @@ TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
 }
 
 /// While its thermometer is read the whole machine stands still.
-class StandingStill final : public Clock, public Thermometer {
+class StandingStill final : public Clock, public drivers::Thermometer {
  public:
   Result<std::string> identify() override { return "slept"; }
   Instant now() const override { return {elapsed_ms.load() * 1ms, elapsed_ms.load() * 1ms}; }
@@ -268,4 +268,4 @@ TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::io

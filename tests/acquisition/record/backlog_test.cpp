@@ -7,7 +7,7 @@
 
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 Entry row(std::int64_t slot, std::vector<Event> events = {}) {
@@ -102,4 +102,4 @@ TEST(Backlog, AccountsForEverySlotAndStaysWithinItsBoundWhateverHappens) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -9,7 +9,7 @@
 #include "acquisition/record/run_file.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 TEST(Sha256, GivesTheDigestsOfItsStandard) {
@@ -228,4 +228,4 @@ TEST(Manifest, FindsEachOfTenThousandEditsOfOneByte) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

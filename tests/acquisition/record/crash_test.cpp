@@ -9,7 +9,7 @@
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 /// A process of its own that writes a run and says on a pipe what is acknowledged, until it is killed.
@@ -160,4 +160,4 @@ TEST(Crash, StatusOfARecordBeingWrittenComesFromItsStatusFile) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

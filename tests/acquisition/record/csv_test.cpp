@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 using Numbers = std::vector<double>;
@@ -77,4 +77,4 @@ TEST(LiveRows, HoldNoMoreThanALine) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

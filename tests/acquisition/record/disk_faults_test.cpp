@@ -11,7 +11,7 @@
 #include "tests/acquisition/record/runs.hpp"
 #include "tests/support/failing_vfs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 #ifdef GYROTHERM_NIGHTLY
@@ -88,7 +88,7 @@ void expect_sound(const std::string& path, std::int64_t acknowledged, const std:
 }
 
 /// One fault at one operation. False if the run has fewer operations.
-bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, FailingVfs::Kind kind) {
+bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, tests::FailingVfs::Kind kind) {
   const std::string path = folder + "/run.db";
   const auto what = "operation " + std::to_string(operation) + (sticky ? " and all that follow" : "");
   remove_all_in(folder);
@@ -96,7 +96,7 @@ bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, Fa
   std::int64_t acknowledged = -1;
   bool began = false;
   {
-    FailingVfs vfs;
+    tests::FailingVfs vfs;
     vfs.fail(operation, sticky, kind);
     Diligent run(path);
     began = run.began();
@@ -108,7 +108,8 @@ bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, Fa
     EXPECT_TRUE(!began || run.flush()) << what << ": the rows in memory are written once the disk is well";
     acknowledged = run.acknowledged();
     EXPECT_TRUE(!began || acknowledged == kRows - 1) << what;
-    EXPECT_TRUE(!began || kind != FailingVfs::Kind::full || run.parts() == 1) << what << ": a full disk is not broken";
+    EXPECT_TRUE(!began || kind != tests::FailingVfs::Kind::full || run.parts() == 1)
+        << what << ": a full disk is not broken";
     EXPECT_TRUE(!began || operation % 2 == 0 || run.finish()) << what;
   }
   if (began) expect_sound(path, acknowledged, what);
@@ -116,7 +117,7 @@ bool ride_out(const std::string& folder, std::int64_t operation, bool sticky, Fa
   return failures > 0;
 }
 
-void ride_out_all(FailingVfs::Kind kind) {
+void ride_out_all(tests::FailingVfs::Kind kind) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");
   int points = 0;
@@ -129,9 +130,9 @@ void ride_out_all(FailingVfs::Kind kind) {
   EXPECT_GT(points, 10);
 }
 
-TEST(DiskFaults, AnErrorAtAnyOperationLosesNothing) { ride_out_all(FailingVfs::Kind::io_error); }
+TEST(DiskFaults, AnErrorAtAnyOperationLosesNothing) { ride_out_all(tests::FailingVfs::Kind::io_error); }
 
-TEST(DiskFaults, AFullDiskIsWaitedForInTheSameFile) { ride_out_all(FailingVfs::Kind::full); }
+TEST(DiskFaults, AFullDiskIsWaitedForInTheSameFile) { ride_out_all(tests::FailingVfs::Kind::full); }
 
 TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
   const Folder folder;
@@ -142,11 +143,11 @@ TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
     remove_all_in(folder / "disk");
     std::int64_t acknowledged = -1;
     {
-      FailingVfs vfs;
+      tests::FailingVfs vfs;
       {
         Diligent run(path);
         ASSERT_TRUE(run.began());
-        vfs.fail(1 + random() % 600, true, FailingVfs::Kind::power_cut);
+        vfs.fail(1 + random() % 600, true, tests::FailingVfs::Kind::power_cut);
         for (int row = 0; row < 150 && vfs.failures() == 0; ++row) run.second();
         acknowledged = run.acknowledged();
       }
@@ -169,12 +170,12 @@ TEST(DiskFaults, ARecordThatWasBeingClosedIsReadAndNothingIsPlayedBack) {
     for (std::int64_t operation = 1, done = 0; done == 0; ++operation) {
       remove_all_in(folder / "disk");
       {
-        FailingVfs vfs;
+        tests::FailingVfs vfs;
         {
           Diligent run(path);
           ASSERT_TRUE(run.began());
           for (int row = 0; row < kRows; ++row) ASSERT_TRUE(run.second());
-          vfs.fail(operation, true, FailingVfs::Kind::power_cut);
+          vfs.fail(operation, true, tests::FailingVfs::Kind::power_cut);
           (void)run.finish();
           done = vfs.failures() == 0 ? 1 : 0;
         }
@@ -197,15 +198,15 @@ TEST(DiskFaults, APowerCutAfterAFailedSyncLosesNothingAcknowledged) {
     remove_all_in(folder / "disk");
     std::int64_t acknowledged = -1;
     {
-      FailingVfs vfs;
+      tests::FailingVfs vfs;
       {
         Diligent run(path);
         ASSERT_TRUE(run.began());
-        vfs.fail(sync, false, FailingVfs::Kind::sync_error);
+        vfs.fail(sync, false, tests::FailingVfs::Kind::sync_error);
         for (int row = 0; row < 2 * kRows; ++row) run.second();
         acknowledged = run.acknowledged();
         if (vfs.failures() == 0) break;
-        vfs.fail(1, true, FailingVfs::Kind::power_cut);
+        vfs.fail(1, true, tests::FailingVfs::Kind::power_cut);
       }
       vfs.lose_what_was_not_synced(static_cast<unsigned>(sync));
     }
@@ -221,16 +222,16 @@ TEST(DiskFaults, ADiskThatForgetsIsFoundBeforeTheFirstCommand) {
   const auto path = folder / "run.db";
   std::int64_t writes = 0;
   {
-    FailingVfs vfs;
-    vfs.fail(0, true, FailingVfs::Kind::forgetful);
+    tests::FailingVfs vfs;
+    vfs.fail(0, true, tests::FailingVfs::Kind::forgetful);
     const auto store = Store::create(path, two_thermometers(), {});
     ASSERT_TRUE(store);
     writes = vfs.operations();
   }
   for (const std::int64_t from : {writes, writes / 2, std::int64_t{1}}) {
     remove_record(path);
-    FailingVfs vfs;
-    vfs.fail(from, true, FailingVfs::Kind::forgetful);
+    tests::FailingVfs vfs;
+    vfs.fail(from, true, tests::FailingVfs::Kind::forgetful);
     EXPECT_FALSE(Store::create(path, two_thermometers(), {})) << from;
     EXPECT_GT(vfs.failures(), 0) << from;
     EXPECT_FALSE(std::filesystem::exists(path)) << from;
@@ -305,4 +306,4 @@ TEST(DiskFaults, ASmallDiskThatFillsUpIsRiddenOutFromMemory) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

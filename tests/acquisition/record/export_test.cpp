@@ -7,7 +7,7 @@
 
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 std::string content(const std::string& path) {
@@ -66,4 +66,4 @@ TEST(Export, WritesTheWholeFileOrNone) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -11,7 +11,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 namespace fs = std::filesystem;
@@ -309,4 +309,4 @@ TEST(FileAttack, AFolderThatIsMovedIsStillTheRecordsOwn) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -11,7 +11,7 @@
 #include "drivers/line/deadline.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 constexpr std::size_t kHeader = 32, kFrame = 24 + 4096;
@@ -80,4 +80,4 @@ TEST(LogCheck, OfALogThatWasCutShortOnlyTheFramesThatAreThereAreWhole) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

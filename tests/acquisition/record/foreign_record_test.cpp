@@ -14,7 +14,7 @@
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 std::string bytes_of(const std::string& path) {
@@ -311,4 +311,4 @@ TEST(ForeignRecord, LinksAtTheNamesOfItsFilesAreNotFollowed) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

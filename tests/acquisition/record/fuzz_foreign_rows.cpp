@@ -8,7 +8,7 @@
 
 #include "acquisition/record/import.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 namespace {
 
@@ -60,4 +60,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

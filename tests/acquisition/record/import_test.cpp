@@ -8,7 +8,7 @@
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 const std::string kMap = R"(schema = "gyrotherm-import/1"
@@ -304,4 +304,4 @@ TEST(Import, NeverOverwritesARecord) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

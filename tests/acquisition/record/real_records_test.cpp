@@ -9,7 +9,7 @@
 #include "acquisition/record/import.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 class RealRecord : public ::testing::Test {
@@ -65,4 +65,4 @@ TEST_F(RealRecord, TofuPilotKeepsItsTemperaturePath) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -14,7 +14,7 @@
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
@@ -222,4 +222,4 @@ TEST(Record, OfTheQualificationIsReadWhole) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -4,7 +4,7 @@
 
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 using std::chrono::days;
@@ -56,4 +56,4 @@ TEST(Calibration, SaysItselfInWords) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

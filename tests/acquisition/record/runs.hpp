@@ -11,7 +11,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 
 /// A folder of the test's own, gone afterwards.
 class Folder {
@@ -85,4 +85,4 @@ inline std::unique_ptr<Store> store_with(const std::string& path, std::int64_t c
   return std::move(*store);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -11,7 +11,7 @@
 #include "tests/acquisition/record/runs.hpp"
 
 /// A log that lost its end holds a record that fits in itself; what was acknowledged tells.
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 TEST(Status, GoesThroughJsonUnchanged) {
@@ -203,4 +203,4 @@ TEST(LostEnd, IsToldByTheStatusOfTheSameRunAlone) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

@@ -10,7 +10,7 @@
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::record {
 namespace {
 
 TEST(Store, NeverOverwritesAFile) {
@@ -364,4 +364,4 @@ TEST(BackgroundStore, TellsInTheStatusFileWhatIsPublished) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::record

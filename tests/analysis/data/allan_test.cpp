@@ -13,7 +13,7 @@
 
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// The 1000 points of NIST SP 1065, section 12.4.
@@ -354,4 +354,4 @@ TEST(AllanCovariance, IsWhatManyRecordsShow) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -7,7 +7,7 @@
 #include "tests/analysis/real_records.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// `rows` seconds of one thermometer that warms by 0.6 °C/min; bias is the second.
@@ -104,4 +104,4 @@ TEST(Clusters, OfARealRecordFollowItsOwnTime) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

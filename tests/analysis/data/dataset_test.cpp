@@ -6,15 +6,15 @@
 
 #include "acquisition/record/record.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// Four seconds: two in a hold, two in a ramp; one thermometer; the gyro counts 10, 12, 20, 20 pulses of 0.5".
-Record four_seconds() {
-  Record record;
+record::Record four_seconds() {
+  record::Record record;
   record.info.id = "r";
   record.info.thermometers = {{"A", "probe", {0.25}}};
-  record.info.gyro = {GyroKind::pulse_count, 0.5, std::nullopt};
+  record.info.gyro = {record::GyroKind::pulse_count, 0.5, std::nullopt};
   record.info.cycles = {"first"};
   record.info.segments = {{"rest", true, {20}, {}, 0}, {"up", false, {30}, {1}, 0}};
   record.finished = true;
@@ -39,7 +39,7 @@ TEST(Dataset, CalibratesTemperaturesAndKeepsWhatIsMissing) {
 }
 
 TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
-  Record record = four_seconds();
+  record::Record record = four_seconds();
   record.info.gyro.earth_rate = DegreesPerHour{4};
   const Dataset dataset = make_dataset(record, "run.db");
   EXPECT_EQ(dataset.bias_zero, "earth rate removed");
@@ -55,9 +55,9 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
 }
 
 TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
-  Record record = four_seconds();
+  record::Record record = four_seconds();
   record.info.imported = true;
-  record.info.gyro = {GyroKind::rate, 2, std::nullopt};
+  record.info.gyro = {record::GyroKind::rate, 2, std::nullopt};
   record.info.segments.clear();
   record.progress.clear();
   const Dataset dataset = make_dataset(record, "run.db");
@@ -75,7 +75,7 @@ TEST(Dataset, CountsOurOwnTimeInSlots) {
 }
 
 TEST(Dataset, LetsGStandInForTheShell) {
-  Record record = four_seconds();
+  record::Record record = four_seconds();
   record.info.thermometers = {{"A", "", {}}, {"D", "", {}}, {"G", "", {}}};
   record.thermometers_c.resize(3, {1, 2, 3, 4});
   const Dataset dataset = make_dataset(record, "run.db");
@@ -88,10 +88,10 @@ TEST(Dataset, LetsGStandInForTheShell) {
 }
 
 TEST(Dataset, SaysWhereItsGapsAre) {
-  Record record = four_seconds();
+  record::Record record = four_seconds();
   record.gaps = {{10, 19, "power cut"}};
   EXPECT_EQ(make_dataset(record, "run.db").gaps_s.front(), (std::pair{10.0, 20.0}));
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 const std::vector<std::string> kOddNames = {"A", "B", "die", "die-cap"};
@@ -118,4 +118,4 @@ TEST(Scaling, NamesTheInputThatDoesNotVary) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

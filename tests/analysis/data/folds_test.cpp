@@ -8,7 +8,7 @@
 
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// Clusters at these places, 100 s each, in these cycles.
@@ -227,4 +227,4 @@ TEST(Folds, AreReadFromTheirWord) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

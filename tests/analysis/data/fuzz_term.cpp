@@ -11,10 +11,10 @@ namespace {
 
 void read(const std::string& typed) {
   const std::vector<std::string> thermometers = {"A", "B", "die", "die-cap", "x*y", "rate:z"};
-  const auto term = gyrotherm::parse_term(typed, thermometers);
+  const auto term = gyrotherm::data::parse_term(typed, thermometers);
   if (!term) return;
-  if (term->factors.empty() || term->factors.size() > gyrotherm::kMostFactors) std::abort();
-  const auto again = gyrotherm::parse_term(gyrotherm::text(*term), thermometers);
+  if (term->factors.empty() || term->factors.size() > gyrotherm::data::kMostFactors) std::abort();
+  const auto again = gyrotherm::data::parse_term(gyrotherm::data::text(*term), thermometers);
   if (!again || *again != *term) std::abort();
 }
 

@@ -9,7 +9,7 @@
 
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 /// Clusters of white noise on a slow drift, one long hold and one ramp.
@@ -37,7 +37,7 @@ TEST(NoiseFloor, LooksOnlyInsideHolds) {
   Clusters clusters = noisy_clusters(100, 0.002);
   clusters.segment.tail(50).setOnes();
   clusters.last_segment.tail(51).setOnes();  // the corner lies inside cluster 49
-  const RunInfo::SegmentInfo hold{"hold", true, {}, {}, -1}, ramp{"ramp", false, {}, {}, -1};
+  const record::RunInfo::SegmentInfo hold{"hold", true, {}, {}, -1}, ramp{"ramp", false, {}, {}, -1};
   EXPECT_EQ(noise_floor(clusters, {hold, ramp}).differences, 35);
   EXPECT_EQ(noise_floor(clusters, {ramp, hold}).differences, 35);
   EXPECT_EQ(noise_floor(clusters, {hold, hold}).differences, 70);
@@ -55,7 +55,7 @@ TEST(NoiseFloor, HasAnErrorBarThatHoldsTheTruth) {
   constexpr int kSeeds = 200;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     Clusters clusters = noisy_clusters(360, 0.002, seed);
-    std::vector<RunInfo::SegmentInfo> segments(10, {"hold", true, {}, {}, -1});
+    std::vector<record::RunInfo::SegmentInfo> segments(10, {"hold", true, {}, {}, -1});
     for (Eigen::Index k = 0; k < 360; ++k) clusters.segment(k) = clusters.last_segment(k) = static_cast<int>(k / 36);
     const NoiseFloor floor = noise_floor(clusters, segments);
     EXPECT_EQ(floor.differences, 350);
@@ -230,4 +230,4 @@ TEST(AllanCurveOfClusters, BreaksWhereAClusterOrAValueIsMissing) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -8,7 +8,7 @@
 #include "tests/analysis/real_records.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::data {
 namespace {
 
 TEST(Figures, AreEquation11AndWhatItHides) {
@@ -165,4 +165,4 @@ TEST(Correlation, OfARealRecordIsTheReferences) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::data

@@ -8,7 +8,7 @@
 #include "tests/analysis/random_samples.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 MethodOptions quick_options(int threads = 0) {
@@ -20,10 +20,10 @@ MethodOptions quick_options(int threads = 0) {
 }
 
 /// A temperature, its square and cube, a gradient and rates: every method finds something to do.
-Samples all_kinds_of_terms(Eigen::Index rows) {
-  Samples samples = bent_samples(rows, 5, 0.1, 11);
-  const Term t = temperature_term("A"), rate = rate_term("A");
-  samples.terms = {t, gradient_term("A", "B"), t * t, rate, t * rate};
+data::Samples all_kinds_of_terms(Eigen::Index rows) {
+  data::Samples samples = data::bent_samples(rows, 5, 0.1, 11);
+  const data::Term t = data::temperature_term("A"), rate = data::rate_term("A");
+  samples.terms = {t, data::gradient_term("A", "B"), t * t, rate, t * rate};
   return samples;
 }
 
@@ -37,7 +37,7 @@ TEST_P(EveryMethod, NamesItselfAndItsSource) {
 
 TEST_P(EveryMethod, IsTheSameOnOneThreadAndTwo) {
   const Method& method = GetParam();
-  const Samples samples = all_kinds_of_terms(120);
+  const data::Samples samples = all_kinds_of_terms(120);
   const auto folds = folds_of(samples, 3);
   std::vector<Eigen::VectorXd> values;
   std::vector<HyperParameters> chosen;
@@ -57,8 +57,8 @@ TEST_P(EveryMethod, IsTheSameOnOneThreadAndTwo) {
 
 TEST_P(EveryMethod, LearnsSomethingOfWhatItHasNotSeen) {
   const Method& method = GetParam();
-  const Samples samples = all_kinds_of_terms(240), unseen = [] {
-    Samples other = bent_samples(200, 5, 0, 12);
+  const data::Samples samples = all_kinds_of_terms(240), unseen = [] {
+    data::Samples other = data::bent_samples(200, 5, 0, 12);
     return other;
   }();
   const auto choice = method.choose(folds_of(samples, 4), quick_options(), {});
@@ -73,15 +73,15 @@ TEST_P(EveryMethod, LearnsSomethingOfWhatItHasNotSeen) {
 
 TEST_P(EveryMethod, NamesWhatIsWrongWithItsSamples) {
   const Method& method = GetParam();
-  const Samples samples = all_kinds_of_terms(60);
+  const data::Samples samples = all_kinds_of_terms(60);
   const auto choice = method.choose(folds_of(samples, 3), quick_options(), {});
   ASSERT_TRUE(choice);
-  const auto fault_of = [&](const SampleMatrix& x, const Eigen::VectorXd& y) {
+  const auto fault_of = [&](const data::SampleMatrix& x, const Eigen::VectorXd& y) {
     const auto fit = method.fit({x, y, samples.terms}, choice->parameters, quick_options());
     EXPECT_FALSE(fit);
     return fit ? Fault{} : fit.error();
   };
-  SampleMatrix spoilt = samples.x;
+  data::SampleMatrix spoilt = samples.x;
   spoilt(3, 1) = std::nan("");
   EXPECT_EQ(fault_of(spoilt, samples.y).kind, FaultKind::usage);
   Eigen::VectorXd infinite = samples.y;
@@ -93,7 +93,7 @@ TEST_P(EveryMethod, NamesWhatIsWrongWithItsSamples) {
 
 TEST_P(EveryMethod, ThatChoosesNeedsFoldsAndStopsWhenAsked) {
   const Method& method = GetParam();
-  const Samples samples = all_kinds_of_terms(60);
+  const data::Samples samples = all_kinds_of_terms(60);
   auto folds = folds_of(samples, 3);
   const auto stopped = method.choose(folds, quick_options(), [](std::string_view, double) { return false; });
   if (stopped) {
@@ -108,11 +108,11 @@ TEST_P(EveryMethod, ThatChoosesNeedsFoldsAndStopsWhenAsked) {
 
 TEST_P(EveryMethod, ComesBackFromItsFileBitForBit) {
   const Method& method = GetParam();
-  SyntheticRun run;
+  data::SyntheticRun run;
   run.cycle_rates_c_per_min = {4, 5};
   run.hold_s = 900;
-  const Dataset dataset = make_synthetic_run(run);
-  TrainingOptions options;
+  const data::Dataset dataset = make_synthetic_run(run);
+  model::TrainingOptions options;
   options.method = method.name;
   options.tuning.swarm.particles = 3;
   options.tuning.swarm.iterations = 1;
@@ -121,14 +121,14 @@ TEST_P(EveryMethod, ComesBackFromItsFileBitForBit) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->inputs, method.inputs);
   const std::string json = to_json(*model);
-  const auto back = model_from_json(json, "model.json");
+  const auto back = model::model_from_json(json, "model.json");
   ASSERT_TRUE(back) << text(back.error());
-  EXPECT_EQ(to_json(*back), json);
-  const Eigen::VectorXd before = *predict(*model, *clusters), after = *predict(*back, *clusters);
+  EXPECT_EQ(model::to_json(*back), json);
+  const Eigen::VectorXd before = *predict(*model, *clusters), after = *model::predict(*back, *clusters);
   for (Eigen::Index i = 0; i < before.size(); ++i) {
     EXPECT_TRUE(before(i) == after(i) || (std::isnan(before(i)) && std::isnan(after(i)))) << i;
   }
-  EXPECT_LT(model->in_sample.std, figures_of(clusters->bias_deg_per_h).std);
+  EXPECT_LT(model->in_sample.std, data::figures_of(clusters->bias_deg_per_h).std);
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(methods().begin(), methods().end()), [](const auto& of) {
@@ -138,4 +138,4 @@ INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(methods().begin()
 });
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

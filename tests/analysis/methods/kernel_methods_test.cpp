@@ -7,14 +7,14 @@
 #include "analysis/methods/ls_svm.hpp"
 #include "tests/analysis/random_samples.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 TEST(LeastSquaresSvm, SatisfiesItsOptimalityConditions) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Samples samples = bent_samples(70, 3, 0.2, seed);
-    const Eigen::MatrixXd kernel = gaussian_kernel(samples.x, samples.x, 2);
+    const data::Samples samples = data::bent_samples(70, 3, 0.2, seed);
+    const Eigen::MatrixXd kernel = svm::gaussian_kernel(samples.x, samples.x, 2);
     for (const double gamma : {1.0, 100.0, 1e4}) {
       const auto machine = solve_ls_svm(kernel, samples.y, gamma);
       ASSERT_TRUE(machine);
@@ -28,17 +28,17 @@ TEST(LeastSquaresSvm, SatisfiesItsOptimalityConditions) {
 TEST(LeastSquaresSvm, KnowsTheResidualOfASampleLeftOutWithoutTrainingAnew) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Samples samples = bent_samples(60, 3, 0.2, seed);
+    const data::Samples samples = data::bent_samples(60, 3, 0.2, seed);
     const double gamma = 50, sigma = 1.5;
-    const auto machine = solve_ls_svm(gaussian_kernel(samples.x, samples.x, sigma), samples.y, gamma);
+    const auto machine = solve_ls_svm(svm::gaussian_kernel(samples.x, samples.x, sigma), samples.y, gamma);
     const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
     for (const Eigen::Index left_out : {0, 20, 59}) {
       std::vector<Eigen::Index> rest(60);
       std::iota(rest.begin(), rest.end(), 0);
       rest.erase(rest.begin() + left_out);
-      const SampleMatrix outside = samples.x(rest, Eigen::all);
-      const auto without = solve_ls_svm(gaussian_kernel(outside, outside, sigma), samples.y(rest), gamma);
-      const Eigen::VectorXd kernel = gaussian_kernel(samples.x.row(left_out), outside, sigma).transpose();
+      const data::SampleMatrix outside = samples.x(rest, Eigen::all);
+      const auto without = solve_ls_svm(svm::gaussian_kernel(outside, outside, sigma), samples.y(rest), gamma);
+      const Eigen::VectorXd kernel = svm::gaussian_kernel(samples.x.row(left_out), outside, sigma).transpose();
       const double residual = samples.y(left_out) - kernel.dot(without->alpha) - without->b;
       EXPECT_NEAR(machine->alpha(left_out) / diagonal(left_out), residual, 1e-10);
     }
@@ -46,7 +46,7 @@ TEST(LeastSquaresSvm, KnowsTheResidualOfASampleLeftOutWithoutTrainingAnew) {
 }
 
 TEST(LeastSquaresSvm, CountsTheTraceOfItsHatMatrix) {
-  const Samples samples = bent_samples(25, 2, 0.2, 1);
+  const data::Samples samples = data::bent_samples(25, 2, 0.2, 1);
   const HyperParameters parameters = {{"gamma", 20}, {"sigma", 1.2}};
   double trace = 0;
   for (Eigen::Index i = 0; i < 25; ++i) {
@@ -57,7 +57,7 @@ TEST(LeastSquaresSvm, CountsTheTraceOfItsHatMatrix) {
 }
 
 TEST(LeastSquaresSvm, ChoosesAPositionThatItsNeighboursDoNotBeat) {
-  const Samples samples = bent_samples(120, 2, 0.1, 2);
+  const data::Samples samples = data::bent_samples(120, 2, 0.1, 2);
   const auto folds = folds_of(samples, 4);
   const auto choice = choose_ls_svm(folds, {}, {});
   ASSERT_TRUE(choice);
@@ -77,7 +77,7 @@ TEST(LeastSquaresSvm, ChoosesAPositionThatItsNeighboursDoNotBeat) {
     EXPECT_LE(least, error_at(gamma, sigma * other) + 1e-9);
 }
 
-double log_density(const Covariance& covariance, const Samples& samples) {
+double log_density(const Covariance& covariance, const data::Samples& samples) {
   Eigen::MatrixXd k = covariance_matrix(covariance, samples.x, samples.x);
   k.diagonal().array() += covariance.noise * covariance.noise;
   const Eigen::LDLT<Eigen::MatrixXd> factor(k);
@@ -89,7 +89,7 @@ double log_density(const Covariance& covariance, const Samples& samples) {
 TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Samples samples = bent_samples(30, 3, 0.2, seed);
+    const data::Samples samples = data::bent_samples(30, 3, 0.2, seed);
     const Covariance at{.lengths = Eigen::RowVector3d{0.8, 1.5, 3} * (1 + 0.05 * static_cast<double>(seed)),
                         .signal = 1.3,
                         .noise = 0.25};
@@ -109,7 +109,7 @@ TEST(MarginalLikelihood, AndItsGradientAgreeWithTheDensityAndDifferences) {
 }
 
 TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
-  const Samples samples = bent_samples(80, 2, 0.1, 3);
+  const data::Samples samples = data::bent_samples(80, 2, 0.1, 3);
   const Covariance start{.lengths = Eigen::RowVector2d{1, 1}, .signal = 1, .noise = 0.3};
   const auto ascent = climb_likelihood(start, samples.x, samples.y, 300);
   ASSERT_TRUE(ascent);
@@ -120,7 +120,7 @@ TEST(MarginalLikelihood, IsClimbedToWhereItIsFlat) {
 }
 
 TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
-  const Samples samples = bent_samples(250, 3, 0.05, 4);  // C means nothing
+  const data::Samples samples = data::bent_samples(250, 3, 0.05, 4);  // C means nothing
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const auto& lengths = std::get<ExpansionModel>(fit->function).lengths;
@@ -130,7 +130,7 @@ TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
 }
 
 TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
-  const Samples samples = bent_samples(450, 2, 0.1, 5);  // more than the likelihood is asked of
+  const data::Samples samples = data::bent_samples(450, 2, 0.1, 5);  // more than the likelihood is asked of
   const auto fit = fit_gaussian_process(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const auto& expansion = std::get<ExpansionModel>(fit->function);
@@ -141,9 +141,9 @@ TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
   EXPECT_LT((residual - part * expansion.weights).norm(), 1e-6 * residual.norm());
   EXPECT_GT(fit->effective_parameters, 3);
   EXPECT_LT(fit->effective_parameters, 150);
-  const Samples unseen = bent_samples(300, 2, 0, 6);
+  const data::Samples unseen = data::bent_samples(300, 2, 0, 6);
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.1 * unseen.y.norm());
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -7,12 +7,12 @@
 #include "analysis/methods/held_out.hpp"
 #include "tests/analysis/random_samples.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 TEST(Network, DerivativesAgreeWithDifferences) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SampleMatrix x = 2 * normal_matrix(7, 3, seed);
+    const data::SampleMatrix x = 2 * data::normal_matrix(7, 3, seed);
     NetworkModel network = random_network(3, 4, seed);
     network.b = 0.3;
     const Linearised at = linearise(network, x);
@@ -41,7 +41,7 @@ TEST(Network, NumbersComeBackAsTheyWere) {
 
 TEST(LevenbergMarquardt, LowersTheErrorWithEachStep) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const Samples samples = bent_samples(80, 3, 0.1, seed);
+    const data::Samples samples = data::bent_samples(80, 3, 0.1, seed);
     LevenbergMarquardt training(random_network(3, 5, seed), samples.x, samples.y);
     double before = training.squared_error();
     for (int step = 0; step < 30 && training.step(); ++step) {
@@ -53,7 +53,7 @@ TEST(LevenbergMarquardt, LowersTheErrorWithEachStep) {
 }
 
 TEST(LevenbergMarquardt, FindsANetworkThatIsThere) {
-  Samples samples{normal_matrix(150, 2, 1), {}, letters(2)};
+  data::Samples samples{data::normal_matrix(150, 2, 1), {}, data::letters(2)};
   samples.y = (samples.x * Eigen::Vector2d{1.5, -1}).array().tanh() * 2 + 0.5;
   LevenbergMarquardt training(random_network(2, 2, 3), samples.x, samples.y);
   for (int step = 0; step < 200 && training.step(); ++step) {
@@ -62,7 +62,7 @@ TEST(LevenbergMarquardt, FindsANetworkThatIsThere) {
 }
 
 TEST(LevenbergMarquardt, StopsAtAStationaryPoint) {
-  const Samples samples = bent_samples(40, 2, 0.3, 2);
+  const data::Samples samples = data::bent_samples(40, 2, 0.3, 2);
   LevenbergMarquardt training(random_network(2, 2, 1), samples.x, samples.y);
   int steps = 0;
   while (steps < 5000 && training.step()) ++steps;
@@ -72,7 +72,7 @@ TEST(LevenbergMarquardt, StopsAtAStationaryPoint) {
 }
 
 TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
-  const Samples samples = bent_samples(90, 2, 0.3, 8);
+  const data::Samples samples = data::bent_samples(90, 2, 0.3, 8);
   const auto folds = folds_of(samples, 3);
   const auto choice = choose_network(folds, {.seed = 4}, {});
   ASSERT_TRUE(choice);
@@ -92,14 +92,14 @@ TEST(BackPropagationNetwork, KeepsTheStartWhoseHeldOutErrorIsTheMedian) {
 }
 
 TEST(BackPropagationNetwork, LearnsWhatALineCannot) {
-  const Samples samples = bent_samples(400, 2, 0.05, 9);
+  const data::Samples samples = data::bent_samples(400, 2, 0.05, 9);
   const auto choice = choose_network(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
   const auto fit = fit_network(samples.set(), choice->parameters, {});
   ASSERT_TRUE(fit);
-  const Samples unseen = bent_samples(400, 2, 0, 10);
+  const data::Samples unseen = data::bent_samples(400, 2, 0, 10);
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -8,10 +8,10 @@
 #include "analysis/methods/kohonen.hpp"
 #include "tests/analysis/random_samples.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
-Eigen::Index nearest_to(const SampleMatrix& centres, const Eigen::RowVectorXd& sample) {
+Eigen::Index nearest_to(const data::SampleMatrix& centres, const Eigen::RowVectorXd& sample) {
   Eigen::Index nearest = 0;
   (centres.rowwise() - sample).rowwise().squaredNorm().minCoeff(&nearest);
   return nearest;
@@ -19,7 +19,7 @@ Eigen::Index nearest_to(const SampleMatrix& centres, const Eigen::RowVectorXd& s
 
 TEST(KMeans, NeverRaisesItsCost) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    const SampleMatrix samples = normal_matrix(200, 3, seed);
+    const data::SampleMatrix samples = data::normal_matrix(200, 3, seed);
     const auto found = k_means(samples, 12, seed);
     ASSERT_TRUE(found) << seed;
     for (std::size_t round = 1; round < found->costs.size(); ++round) {
@@ -29,7 +29,7 @@ TEST(KMeans, NeverRaisesItsCost) {
 }
 
 TEST(KMeans, EndsWithEachCentreInTheMiddleOfItsSamples) {
-  const SampleMatrix samples = normal_matrix(300, 2, 9);
+  const data::SampleMatrix samples = data::normal_matrix(300, 2, 9);
   const auto found = k_means(samples, 8, 9);
   ASSERT_TRUE(found);
   for (Eigen::Index k = 0; k < 8; ++k) {
@@ -46,7 +46,7 @@ TEST(KMeans, EndsWithEachCentreInTheMiddleOfItsSamples) {
 }
 
 TEST(KMeans, FindsClustersThatLieApart) {
-  SampleMatrix samples = 0.01 * normal_matrix(90, 2, 4);
+  data::SampleMatrix samples = 0.01 * data::normal_matrix(90, 2, 4);
   for (Eigen::Index i = 0; i < 90; ++i) samples(i, 0) += static_cast<double>(i % 3) * 10;
   const auto found = k_means(samples, 3, 1);
   ASSERT_TRUE(found);
@@ -56,7 +56,7 @@ TEST(KMeans, FindsClustersThatLieApart) {
 }
 
 TEST(KMeans, OfTooFewDifferentSamplesIsRefused) {
-  SampleMatrix samples = SampleMatrix::Zero(30, 2);
+  data::SampleMatrix samples = data::SampleMatrix::Zero(30, 2);
   samples.topRows(10).setOnes();
   const auto found = k_means(samples, 3, 1);
   ASSERT_FALSE(found);
@@ -66,8 +66,8 @@ TEST(KMeans, OfTooFewDifferentSamplesIsRefused) {
 }
 
 TEST(SelfOrganisingMap, KeepsNeighboursTogether) {
-  const SampleMatrix samples = normal_matrix(800, 2, 3);
-  const SampleMatrix nodes = self_organising_map(samples, 1, {.side = 6, .rounds = 30});
+  const data::SampleMatrix samples = data::normal_matrix(800, 2, 3);
+  const data::SampleMatrix nodes = self_organising_map(samples, 1, {.side = 6, .rounds = 30});
   double neighbours = 0, all = 0;
   for (Eigen::Index j = 0; j < 36; ++j) {
     if (j % 6 < 5) neighbours += (nodes.row(j) - nodes.row(j + 1)).norm() / 60;
@@ -82,17 +82,17 @@ TEST(SelfOrganisingMap, KeepsNeighboursTogether) {
 }
 
 TEST(NeighbourDistances, AreOfTheTwoNearest) {
-  const SampleMatrix centres = (SampleMatrix(4, 1) << 0, 1, 3, 10).finished();
+  const data::SampleMatrix centres = (data::SampleMatrix(4, 1) << 0, 1, 3, 10).finished();
   EXPECT_EQ(neighbour_distances(centres), Eigen::Vector4d(2, 1.5, 2.5, 8));
-  const SampleMatrix reduced_gyros = (SampleMatrix(3, 1) << 0, 0, 4).finished();
+  const data::SampleMatrix reduced_gyros = (data::SampleMatrix(3, 1) << 0, 0, 4).finished();
   EXPECT_EQ(neighbour_distances(reduced_gyros), Eigen::Vector3d(2, 2, 4));
 }
 
 TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Eigen::MatrixXd candidates = normal_matrix(40, 10, seed);
-    const Eigen::VectorXd y = candidates.col(2) - 0.5 * candidates.col(7) + 0.3 * normal_vector(40, seed + 50);
+    const Eigen::MatrixXd candidates = data::normal_matrix(40, 10, seed);
+    const Eigen::VectorXd y = candidates.col(2) - 0.5 * candidates.col(7) + 0.3 * data::normal_vector(40, seed + 50);
     const auto path = orthogonal_least_squares(candidates, y, 0, 10);
     ASSERT_EQ(path.order.size(), 10u);
     const Eigen::VectorXd centred = y.array() - y.mean();
@@ -112,8 +112,8 @@ TEST(OrthogonalLeastSquares, RatiosSumToTheShareThatIsExplained) {
 }
 
 TEST(OrthogonalLeastSquares, TakesTheLargestFirstAndStopsAtTheTolerance) {
-  const Eigen::MatrixXd candidates = normal_matrix(60, 6, 2);
-  const Eigen::VectorXd y = 3 * candidates.col(4) + 0.5 * candidates.col(1) + 0.01 * normal_vector(60, 3);
+  const Eigen::MatrixXd candidates = data::normal_matrix(60, 6, 2);
+  const Eigen::VectorXd y = 3 * candidates.col(4) + 0.5 * candidates.col(1) + 0.01 * data::normal_vector(60, 3);
   const auto path = orthogonal_least_squares(candidates, y, 0.01, 6);
   EXPECT_EQ(path.order, (std::vector<Eigen::Index>{4, 1}));
   const auto whole = orthogonal_least_squares(candidates, y, 0, 6);
@@ -123,15 +123,15 @@ TEST(OrthogonalLeastSquares, TakesTheLargestFirstAndStopsAtTheTolerance) {
 }
 
 TEST(OrthogonalLeastSquares, PassesOverACandidateThatIsACopy) {
-  Eigen::MatrixXd candidates = normal_matrix(30, 3, 2);
+  Eigen::MatrixXd candidates = data::normal_matrix(30, 3, 2);
   candidates.col(2) = 2 * candidates.col(0);
-  EXPECT_EQ(orthogonal_least_squares(candidates, normal_vector(30, 3), 0, 3).order.size(), 2u);
+  EXPECT_EQ(orthogonal_least_squares(candidates, data::normal_vector(30, 3), 0, 3).order.size(), 2u);
 }
 
 TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
-  Samples samples{normal_matrix(200, 2, 5), {}, letters(2)};
+  data::Samples samples{data::normal_matrix(200, 2, 5), {}, data::letters(2)};
   const auto found = k_means(samples.x, 10, 1);
-  const Eigen::VectorXd widths = neighbour_distances(found->centres), weights = normal_vector(10, 6);
+  const Eigen::VectorXd widths = neighbour_distances(found->centres), weights = data::normal_vector(10, 6);
   samples.y = (gaussian_units(samples.x, found->centres, widths) * weights).array() + 0.25;
   const auto fit = fit_radial_basis(samples.set(), {{"centres", 10}, {"lambda", 1e-14}}, {.seed = 1});
   ASSERT_TRUE(fit);
@@ -140,14 +140,14 @@ TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
 }
 
 TEST(RadialBasisNetwork, ChoosesAmongThoseThatTheFoldsCanCarry) {
-  const Samples samples = bent_samples(36, 2, 0.05, 3);  // 27 in a fold: 40 and 80 centres are too many
+  const data::Samples samples = data::bent_samples(36, 2, 0.05, 3);  // 27 in a fold: 40 and 80 centres are too many
   const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
   EXPECT_LE(value_of(choice->parameters, "centres"), 20);
 }
 
 TEST(KohonenNetwork, LeavesNoMoreUnexplainedThanItsTolerance) {
-  const Samples samples = bent_samples(300, 2, 0.02, 4);
+  const data::Samples samples = data::bent_samples(300, 2, 0.02, 4);
   for (const double tolerance : {0.1, 0.01}) {
     const auto fit = fit_kohonen(samples.set(), {{"width factor", 4}, {"tolerance", tolerance}}, {});
     ASSERT_TRUE(fit);
@@ -159,4 +159,4 @@ TEST(KohonenNetwork, LeavesNoMoreUnexplainedThanItsTolerance) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

@@ -9,16 +9,17 @@
 #include "analysis/methods/stepwise.hpp"
 #include "tests/analysis/random_samples.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
 const LinearModel& linear_of(const Fit& fit) { return std::get<LinearModel>(fit.function); }
 
 /// The five terms of a polynomial in A and its rate, from raw temperatures between −1 and 1.
-Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
-  const Term t = temperature_term("A"), rate = rate_term("A");
-  Samples samples{SampleMatrix(rows, 5), {}, {t, t * t, t * t * t, rate, t * rate}};
-  const Eigen::ArrayXd temperature = normal_vector(rows, seed).array().tanh(), change = normal_vector(rows, seed + 1);
+data::Samples polynomial_samples(Eigen::Index rows, std::uint64_t seed) {
+  const data::Term t = data::temperature_term("A"), rate = data::rate_term("A");
+  data::Samples samples{data::SampleMatrix(rows, 5), {}, {t, t * t, t * t * t, rate, t * rate}};
+  const Eigen::ArrayXd temperature = data::normal_vector(rows, seed).array().tanh(),
+                       change = data::normal_vector(rows, seed + 1);
   samples.x << temperature, temperature.square(), temperature.cube(), change, temperature * change;
   return samples;
 }
@@ -27,11 +28,11 @@ TEST(Polynomial, IsRecoveredWithItsOrder) {
   for (int order = 1; order <= 3; ++order) {
     for (const bool rates : {false, true}) {
       SCOPED_TRACE(testing::Message() << "order " << order << (rates ? " with rates" : ""));
-      Samples samples = polynomial_samples(120, 7);
+      data::Samples samples = polynomial_samples(120, 7);
       Eigen::VectorXd weights = Eigen::VectorXd::Zero(5);
       weights.head(order) = Eigen::Vector3d{0.5, -0.25, 0.75}.head(order);
       if (rates) weights.tail(2) << 0.3, -0.4;
-      samples.y = ((samples.x * weights).array() + 0.125).matrix() + 1e-3 * normal_vector(120, 8);
+      samples.y = ((samples.x * weights).array() + 0.125).matrix() + 1e-3 * data::normal_vector(120, 8);
       const auto choice = choose_polynomial(folds_of(samples, 4), {}, {});
       ASSERT_TRUE(choice);
       EXPECT_GE(value_of(choice->parameters, "order"), order);
@@ -46,7 +47,7 @@ TEST(Polynomial, IsRecoveredWithItsOrder) {
 }
 
 TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
-  const Samples samples = bent_samples(60, 2, 0.1, 1);
+  const data::Samples samples = data::bent_samples(60, 2, 0.1, 1);
   const auto choice = choose_polynomial(folds_of(samples, 3), {}, {});
   ASSERT_TRUE(choice);
   EXPECT_EQ(value_of(choice->parameters, "order"), 1);
@@ -54,7 +55,7 @@ TEST(Polynomial, OfInputsThatOfferOneOrderHasNoOther) {
 }
 
 /// Partial F of adding `input`, from two plain regressions.
-double f_of(const Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
+double f_of(const data::Samples& samples, std::vector<Eigen::Index> columns, Eigen::Index input) {
   const auto rss = [&](const std::vector<Eigen::Index>& taken) {
     Eigen::MatrixXd design(samples.x.rows(), static_cast<Eigen::Index>(taken.size()) + 1);
     design << samples.x(Eigen::all, taken), Eigen::VectorXd::Ones(samples.x.rows());
@@ -78,9 +79,9 @@ std::vector<Eigen::Index> taken_by(const LinearModel& model) {
 TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    Samples samples{normal_matrix(50, 7, seed), {}, letters(7)};
-    samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.3 * normal_vector(50, seed + 100);
-    samples.y = samples.x.col(0) + samples.x.col(1) + 0.2 * samples.x.col(5) + normal_vector(50, seed + 200);
+    data::Samples samples{data::normal_matrix(50, 7, seed), {}, data::letters(7)};
+    samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.3 * data::normal_vector(50, seed + 100);
+    samples.y = samples.x.col(0) + samples.x.col(1) + 0.2 * samples.x.col(5) + data::normal_vector(50, seed + 200);
     const auto fit = fit_stepwise(samples.set(), {}, {});
     ASSERT_TRUE(fit);
     const auto taken = taken_by(linear_of(*fit));
@@ -102,9 +103,9 @@ TEST(Stepwise, EndsWhereNoInputMayEnterAndNoneMustLeave) {
 
 // D, nearly the sum of A and B, enters first and explains nothing once both are in.
 TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
-  Samples samples{normal_matrix(200, 4, 3), {}, letters(4)};
-  samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * normal_vector(200, 4);
-  samples.y = samples.x.col(0) + samples.x.col(1) + 0.01 * normal_vector(200, 5);
+  data::Samples samples{data::normal_matrix(200, 4, 3), {}, data::letters(4)};
+  samples.x.col(3) = samples.x.col(0) + samples.x.col(1) + 0.5 * data::normal_vector(200, 4);
+  samples.y = samples.x.col(0) + samples.x.col(1) + 0.01 * data::normal_vector(200, 5);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   EXPECT_EQ(linear_of(*fit).weights(3), 0);
@@ -112,9 +113,9 @@ TEST(Stepwise, DropsAnInputThatLaterOnesReplace) {
 }
 
 TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
-  Samples samples{normal_matrix(40, 2, 1), {}, letters(2)};
+  data::Samples samples{data::normal_matrix(40, 2, 1), {}, data::letters(2)};
   const Eigen::MatrixXd basis = (Eigen::MatrixXd(40, 3) << samples.x, Eigen::VectorXd::Ones(40)).finished();
-  const Eigen::VectorXd y = normal_vector(40, 2);
+  const Eigen::VectorXd y = data::normal_vector(40, 2);
   samples.y = y - basis * basis.householderQr().solve(y) + Eigen::VectorXd::Constant(40, 0.5);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
@@ -123,9 +124,9 @@ TEST(Stepwise, TakesNothingWhereNothingIsToBeHad) {
 }
 
 TEST(Stepwise, PassesOverAnInputThatIsACopy) {
-  Samples samples{normal_matrix(80, 3, 6), {}, letters(3)};
+  data::Samples samples{data::normal_matrix(80, 3, 6), {}, data::letters(3)};
   samples.x.col(2) = samples.x.col(0);
-  samples.y = samples.x.col(0) + 0.1 * normal_vector(80, 7);
+  samples.y = samples.x.col(0) + 0.1 * data::normal_vector(80, 7);
   const auto fit = fit_stepwise(samples.set(), {}, {});
   ASSERT_TRUE(fit);
   const auto taken = taken_by(linear_of(*fit));
@@ -136,7 +137,8 @@ TEST(Stepwise, PassesOverAnInputThatIsACopy) {
 TEST(Ridge, SatisfiesItsNormalEquations) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Samples samples = bent_samples(seed % 2 == 0 ? 60 : 4, 6, 0.3, seed);  // also fewer samples than inputs
+    const data::Samples samples =
+        data::bent_samples(seed % 2 == 0 ? 60 : 4, 6, 0.3, seed);  // also fewer samples than inputs
     for (const double lambda : {1e-6, 1e-2, 1e2}) {
       const auto fit = fit_ridge(samples.set(), {{"lambda", lambda}}, {});
       ASSERT_TRUE(fit);
@@ -150,7 +152,7 @@ TEST(Ridge, SatisfiesItsNormalEquations) {
 }
 
 TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
-  const Samples samples = bent_samples(30, 4, 0.3, 1);
+  const data::Samples samples = data::bent_samples(30, 4, 0.3, 1);
   const double lambda = 0.05;
   double trace = 0;
   for (Eigen::Index i = 0; i < 30; ++i) {
@@ -162,15 +164,15 @@ TEST(Ridge, CountsTheTraceOfItsHatMatrix) {
 }
 
 TEST(Ridge, WithoutAPenaltyIsLeastSquares) {
-  const Samples samples = bent_samples(60, 5, 0.3, 2);
+  const data::Samples samples = data::bent_samples(60, 5, 0.3, 2);
   const auto ridge = fit_ridge(samples.set(), {{"lambda", 1e-14}}, {}), plain = fit_linear(samples.set(), {}, {});
   EXPECT_LT((linear_of(*ridge).weights - linear_of(*plain).weights).cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_NEAR(ridge->effective_parameters, 6, 1e-10);
 }
 
 TEST(Ridge, ShrinksWhatDoesNotHelpOnHeldOutFolds) {
-  Samples samples = bent_samples(24, 15, 0, 3);
-  samples.y = 0.2 * samples.x.col(0) + normal_vector(24, 4);
+  data::Samples samples = data::bent_samples(24, 15, 0, 3);
+  samples.y = 0.2 * samples.x.col(0) + data::normal_vector(24, 4);
   const auto choice = choose_ridge(folds_of(samples, 4), {}, {});
   ASSERT_TRUE(choice);
   EXPECT_GE(value_of(choice->parameters, "lambda"), 0.1);
@@ -180,7 +182,7 @@ TEST(Ridge, ShrinksWhatDoesNotHelpOnHeldOutFolds) {
 }
 
 TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
-  Samples samples = bent_samples(40, 2, 0.1, 5);
+  data::Samples samples = data::bent_samples(40, 2, 0.1, 5);
   std::vector<Fold> folds = folds_of(samples, 4);
   folds[1].target_scale = 3;
   const Trial trial = [](const Fold& fold, std::size_t) -> Result<Eigen::MatrixXd> {
@@ -198,7 +200,7 @@ TEST(HeldOut, MeanErrorIsThatOfTheHeldOutRowsAlone) {
 }
 
 TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
-  const Samples samples = bent_samples(40, 2, 0.1, 5);
+  const data::Samples samples = data::bent_samples(40, 2, 0.1, 5);
   const auto folds = folds_of(samples, 4);
   const Trial second_fails = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
     if (trial == 0) return failure(FaultKind::usage, "a method", "too few");
@@ -214,4 +216,4 @@ TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

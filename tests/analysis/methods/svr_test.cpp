@@ -6,11 +6,11 @@
 
 #include "tests/analysis/random_samples.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::methods {
 namespace {
 
-Clusters clusters_with(const Eigen::VectorXd& start_s, const Eigen::VectorXd& bias) {
-  Clusters clusters;
+data::Clusters clusters_with(const Eigen::VectorXd& start_s, const Eigen::VectorXd& bias) {
+  data::Clusters clusters;
   clusters.start_s = start_s;
   clusters.bias_deg_per_h = bias;
   return clusters;
@@ -18,7 +18,7 @@ Clusters clusters_with(const Eigen::VectorXd& start_s, const Eigen::VectorXd& bi
 
 TEST(ForwardPrediction, LeavesAConstantAndTheFirstValuesAsTheyAre) {
   EXPECT_LT((forward_prediction(Eigen::VectorXd::Constant(50, 3.5)).array() - 3.5).abs().maxCoeff(), 1e-12);
-  const Eigen::VectorXd values = normal_vector(50, 1);
+  const Eigen::VectorXd values = data::normal_vector(50, 1);
   EXPECT_EQ(forward_prediction(values, {.order = 6, .step = 0.1}).head(6), values.head(6));
 }
 
@@ -39,21 +39,21 @@ TEST(ForwardPrediction, LearnsARecurrence) {
 
 TEST(ForwardPrediction, StaysBoundedWhateverTheSizeOfTheBias) {
   for (const double size : {1e-6, 1.0, 1e6}) {
-    const Eigen::VectorXd values = size * normal_vector(2000, 3);
+    const Eigen::VectorXd values = size * data::normal_vector(2000, 3);
     EXPECT_LT(forward_prediction(values).cwiseAbs().maxCoeff(), 10 * size);
   }
 }
 
 TEST(ForwardPrediction, TakesNoiseFromABiasThatStandsStill) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const Eigen::VectorXd noise = normal_vector(500, seed);
-    const Clusters clusters = clusters_with(Eigen::VectorXd::LinSpaced(500, 0, 49900), noise.array() + 7);
+    const Eigen::VectorXd noise = data::normal_vector(500, seed);
+    const data::Clusters clusters = clusters_with(Eigen::VectorXd::LinSpaced(500, 0, 49900), noise.array() + 7);
     EXPECT_LT((filter_bias(clusters).array() - 7).square().mean(), 0.7 * noise.squaredNorm() / 500) << "seed " << seed;
   }
 }
 
 TEST(BiasFilter, BeginsAnewAfterAGapAndInAnotherRecord) {
-  const Eigen::VectorXd bias = normal_vector(30, 2);
+  const Eigen::VectorXd bias = data::normal_vector(30, 2);
   Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(30, 0, 2900);
   start.segment(10, 10).array() += 500;                     // a gap
   start.tail(10) = Eigen::VectorXd::LinSpaced(10, 0, 900);  // another record
@@ -66,4 +66,4 @@ TEST(BiasFilter, BeginsAnewAfterAGapAndInAnotherRecord) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::methods

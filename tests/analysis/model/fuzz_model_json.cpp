@@ -8,10 +8,10 @@
 #include "analysis/model/model.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto model = gyrotherm::model_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
+  const auto model = gyrotherm::model::model_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!model) return 0;
-  const std::string json = gyrotherm::to_json(*model);
-  const auto again = gyrotherm::model_from_json(json, "fuzz");
-  if (!again || gyrotherm::to_json(*again) != json) std::abort();
+  const std::string json = gyrotherm::model::to_json(*model);
+  const auto again = gyrotherm::model::model_from_json(json, "fuzz");
+  if (!again || gyrotherm::model::to_json(*again) != json) std::abort();
   return 0;
 }

@@ -4,10 +4,10 @@
 
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-std::size_t fixed(const std::string& inputs) { return plan_inputs(inputs, make_synthetic_run({}))->fixed.size(); }
+std::size_t fixed(const std::string& inputs) { return plan_inputs(inputs, data::make_synthetic_run({}))->fixed.size(); }
 
 TEST(Inputs, AreWordsAndTermsInAnyMix) {
   EXPECT_EQ(fixed("gradients"), 28u);
@@ -20,46 +20,47 @@ TEST(Inputs, AreWordsAndTermsInAnyMix) {
 }
 
 TEST(Inputs, AreSelectedFromWordsAndAlwaysTakenOneByOne) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   const InputPlan plan = *plan_inputs("gradients,A,A-B", dataset, *parse_selection("forward"));
-  EXPECT_EQ(plan.fixed, (std::vector<Term>{temperature_term("A"), gradient_term("A", "B")}));
+  EXPECT_EQ(plan.fixed, (std::vector<data::Term>{data::temperature_term("A"), data::gradient_term("A", "B")}));
   EXPECT_EQ(plan.candidates.size(), 27u) << "A-B is taken anyway";
   EXPECT_EQ(plan.rule.kind, SelectionKind::forward);
   EXPECT_EQ(plan_inputs("A,A-B", dataset, SelectionRule{}).error().where, "--select");
 }
 
 TEST(Inputs, OfMultiPointSelectByCorrelation) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   const InputPlan plan = *plan_inputs("multi-point-t", dataset);
   EXPECT_EQ(plan.candidates.size(), 28u);
-  EXPECT_EQ(plan.fixed, std::vector<Term>{temperature_term("A")});
+  EXPECT_EQ(plan.fixed, std::vector<data::Term>{data::temperature_term("A")});
   EXPECT_EQ(plan.rule.kind, SelectionKind::correlation);
   EXPECT_EQ(plan.rule.threshold, 0.90);
   EXPECT_EQ(plan_inputs("multi-point", dataset, *parse_selection("redundancy"))->rule.kind, SelectionKind::redundancy);
 }
 
 TEST(Inputs, KeepANameThatHoldsAPlus) {
-  Dataset dataset = make_synthetic_run({});
+  data::Dataset dataset = data::make_synthetic_run({});
   dataset.thermometers.front() = "T+";
   dataset.gradients = dataset.thermometers;
-  EXPECT_EQ(plan_inputs("T+,B", dataset)->fixed, (std::vector<Term>{temperature_term("T+"), temperature_term("B")}));
+  EXPECT_EQ(plan_inputs("T+,B", dataset)->fixed,
+            (std::vector<data::Term>{data::temperature_term("T+"), data::temperature_term("B")}));
   EXPECT_EQ(plan_inputs("B+C", dataset)->fixed.size(), 2u);
 }
 
 TEST(Inputs, NameWhatIsWrong) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   EXPECT_NE(plan_inputs("gradient", dataset).error().what.find("\"gradients\""), std::string::npos);
   EXPECT_FALSE(plan_inputs("A,A", dataset));
   EXPECT_FALSE(plan_inputs("gradients,,A", dataset));
-  Dataset one = dataset;
+  data::Dataset one = dataset;
   one.gradients = {"A"};
   EXPECT_FALSE(plan_inputs("gradients", one));
   EXPECT_TRUE(plan_inputs("temperatures", one));
 }
 
 TEST(Inputs, OfRatesAreMissingInTheFirstClusterOfARun) {
-  const Dataset dataset = make_synthetic_run({});
-  const Clusters clusters = *make_clusters(dataset);
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
   const auto rows = rows_with_inputs(*plan_inputs("A,rate:A", dataset), clusters);
   ASSERT_TRUE(rows);
   EXPECT_EQ(static_cast<Eigen::Index>(rows->size()), clusters.start_s.size() - 1);
@@ -68,4 +69,4 @@ TEST(Inputs, OfRatesAreMissingInTheFirstClusterOfARun) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -16,7 +16,7 @@
 #include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 /// Reads "p" and a pair of means, or "s" and one reading, a line each, and answers with the result and the bias.
@@ -93,48 +93,50 @@ std::vector<Answer> answers_in_c(const Model& model, const std::string& lines) {
 }
 
 Model small_linear_model() {
-  Model model = small_svr_model();
-  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
+  Model model = data::small_svr_model();
+  model.function = methods::LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
   return model;
 }
 
 Model small_expansion_model() {
-  Model model = small_svr_model();
-  model.function = ExpansionModel{.centres = (SampleMatrix(3, 2) << 0.5, -1, 1.0 / 7, 2, 0, 0.1).finished(),
-                                  .lengths = Eigen::RowVector2d{0.7, 3},
-                                  .widths = Eigen::Vector3d{1, 0.3, 1.0 / 3},
-                                  .weights = Eigen::Vector3d{1.5, -0.25, 1e-3},
-                                  .b = -0.1};
+  Model model = data::small_svr_model();
+  model.function =
+      methods::ExpansionModel{.centres = (data::SampleMatrix(3, 2) << 0.5, -1, 1.0 / 7, 2, 0, 0.1).finished(),
+                              .lengths = Eigen::RowVector2d{0.7, 3},
+                              .widths = Eigen::Vector3d{1, 0.3, 1.0 / 3},
+                              .weights = Eigen::Vector3d{1.5, -0.25, 1e-3},
+                              .b = -0.1};
   return model;
 }
 
 Model small_network_model() {
-  Model model = small_svr_model();
-  model.function = NetworkModel{.weights = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
-                                .offsets = Eigen::Vector2d{0.1, -0.3},
-                                .out = Eigen::Vector2d{1.1, 0.4},
-                                .b = 0.2};
+  Model model = data::small_svr_model();
+  model.function = methods::NetworkModel{.weights = (data::SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                         .offsets = Eigen::Vector2d{0.1, -0.3},
+                                         .out = Eigen::Vector2d{1.1, 0.4},
+                                         .b = 0.2};
   return model;
 }
 
 Model model_of_products() {
-  Model model = small_svr_model();
-  model.terms = {gradient_term("B", "A") * temperature_term("C"), rate_term("A") * rate_term("A") * rate_term("B")};
+  Model model = data::small_svr_model();
+  model.terms = {data::gradient_term("B", "A") * data::temperature_term("C"),
+                 data::rate_term("A") * data::rate_term("A") * data::rate_term("B")};
   model.input_min = Eigen::RowVector2d{-30, -20};
   model.input_max = Eigen::RowVector2d{30, 20};
   return model;
 }
 
 Model model_without_vectors() {
-  Model model = small_svr_model();
-  auto& svr = std::get<SvrModel>(model.function);
+  Model model = data::small_svr_model();
+  auto& svr = std::get<methods::SvrModel>(model.function);
   svr.support_vectors.resize(0, 2);
   svr.beta.resize(0);
   return model;
 }
 
 Model trained_model() {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   TrainingOptions options;
   options.inputs = "multi-point-t";
   options.quick = true;
@@ -144,8 +146,8 @@ Model trained_model() {
 }
 
 std::vector<Model> models() {
-  return {small_svr_model(),   small_linear_model(),    small_expansion_model(), small_network_model(),
-          model_of_products(), model_without_vectors(), trained_model()};
+  return {data::small_svr_model(), small_linear_model(),    small_expansion_model(), small_network_model(),
+          model_of_products(),     model_without_vectors(), trained_model()};
 }
 
 std::vector<std::string> names_of(const Model& model) {
@@ -154,10 +156,10 @@ std::vector<std::string> names_of(const Model& model) {
                                            : std::vector<std::string>{"A", "B"};
 }
 
-SampleMatrix random_temperatures(Eigen::Index rows, Eigen::Index columns, double spread_c) {
+data::SampleMatrix random_temperatures(Eigen::Index rows, Eigen::Index columns, double spread_c) {
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal(20, spread_c);
-  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+  return data::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
 std::string line(char what, const Eigen::RowVectorXd& numbers) {
@@ -169,11 +171,11 @@ std::string line(char what, const Eigen::RowVectorXd& numbers) {
 TEST(CExport, PredictsWhatIsPredictedHere) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   for (const Model& model : models()) {
-    Clusters clusters;
+    data::Clusters clusters;
     clusters.thermometers = names_of(model);
     const auto count = static_cast<Eigen::Index>(clusters.thermometers.size());
     clusters.temperature_c = random_temperatures(300, count, 0.5);
-    SampleMatrix before = random_temperatures(600, count, 0.5).bottomRows(300);
+    data::SampleMatrix before = random_temperatures(600, count, 0.5).bottomRows(300);
     before(17, 0) = std::nan("");
     clusters.rate_c_per_min = (clusters.temperature_c - before) * (60.0 / model.cluster_length_s);
     const RangedInputs ranged = within_range(model, *evaluate(model.terms, clusters), Outside::clamp);
@@ -202,7 +204,7 @@ TEST(CExport, StreamsWhatIsStreamedHere) {
   for (const Model& model : models()) {
     auto stream = CompensationStream::open(model, names_of(model));
     ASSERT_TRUE(stream);
-    SampleMatrix temperatures = random_temperatures(700, static_cast<Eigen::Index>(names_of(model).size()), 0.5);
+    data::SampleMatrix temperatures = random_temperatures(700, static_cast<Eigen::Index>(names_of(model).size()), 0.5);
     temperatures(333, 1) = std::nan("");
     const Eigen::VectorXd compensated = stream->push(temperatures, Eigen::VectorXd::Zero(700));
     std::string lines;
@@ -222,7 +224,7 @@ TEST(CExport, StreamsWhatIsStreamedHere) {
 TEST(CExport, ItsSelfTestFindsAWrongTable) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
-  auto program = *to_c(small_svr_model(), "gyro");
+  auto program = *to_c(data::small_svr_model(), "gyro");
   const auto at = program.source.find("-0.32000000000000001");  // 1/(2σ²)
   ASSERT_NE(at, std::string::npos);
   program.source.replace(at, 5, "-0.33");
@@ -237,7 +239,7 @@ TEST(CExport, TwoGyrosLiveInOneProgram) {
   if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
   const Workplace place;
   for (const char* name : {"left", "right"}) {
-    const auto program = *to_c(name[0] == 'l' ? small_svr_model() : small_network_model(), name);
+    const auto program = *to_c(name[0] == 'l' ? data::small_svr_model() : small_network_model(), name);
     place.write(std::string(name) + ".h", program.header);
     place.write(std::string(name) + ".c", program.source);
   }
@@ -249,7 +251,7 @@ TEST(CExport, TwoGyrosLiveInOneProgram) {
 }
 
 TEST(CExport, SaysWhatTheModelIs) {
-  Model model = small_svr_model();
+  Model model = data::small_svr_model();
   model.warnings = {
       "ends */ int main() { /* here?"
       "?/"};
@@ -266,10 +268,10 @@ TEST(CExport, SaysWhatTheModelIs) {
 
 TEST(CExport, NeedsANameThatCTakes) {
   for (const char* name : {"", "7b", "a-b", "_x", "größe"}) {
-    const auto program = to_c(small_svr_model(), name);
+    const auto program = to_c(data::small_svr_model(), name);
     ASSERT_FALSE(program) << name;
     EXPECT_EQ(program.error().kind, FaultKind::usage);
-    EXPECT_TRUE(to_c(small_svr_model(), c_name(name))) << c_name(name);
+    EXPECT_TRUE(to_c(data::small_svr_model(), c_name(name))) << c_name(name);
   }
   EXPECT_EQ(c_name("7-B"), "m7_B");
 }
@@ -305,7 +307,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
 }
 
 TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
-  const auto text = to_libsvm(small_svr_model());
+  const auto text = to_libsvm(data::small_svr_model());
   ASSERT_TRUE(text);
   EXPECT_EQ(*text,
             "svm_type epsilon_svr\nkernel_type rbf\ngamma 0.32000000000000001\nnr_class 2\ntotal_sv 2\nrho -0.125\nSV\n"
@@ -313,15 +315,15 @@ TEST(LibsvmExport, IsTheModelFileOfEpsilonSvr) {
 }
 
 TEST(LibsvmExport, NeedsAnSvr) {
-  Model model = small_svr_model();
-  model.function = LinearModel{};
+  Model model = data::small_svr_model();
+  model.function = methods::LinearModel{};
   EXPECT_EQ(to_libsvm(model).error().kind, FaultKind::usage);
 }
 
 TEST(LibsvmExport, PredictsInLibsvmWhatItPredictsHere) {
   if (std::system("svm-predict > /dev/null 2>&1") == 127 << 8) GTEST_SKIP() << "svm-predict is not installed";
-  const Dataset dataset = make_synthetic_run({});
-  const Clusters clusters = *make_clusters(dataset);
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
   TrainingOptions options;
   options.inputs = "seven-point";
   options.quick = true;
@@ -347,4 +349,4 @@ TEST(LibsvmExport, PredictsInLibsvmWhatItPredictsHere) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -6,7 +6,7 @@
 
 #include "tests/analysis/small_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -16,9 +16,9 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 Model two_term_model() {
-  Model model = small_svr_model();
+  Model model = data::small_svr_model();
   model.method = "linear";
-  model.function = LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
+  model.function = methods::LinearModel{Eigen::Vector2d{2, -0.5}, 0.25};
   model.selection = {};
   return model;
 }
@@ -28,27 +28,27 @@ Model two_function_model() {
   model.method = "rbfnn";
   model.hyper_parameters = {{"centres", 2}, {"lambda", 1e-3}};
   model.effective_parameters = 2.5;
-  model.function = ExpansionModel{.centres = (SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
-                                  .lengths = Eigen::RowVector2d{1, 2},
-                                  .widths = Eigen::Vector2d{0.5, 3},
-                                  .weights = Eigen::Vector2d{1.5, -0.75},
-                                  .b = 0.125};
+  model.function = methods::ExpansionModel{.centres = (data::SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
+                                           .lengths = Eigen::RowVector2d{1, 2},
+                                           .widths = Eigen::Vector2d{0.5, 3},
+                                           .weights = Eigen::Vector2d{1.5, -0.75},
+                                           .b = 0.125};
   return model;
 }
 
 Model two_neuron_model() {
   Model model = two_term_model();
   model.method = "bpnn";
-  model.function = NetworkModel{.weights = (SampleMatrix(1, 2) << 0.5, -1).finished(),
-                                .offsets = Eigen::VectorXd::Constant(1, 0.1),
-                                .out = Eigen::VectorXd::Constant(1, 2),
-                                .b = -0.5};
+  model.function = methods::NetworkModel{.weights = (data::SampleMatrix(1, 2) << 0.5, -1).finished(),
+                                         .offsets = Eigen::VectorXd::Constant(1, 0.1),
+                                         .out = Eigen::VectorXd::Constant(1, 2),
+                                         .b = -0.5};
   return model;
 }
 
 TEST(Model, PredictsByItsFormula) {
-  const Clusters clusters = three_clusters();
-  const auto predicted = predict(small_svr_model(), clusters);
+  const data::Clusters clusters = data::three_clusters();
+  const auto predicted = predict(data::small_svr_model(), clusters);
   ASSERT_TRUE(predicted);
   const double z0 = (0.375 - 0.1) * 3, z1 = 0.9 / 2;
   const auto kernel = [&](double v0, double v1) {
@@ -69,30 +69,30 @@ TEST(Model, PredictsByItsFormula) {
 }
 
 TEST(Model, PredictsNothingFromAMissingReading) {
-  Clusters clusters = three_clusters();
+  data::Clusters clusters = data::three_clusters();
   clusters.temperature_c(1, 0) = std::nan("");
-  EXPECT_TRUE(std::isnan((*predict(small_svr_model(), clusters))(1)));
-  EXPECT_FALSE(std::isnan((*predict(small_svr_model(), clusters))(2)));
+  EXPECT_TRUE(std::isnan((*predict(data::small_svr_model(), clusters))(1)));
+  EXPECT_FALSE(std::isnan((*predict(data::small_svr_model(), clusters))(2)));
 }
 
 TEST(Model, NeedsItsThermometers) {
-  Clusters clusters = three_clusters();
+  data::Clusters clusters = data::three_clusters();
   clusters.thermometers = {"A", "C"};
-  const auto predicted = predict(small_svr_model(), clusters);
+  const auto predicted = predict(data::small_svr_model(), clusters);
   ASSERT_FALSE(predicted);
   EXPECT_EQ(predicted.error().kind, FaultKind::usage);
 }
 
 TEST(ModelFile, ComesBackBitForBit) {
-  for (const Model& model : {small_svr_model(), two_term_model(), two_function_model(), two_neuron_model()}) {
+  for (const Model& model : {data::small_svr_model(), two_term_model(), two_function_model(), two_neuron_model()}) {
     const auto back = model_from_json(to_json(model), "model.json");
     ASSERT_TRUE(back) << text(back.error());
     EXPECT_EQ(to_json(*back), to_json(model));
-    EXPECT_EQ(*predict(*back, three_clusters()), *predict(model, three_clusters()));
+    EXPECT_EQ(*predict(*back, data::three_clusters()), *predict(model, data::three_clusters()));
     EXPECT_EQ(back->leave_cycle_out_residual, model.leave_cycle_out_residual);
     EXPECT_EQ(back->selection.statement, model.selection.statement);
   }
-  EXPECT_EQ(model_from_json(to_json(small_svr_model()), "m")->tuning_options.swarm.seed, 18446744073709551615u);
+  EXPECT_EQ(model_from_json(to_json(data::small_svr_model()), "m")->tuning_options.swarm.seed, 18446744073709551615u);
 }
 
 TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
@@ -103,7 +103,7 @@ TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
 }
 
 TEST(ModelFile, NamesThePathOfAWrongContent) {
-  const std::string good = to_json(small_svr_model());
+  const std::string good = to_json(data::small_svr_model());
   const struct {
     std::string json, where;
   } laws[] = {{replaced(good, "gyrotherm-model/1", "gyrotherm-model/9"), "schema"},
@@ -124,14 +124,14 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
 }
 
 TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
-  Model model = small_svr_model();
-  std::get<SvrModel>(model.function).beta(0) = std::nan("");
+  Model model = data::small_svr_model();
+  std::get<methods::SvrModel>(model.function).beta(0) = std::nan("");
   EXPECT_EQ(model_from_json(to_json(model), "m.json").error().where, "m.json: function.beta[0]");
-  EXPECT_FALSE(model_from_json(replaced(to_json(small_svr_model()), "0.125", "1e999"), "m.json"));
+  EXPECT_FALSE(model_from_json(replaced(to_json(data::small_svr_model()), "0.125", "1e999"), "m.json"));
 }
 
 TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
-  const std::string good = to_json(small_svr_model());
+  const std::string good = to_json(data::small_svr_model());
   for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
     EXPECT_FALSE(model_from_json(std::string_view(good).substr(0, length), "m.json"));
   }
@@ -146,29 +146,29 @@ TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
 }
 
 /// The small model was trained on A − B in [−1, 1] and dA/dt in [−5, 5].
-SampleMatrix two_outside() { return (SampleMatrix(4, 2) << 0.5, 1, 1.5, 1, 0, -7.5, -1, 5).finished(); }
+data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1.5, 1, 0, -7.5, -1, 5).finished(); }
 
 /// What is predicted under the policy.
-Eigen::VectorXd predicted_under(Outside policy, const Model& model, const SampleMatrix& inputs) {
+Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::SampleMatrix& inputs) {
   return predict(model, within_range(model, inputs, policy).inputs);
 }
 
 TEST(TrainedRange, ClampMovesEachInputToTheNearerEnd) {
-  const Model model = small_svr_model();
+  const Model model = data::small_svr_model();
   const RangedInputs ranged = within_range(model, two_outside(), Outside::clamp);
-  EXPECT_EQ(ranged.inputs, (SampleMatrix(4, 2) << 0.5, 1, 1, 1, 0, -5, -1, 5).finished());
+  EXPECT_EQ(ranged.inputs, (data::SampleMatrix(4, 2) << 0.5, 1, 1, 1, 0, -5, -1, 5).finished());
   EXPECT_EQ(ranged.rows, (std::vector<Eigen::Index>{1, 2}));
 }
 
 TEST(TrainedRange, NamesTheFarthestTermAsAPartOfItsRange) {
-  const RangedInputs ranged = within_range(small_svr_model(), two_outside(), Outside::extrapolate);
+  const RangedInputs ranged = within_range(data::small_svr_model(), two_outside(), Outside::extrapolate);
   EXPECT_EQ(ranged.worst_term, 0) << "0.5 of 2 is as far as 2.5 of 10; the first is named";
   EXPECT_DOUBLE_EQ(ranged.worst_excess, 0.25);
   EXPECT_EQ(ranged.inputs, two_outside());
 }
 
 TEST(TrainedRange, RefusesWholeRows) {
-  const Model model = small_svr_model();
+  const Model model = data::small_svr_model();
   const Eigen::VectorXd predicted = predicted_under(Outside::refuse, model, two_outside());
   EXPECT_TRUE(std::isfinite(predicted(0)));
   EXPECT_TRUE(std::isnan(predicted(1)));
@@ -177,8 +177,8 @@ TEST(TrainedRange, RefusesWholeRows) {
 }
 
 TEST(TrainedRange, PoliciesAgreeInside) {
-  const Model model = small_svr_model();
-  const SampleMatrix inside = (SampleMatrix(2, 2) << -1, 5, 0.25, -0.5).finished();
+  const Model model = data::small_svr_model();
+  const data::SampleMatrix inside = (data::SampleMatrix(2, 2) << -1, 5, 0.25, -0.5).finished();
   for (const Outside policy : {Outside::clamp, Outside::refuse, Outside::extrapolate}) {
     EXPECT_EQ(predicted_under(policy, model, inside), predict(model, inside)) << name(policy);
     EXPECT_EQ(within_range(model, inside, policy).worst_term, -1);
@@ -186,24 +186,24 @@ TEST(TrainedRange, PoliciesAgreeInside) {
 }
 
 TEST(TrainedRange, ClampGoesOnFromTheLastTrainedValueWithoutAStep) {
-  const Model model = small_svr_model();
-  const SampleMatrix edge = (SampleMatrix(1, 2) << 1, 2).finished();
+  const Model model = data::small_svr_model();
+  const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1, 2).finished();
   for (const double beyond : {1e-6, 0.1, 100.0}) {
-    const SampleMatrix outside = (SampleMatrix(1, 2) << 1 + beyond, 2).finished();
+    const data::SampleMatrix outside = (data::SampleMatrix(1, 2) << 1 + beyond, 2).finished();
     EXPECT_EQ(predicted_under(Outside::clamp, model, outside), predict(model, edge)) << beyond;
   }
 }
 
 TEST(TrainedRange, TheRoundingOfAMeanIsNotOutside) {
-  const SampleMatrix edge = (SampleMatrix(1, 2) << 1 + 1e-14, -5 - 1e-12).finished();
-  EXPECT_TRUE(within_range(small_svr_model(), edge, Outside::refuse).rows.empty());
+  const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1 + 1e-14, -5 - 1e-12).finished();
+  EXPECT_TRUE(within_range(data::small_svr_model(), edge, Outside::refuse).rows.empty());
 }
 
 TEST(TrainedRange, AMissingInputIsNotOutside) {
-  const SampleMatrix missing = (SampleMatrix(1, 2) << std::nan(""), 100).finished();
-  const RangedInputs ranged = within_range(small_svr_model(), missing, Outside::clamp);
+  const data::SampleMatrix missing = (data::SampleMatrix(1, 2) << std::nan(""), 100).finished();
+  const RangedInputs ranged = within_range(data::small_svr_model(), missing, Outside::clamp);
   EXPECT_TRUE(ranged.rows.empty());
-  EXPECT_TRUE(std::isnan(predicted_under(Outside::clamp, small_svr_model(), missing)(0)));
+  EXPECT_TRUE(std::isnan(predicted_under(Outside::clamp, data::small_svr_model(), missing)(0)));
 }
 
 TEST(TrainedRange, PoliciesAreReadByName) {
@@ -217,4 +217,4 @@ TEST(TrainedRange, PoliciesAreReadByName) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

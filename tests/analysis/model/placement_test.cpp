@@ -7,13 +7,13 @@
 
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-Clusters clusters_of(const SyntheticRun& run) { return *make_clusters(make_synthetic_run(run)); }
+data::Clusters clusters_of(const data::SyntheticRun& run) { return *make_clusters(make_synthetic_run(run)); }
 
 /// A bias that one thermometer alone makes.
-void drive_by(Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
+void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
   std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
   std::normal_distribution<double> noise(0, 1e-3);
   const Eigen::VectorXd t = clusters.temperature_c.col(thermometer).array() / 20;
@@ -22,8 +22,8 @@ void drive_by(Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) 
 }
 
 /// The named thermometers alone, with one of them twice.
-Clusters reduced(const Clusters& from, const std::vector<Eigen::Index>& columns) {
-  Clusters clusters = from;
+data::Clusters reduced(const data::Clusters& from, const std::vector<Eigen::Index>& columns) {
+  data::Clusters clusters = from;
   clusters.thermometers.clear();
   for (const Eigen::Index column : columns) clusters.thermometers.push_back(from.thermometers[column]);
   clusters.temperature_c = from.temperature_c(Eigen::all, columns);
@@ -34,7 +34,7 @@ Clusters reduced(const Clusters& from, const std::vector<Eigen::Index>& columns)
 TEST(Placement, LeavesTheOnlyDriverOfTheBiasToTheEnd) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Clusters clusters = wandering(clusters_of({.hold_s = 1000}), seed);
+    data::Clusters clusters = wandering(clusters_of({.hold_s = 1000}), seed);
     const Eigen::Index driver = seed % 8;
     drive_by(clusters, driver, seed);
     const auto placement = study_placement({clusters}, {});
@@ -47,7 +47,7 @@ TEST(Placement, LeavesTheOnlyDriverOfTheBiasToTheEnd) {
 }
 
 TEST(Placement, AsksNothingForAThermometerThatDuplicatesAnother) {
-  Clusters clusters = reduced(clusters_of({}), {0, 3, 3, 6});
+  data::Clusters clusters = reduced(clusters_of({}), {0, 3, 3, 6});
   clusters.thermometers[2] = "twin";
   const auto placement = study_placement({clusters}, {});
   ASSERT_TRUE(placement) << text(placement.error());
@@ -80,7 +80,7 @@ TEST(Placement, OrdersItsStepsAndAddsUp) {
 }
 
 TEST(Placement, RefusesOneThermometerAndStopsWhenAsked) {
-  const Clusters clusters = clusters_of({.hold_s = 800});
+  const data::Clusters clusters = clusters_of({.hold_s = 800});
   EXPECT_EQ(study_placement({reduced(clusters, {0})}, {}).error().kind, FaultKind::usage);
   EXPECT_EQ(study_placement({}, {}).error().kind, FaultKind::usage);
   EXPECT_EQ(study_placement({clusters}, {reduced(clusters, {0, 1})}).error().kind, FaultKind::usage);
@@ -93,4 +93,4 @@ TEST(Placement, RefusesOneThermometerAndStopsWhenAsked) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

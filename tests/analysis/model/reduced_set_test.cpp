@@ -7,22 +7,22 @@
 
 #include "tests/analysis/small_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 constexpr Eigen::Index kVectors = 60;
 
-SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
+data::SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
-  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+  return data::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
 /// A and B as inputs, so that any input can be had; vectors and weights at random.
 Model model_of(std::uint64_t seed) {
-  Model model = small_svr_model();
-  model.terms = {temperature_term("A"), temperature_term("B")};
-  auto& svr = std::get<SvrModel>(model.function);
+  Model model = data::small_svr_model();
+  model.terms = {data::temperature_term("A"), data::temperature_term("B")};
+  auto& svr = std::get<methods::SvrModel>(model.function);
   svr.support_vectors = random_rows(kVectors, 2, seed);
   svr.beta = 3 * random_rows(kVectors, 1, seed + 1000);
   return model;
@@ -31,17 +31,17 @@ Model model_of(std::uint64_t seed) {
 /// The same as an expansion with lengths.
 Model expansion_of(std::uint64_t seed) {
   Model model = model_of(seed);
-  const auto svr = std::get<SvrModel>(model.function);
-  model.function = ExpansionModel{.centres = svr.support_vectors,
-                                  .lengths = Eigen::RowVector2d{0.7, 1.9},
-                                  .widths = Eigen::VectorXd::Constant(kVectors, 0.8),
-                                  .weights = svr.beta,
-                                  .b = svr.b};
+  const auto svr = std::get<methods::SvrModel>(model.function);
+  model.function = methods::ExpansionModel{.centres = svr.support_vectors,
+                                           .lengths = Eigen::RowVector2d{0.7, 1.9},
+                                           .widths = Eigen::VectorXd::Constant(kVectors, 0.8),
+                                           .weights = svr.beta,
+                                           .b = svr.b};
   return model;
 }
 
-Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
-  Clusters clusters;
+data::Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
+  data::Clusters clusters;
   clusters.thermometers = {"A", "B"};
   clusters.temperature_c = random_rows(rows, 2, seed);
   clusters.rate_c_per_min.setZero(rows, 2);
@@ -50,16 +50,16 @@ Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
 
 /// Centres in lengths, weights and width.
 struct Sum {
-  SampleMatrix centres;
+  data::SampleMatrix centres;
   Eigen::VectorXd weights;
   double width{};
 };
 
 Sum sum_of(const Model& model) {
-  if (const auto* svr = std::get_if<SvrModel>(&model.function)) {
+  if (const auto* svr = std::get_if<methods::SvrModel>(&model.function)) {
     return {svr->support_vectors, svr->beta, svr->parameters.sigma};
   }
-  const auto& expansion = std::get<ExpansionModel>(model.function);
+  const auto& expansion = std::get<methods::ExpansionModel>(model.function);
   return {expansion.centres.array().rowwise() / expansion.lengths.array(), expansion.weights, expansion.widths(0)};
 }
 
@@ -74,11 +74,11 @@ double inner(const Sum& one, const Sum& other) {
   return sum;
 }
 
-Eigen::VectorXd change(const Model& full, const Model& reduced, const Clusters& clusters) {
+Eigen::VectorXd change(const Model& full, const Model& reduced, const data::Clusters& clusters) {
   return *predict(full, clusters) - *predict(reduced, clusters);
 }
 
-Model reduced(const Model& model, const Clusters& clusters, const ReducedSetGoal& goal) {
+Model reduced(const Model& model, const data::Clusters& clusters, const ReducedSetGoal& goal) {
   auto smaller = reduce(model, clusters, goal);
   EXPECT_TRUE(smaller) << text(smaller.error());
   return *smaller;
@@ -114,7 +114,7 @@ TEST(ReducedSet, StatesTheLossThatIsMeasured) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const Model model = seed % 2 == 0 ? model_of(seed) : expansion_of(seed);
-    const Clusters clusters = clusters_of(120, seed + 50);
+    const data::Clusters clusters = clusters_of(120, seed + 50);
     const Model smaller = reduced(model, clusters, {.vectors = 15});
     const Eigen::VectorXd measured = change(model, smaller, clusters);
     const ReducedSetSummary& loss = *smaller.reduction;
@@ -146,7 +146,7 @@ TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
   const Model smaller = reduced(model, clusters_of(30, 3), {.vectors = 12});
   // The change vanishes at each centre kept: inputs there, unscaled, are its coordinates.
   const Sum kept = sum_of(smaller);
-  Clusters at_centres = clusters_of(12, 1);
+  data::Clusters at_centres = clusters_of(12, 1);
   for (Eigen::Index i = 0; i < 12; ++i) {
     at_centres.temperature_c.row(i) =
         kept.centres.row(i).array() * model.scaling.std.array() + model.scaling.mean.array();
@@ -156,7 +156,7 @@ TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
 
 TEST(ReducedSet, KeepsNoMoreThanALossAsksFor) {
   const Model model = model_of(4);
-  const Clusters clusters = clusters_of(100, 4);
+  const data::Clusters clusters = clusters_of(100, 4);
   for (const double loss : {0.3, 0.03, 0.003}) {
     const Model smaller = reduced(model, clusters, {.max_change_deg_per_h = loss});
     EXPECT_LE(smaller.reduction->max_change_deg_per_h, loss * (1 + 1e-9));
@@ -176,7 +176,7 @@ TEST(ReducedSet, ComesBackFromItsFile) {
 }
 
 TEST(ReducedSet, RefusesWhatItCannotDo) {
-  const Clusters clusters = clusters_of(20, 6);
+  const data::Clusters clusters = clusters_of(20, 6);
   const Model model = model_of(6);
   const auto refused = [&](const Model& which, const ReducedSetGoal& goal) {
     const auto smaller = reduce(which, clusters, goal);
@@ -190,18 +190,18 @@ TEST(ReducedSet, RefusesWhatItCannotDo) {
   refused(model, {.max_change_deg_per_h = std::nan("")});
   refused(reduced(model, clusters, {.vectors = 5}), {.vectors = 4});
   Model other = model;
-  other.function = LinearModel{Eigen::Vector2d{1, 2}, 0};
+  other.function = methods::LinearModel{Eigen::Vector2d{1, 2}, 0};
   refused(other, {.vectors = 5});
   other = expansion_of(6);
-  std::get<ExpansionModel>(other.function).widths(3) = 0.1;
+  std::get<methods::ExpansionModel>(other.function).widths(3) = 0.1;
   refused(other, {.vectors = 5});
   other = model;
-  other.terms[0] = temperature_term("Z");
+  other.terms[0] = data::temperature_term("Z");
   refused(other, {.vectors = 5});
-  Clusters missing = clusters;
+  data::Clusters missing = clusters;
   missing.temperature_c.setConstant(std::nan(""));
   EXPECT_FALSE(reduce(model, missing, {.vectors = 5}));
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

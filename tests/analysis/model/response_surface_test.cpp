@@ -6,16 +6,16 @@
 #include <cmath>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-SampleMatrix random_matrix(std::mt19937_64& random, Eigen::Index rows, Eigen::Index columns) {
+svm::SampleMatrix random_matrix(std::mt19937_64& random, Eigen::Index rows, Eigen::Index columns) {
   std::normal_distribution<double> normal;
-  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(random); });
+  return svm::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
 /// Second order in three inputs.
-Eigen::VectorXd quadratic(const SampleMatrix& x) {
+Eigen::VectorXd quadratic(const svm::SampleMatrix& x) {
   return (1.5 + 2 * x.col(0).array() - x.col(1).array() * x.col(2).array() + 0.7 * x.col(2).array().square()).matrix();
 }
 
@@ -23,7 +23,7 @@ TEST(ResponseSurface, RecoversAQuadraticFunction) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937_64 random(seed);
-    const SampleMatrix x = 3 * random_matrix(random, 60, 3), unseen = 5 * random_matrix(random, 20, 3);
+    const svm::SampleMatrix x = 3 * random_matrix(random, 60, 3), unseen = 5 * random_matrix(random, 20, 3);
     const std::array lambda = {1e-12};
     const Eigen::VectorXd predicted = surface_predictions(x, quadratic(x), unseen, lambda);
     EXPECT_LT((predicted - quadratic(unseen)).cwiseAbs().maxCoeff(), 1e-6);
@@ -31,20 +31,20 @@ TEST(ResponseSurface, RecoversAQuadraticFunction) {
 }
 
 /// The normal equations of the definition, written out.
-Eigen::VectorXd by_definition(const SampleMatrix& x, const Eigen::VectorXd& y, const SampleMatrix& test,
+Eigen::VectorXd by_definition(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const svm::SampleMatrix& test,
                               double lambda) {
-  const auto standardised = [](const SampleMatrix& from, const SampleMatrix& values) {
+  const auto standardised = [](const svm::SampleMatrix& from, const svm::SampleMatrix& values) {
     const Eigen::RowVectorXd mean = from.colwise().mean();
     const Eigen::RowVectorXd std =
         ((from.rowwise() - mean).colwise().squaredNorm() / static_cast<double>(from.rows())).cwiseSqrt();
-    return SampleMatrix((values.rowwise() - mean).array().rowwise() / std.array());
+    return svm::SampleMatrix((values.rowwise() - mean).array().rowwise() / std.array());
   };
-  const auto products = [](const SampleMatrix& z) {
-    SampleMatrix all(z.rows(), 5);
+  const auto products = [](const svm::SampleMatrix& z) {
+    svm::SampleMatrix all(z.rows(), 5);
     all << z, z.col(0).cwiseProduct(z.col(0)), z.col(0).cwiseProduct(z.col(1)), z.col(1).cwiseProduct(z.col(1));
     return all;
   };
-  const SampleMatrix raw = products(standardised(x, x)), raw_test = products(standardised(x, test));
+  const svm::SampleMatrix raw = products(standardised(x, x)), raw_test = products(standardised(x, test));
   const Eigen::MatrixXd a = standardised(raw, raw);
   const Eigen::MatrixXd normal =
       a.transpose() * a + lambda * static_cast<double>(x.rows()) * Eigen::MatrixXd::Identity(5, 5);
@@ -54,7 +54,7 @@ Eigen::VectorXd by_definition(const SampleMatrix& x, const Eigen::VectorXd& y, c
 
 TEST(ResponseSurface, IsRidgeRegressionOnStandardisedProducts) {
   std::mt19937_64 random(7);
-  const SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
+  const svm::SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
   const Eigen::VectorXd y = random_matrix(random, 30, 1);
   const Eigen::MatrixXd predicted = surface_predictions(x, y, test, kSurfaceLambdas);
   for (std::size_t l = 0; l < kSurfaceLambdas.size(); ++l) {
@@ -65,7 +65,7 @@ TEST(ResponseSurface, IsRidgeRegressionOnStandardisedProducts) {
 
 TEST(ResponseSurface, DoesNotMindAnInputThatDoesNotVary) {
   std::mt19937_64 random(8);
-  SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
+  svm::SampleMatrix x = random_matrix(random, 30, 2), test = random_matrix(random, 9, 2);
   const Eigen::VectorXd y = random_matrix(random, 30, 1);
   const Eigen::MatrixXd without = surface_predictions(x, y, test, kSurfaceLambdas);
   x.conservativeResize(Eigen::NoChange, 3);
@@ -77,24 +77,25 @@ TEST(ResponseSurface, DoesNotMindAnInputThatDoesNotVary) {
 
 TEST(ResponseSurface, OfNoInputIsTheMean) {
   const Eigen::VectorXd y = Eigen::Vector3d{1, 2, 6};
-  const Eigen::MatrixXd predicted = surface_predictions(SampleMatrix(3, 0), y, SampleMatrix(2, 0), kSurfaceLambdas);
+  const Eigen::MatrixXd predicted =
+      surface_predictions(svm::SampleMatrix(3, 0), y, svm::SampleMatrix(2, 0), kSurfaceLambdas);
   EXPECT_EQ(predicted, Eigen::MatrixXd::Constant(2, kSurfaceLambdas.size(), 3));
 }
 
 TEST(ResponseSurface, IsTriedOnWhatItHasNotSeen) {
   std::mt19937_64 random(9);
-  const SampleMatrix x = random_matrix(random, 40, 3);
+  const svm::SampleMatrix x = random_matrix(random, 40, 3);
   const Eigen::VectorXd y = quadratic(x) + 0.01 * random_matrix(random, 40, 1);
-  FoldPlan folds;
+  data::FoldPlan folds;
   for (Eigen::Index first = 0; first < 40; first += 10) {
-    FoldRows rows;
+    data::FoldRows rows;
     for (Eigen::Index k = 0; k < 40; ++k) (k >= first && k < first + 10 ? rows.held_out : rows.training).push_back(k);
     folds.folds.push_back(rows);
   }
   const SurfaceTrial trial = try_surface(x, y, folds);
   EXPECT_NEAR(trial.mean_square, trial.residual.squaredNorm() / 40, 1e-15);
   const std::array lambda = {trial.lambda};
-  for (const FoldRows& fold : folds.folds) {
+  for (const data::FoldRows& fold : folds.folds) {
     const Eigen::VectorXd predicted =
         surface_predictions(x(fold.training, Eigen::all), y(fold.training), x(fold.held_out, Eigen::all), lambda);
     EXPECT_TRUE(predicted.isApprox(y(fold.held_out) - trial.residual(fold.held_out), 1e-12));
@@ -103,4 +104,4 @@ TEST(ResponseSurface, IsTriedOnWhatItHasNotSeen) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -10,7 +10,7 @@
 #include "analysis/data/features.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 const std::vector<std::string> kEightNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
@@ -26,31 +26,31 @@ std::vector<double> table_3() {
           .932};
 }
 
-std::vector<std::string> texts(const std::vector<Term>& terms) {
+std::vector<std::string> texts(const std::vector<data::Term>& terms) {
   std::vector<std::string> words;
-  for (const Term& term : terms) words.push_back(text(term));
+  for (const data::Term& term : terms) words.push_back(text(term));
   return words;
 }
 
 Selection of_table_3(double threshold, int least_rank = 1) {
-  return select_by_correlation(all_gradients(kEightNames), table_3(), threshold, least_rank);
+  return select_by_correlation(data::all_gradients(kEightNames), table_3(), threshold, least_rank);
 }
 
-std::vector<Term> temperatures() {
-  std::vector<Term> terms;
-  for (const std::string& name : kEightNames) terms.push_back(temperature_term(name));
+std::vector<data::Term> temperatures() {
+  std::vector<data::Term> terms;
+  for (const std::string& name : kEightNames) terms.push_back(data::temperature_term(name));
   return terms;
 }
 
-TrainingSet training_set_of(Clusters clusters) {
-  FoldPlan folds = *plan_folds({clusters});
+data::TrainingSet training_set_of(data::Clusters clusters) {
+  data::FoldPlan folds = *data::plan_folds({clusters});
   return {std::move(clusters), std::move(folds)};
 }
 
 /// Independent temperatures with a bias made of two gradients, one of them squared, and white noise.
-TrainingSet made_of_two_gradients(std::uint64_t seed) {
-  Clusters clusters = wandering(*make_clusters(make_synthetic_run({.hold_s = 1000})), seed);
-  const SampleMatrix x = *evaluate({gradient_term("A", "D"), gradient_term("C", "F")}, clusters);
+data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
+  data::Clusters clusters = data::wandering(*data::make_clusters(data::make_synthetic_run({.hold_s = 1000})), seed);
+  const data::SampleMatrix x = *evaluate({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, clusters);
   std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
   std::normal_distribution<double> noise(0, 1e-3);
   clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();
@@ -80,11 +80,11 @@ TEST(Selection, FallsBackWhereTooFewDimensionsRemain) {
 }
 
 TEST(Selection, DoesNotMindTheSign) {
-  EXPECT_FALSE(select_by_correlation({gradient_term("A", "B")}, {-0.95}, 0.9, 1).fallback);
+  EXPECT_FALSE(select_by_correlation({data::gradient_term("A", "B")}, {-0.95}, 0.9, 1).fallback);
 }
 
 TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
-  Clusters clusters = *make_clusters(make_synthetic_run({}));
+  data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
   clusters.bias_deg_per_h = 3 * clusters.temperature_c.col(2);
   const auto selection = select_inputs({.threshold = 0.999999}, {}, temperatures(), training_set_of(clusters));
   ASSERT_TRUE(selection);
@@ -95,7 +95,7 @@ TEST(Selection, ByCorrelationTakesAnyKindOfInput) {
 TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(seed), 12);
+    const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(seed), 12);
     ASSERT_TRUE(selection);
     std::vector<std::string> taken = texts(selection->terms);
     std::ranges::sort(taken);
@@ -104,20 +104,20 @@ TEST(ForwardSelection, FindsTheInputsThatMakeTheBias) {
 }
 
 TEST(ForwardSelection, AddsNothingToWhatIsEnough) {
-  const auto selection =
-      select_forward({gradient_term("A", "D"), gradient_term("C", "F")}, temperatures(), made_of_two_gradients(3), 12);
+  const auto selection = select_forward({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, temperatures(),
+                                        made_of_two_gradients(3), 12);
   ASSERT_TRUE(selection);
   EXPECT_TRUE(selection->terms.empty()) << selection->statement;
 }
 
 TEST(ForwardSelection, TakesAtMostSoMany) {
-  const auto selection = select_forward({}, all_gradients(kEightNames), made_of_two_gradients(1), 1);
+  const auto selection = select_forward({}, data::all_gradients(kEightNames), made_of_two_gradients(1), 1);
   EXPECT_EQ(selection->terms.size(), 1u);
 }
 
 TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
-  const TrainingSet training_set = made_of_two_gradients(4);
-  const auto select = [&] { return *select_forward({}, all_gradients(kEightNames), training_set, 4); };
+  const data::TrainingSet training_set = made_of_two_gradients(4);
+  const auto select = [&] { return *select_forward({}, data::all_gradients(kEightNames), training_set, 4); };
   const Selection all = select();
   const Selection one = oneapi::tbb::task_arena(1).execute(select);
   EXPECT_EQ(all.terms, one.terms);
@@ -125,22 +125,23 @@ TEST(ForwardSelection, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(Redundancy, KeepsSevenOfTwentyEightGradients) {
-  const Clusters clusters = *make_clusters(make_synthetic_run({}));
-  const auto gradients = select_independent({}, all_gradients(kEightNames), clusters, 1e-6);
+  const data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
+  const auto gradients = select_independent({}, data::all_gradients(kEightNames), clusters, 1e-6);
   ASSERT_TRUE(gradients);
   EXPECT_EQ(gradients->terms.size(), 7u) << gradients->statement;
   EXPECT_EQ(gradients->rank, 7);
-  const auto beside = select_independent({temperature_term("A")}, temperatures(), clusters, 1e-6);
+  const auto beside = select_independent({data::temperature_term("A")}, temperatures(), clusters, 1e-6);
   EXPECT_EQ(beside->terms.size(), 7u);
-  EXPECT_FALSE(std::ranges::count(beside->terms, temperature_term("A"))) << "it is taken anyway";
+  EXPECT_FALSE(std::ranges::count(beside->terms, data::temperature_term("A"))) << "it is taken anyway";
 }
 
 TEST(Redundancy, DropsOnlyWhatTheOthersMakeUp) {
-  const Clusters clusters = *make_clusters(make_synthetic_run({}));
+  const data::Clusters clusters = *data::make_clusters(data::make_synthetic_run({}));
   for (const double tolerance : {1e-6, 1e-3, 1e-2, 0.1}) {
-    const auto kept = select_independent({}, all_gradients(kEightNames), clusters, tolerance);
+    const auto kept = select_independent({}, data::all_gradients(kEightNames), clusters, tolerance);
     ASSERT_TRUE(kept);
-    const SampleMatrix all = *evaluate(all_gradients(kEightNames), clusters), some = *evaluate(kept->terms, clusters);
+    const data::SampleMatrix all = *evaluate(data::all_gradients(kEightNames), clusters),
+                             some = *evaluate(kept->terms, clusters);
     Eigen::MatrixXd design(some.rows(), some.cols() + 1);
     design << some, Eigen::VectorXd::Ones(some.rows());
     const Eigen::MatrixXd centred = all.rowwise() - all.colwise().mean();
@@ -163,4 +164,4 @@ TEST(Selection, IsReadFromItsWord) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -7,12 +7,12 @@
 
 #include "tests/analysis/small_model.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
 /// Both thermometers on ramps, A the faster.
-Dataset two_ramps(Eigen::Index rows) {
-  Dataset dataset;
+data::Dataset two_ramps(Eigen::Index rows) {
+  data::Dataset dataset;
   dataset.thermometers = {"A", "B"};
   dataset.time_s = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1));
   dataset.temperature_c.resize(rows, 2);
@@ -24,14 +24,14 @@ Dataset two_ramps(Eigen::Index rows) {
   return dataset;
 }
 
-SampleMatrix random_temperatures(Eigen::Index rows, std::uint64_t seed) {
+data::SampleMatrix random_temperatures(Eigen::Index rows, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal(20, 0.3);
-  return SampleMatrix::NullaryExpr(rows, 2, [&] { return normal(generator); });
+  return data::SampleMatrix::NullaryExpr(rows, 2, [&] { return normal(generator); });
 }
 
 CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside outside = Outside::clamp) {
-  auto stream = CompensationStream::open(small_svr_model(), std::move(columns), outside);
+  auto stream = CompensationStream::open(data::small_svr_model(), std::move(columns), outside);
   EXPECT_TRUE(stream);
   return std::move(*stream);
 }
@@ -47,8 +47,8 @@ void expect_same(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
 }
 
 TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
-  const Dataset dataset = two_ramps(1000);
-  const Eigen::VectorXd predicted = *predict(small_svr_model(), *make_clusters(dataset));
+  const data::Dataset dataset = two_ramps(1000);
+  const Eigen::VectorXd predicted = *predict(data::small_svr_model(), *make_clusters(dataset));
   const Eigen::VectorXd compensated = open().push(dataset.temperature_c, dataset.bias_deg_per_h);
   for (Eigen::Index i = 0; i < 1000; ++i) {
     EXPECT_EQ(std::isnan(compensated(i)), i < 199) << "a rate needs two means, row " << i;
@@ -61,7 +61,7 @@ TEST(CompensationStream, IsThePredictionOnClustersAtTheirEnds) {
 TEST(CompensationStream, AnswersTheSameRowByRowAndInPieces) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
-    SampleMatrix temperatures = random_temperatures(1500, seed);
+    data::SampleMatrix temperatures = random_temperatures(1500, seed);
     temperatures(700, 1) = std::nan("");
     const Eigen::VectorXd bias = temperatures.col(0);
     const Eigen::VectorXd whole = open().push(temperatures, bias);
@@ -78,15 +78,15 @@ TEST(CompensationStream, AnswersTheSameRowByRowAndInPieces) {
 }
 
 TEST(CompensationStream, TakesColumnsInAnyOrder) {
-  const SampleMatrix temperatures = random_temperatures(300, 1);
-  SampleMatrix turned(300, 3);
+  const data::SampleMatrix temperatures = random_temperatures(300, 1);
+  data::SampleMatrix turned(300, 3);
   turned << Eigen::VectorXd::Random(300), temperatures.col(1), temperatures.col(0);
   expect_same(open({"shell", "B", "A"}).push(turned, zeros(300)), open().push(temperatures, zeros(300)));
 }
 
 TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
-  const SampleMatrix temperatures = random_temperatures(900, 2);
-  SampleMatrix missing = temperatures;
+  const data::SampleMatrix temperatures = random_temperatures(900, 2);
+  data::SampleMatrix missing = temperatures;
   missing(330, 0) = std::nan("");
   const Eigen::VectorXd whole = open().push(temperatures, zeros(900)), gap = open().push(missing, zeros(900));
   expect_same(gap.head(330), whole.head(330));
@@ -95,7 +95,7 @@ TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
 }
 
 TEST(CompensationStream, HoldsInputsInTheTrainedRange) {
-  SampleMatrix temperatures = random_temperatures(400, 3);
+  data::SampleMatrix temperatures = random_temperatures(400, 3);
   temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
   CompensationStream clamped = open();
   const Eigen::VectorXd held = clamped.push(temperatures, zeros(400));
@@ -110,14 +110,14 @@ TEST(CompensationStream, HoldsInputsInTheTrainedRange) {
 }
 
 TEST(CompensationStream, NeedsTheModelsThermometers) {
-  EXPECT_EQ(CompensationStream::open(small_svr_model(), {"A", "C"}).error().kind, FaultKind::usage);
+  EXPECT_EQ(CompensationStream::open(data::small_svr_model(), {"A", "C"}).error().kind, FaultKind::usage);
 }
 
 TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(seed);
     const auto length = static_cast<Eigen::Index>(1 + seed % 17);
-    const SampleMatrix rows = random_temperatures(200, seed);
+    const data::SampleMatrix rows = random_temperatures(200, seed);
     SlidingMeans sliding(length, 2);
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       const Eigen::RowVectorXd& means = sliding.push(rows.row(i));
@@ -132,7 +132,7 @@ TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
 
 TEST(SlidingMeans, DoNotDrift) {
   constexpr Eigen::Index kRows = 300000;
-  SampleMatrix rows = random_temperatures(kRows, 1);
+  data::SampleMatrix rows = random_temperatures(kRows, 1);
   rows.topRows(kRows / 2) *= 1e12;  // what a running sum would remember
   SlidingMeans sliding(100, 2);
   Eigen::RowVectorXd means;
@@ -141,4 +141,4 @@ TEST(SlidingMeans, DoNotDrift) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

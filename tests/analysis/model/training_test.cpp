@@ -11,10 +11,11 @@
 #include "tests/analysis/real_records.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-Result<Model> train_on(const Dataset& dataset, const TrainingOptions& options, const ProgressSink& progress = {}) {
+Result<Model> train_on(const data::Dataset& dataset, const TrainingOptions& options,
+                       const ProgressSink& progress = {}) {
   return train({dataset}, {*make_clusters(dataset)}, options, progress);
 }
 
@@ -41,7 +42,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
                       {"die,die^2", {13.329, 10.300, 10.046}},
                       {"die,barometer", {16.476, 10.414, 10.060}},
                       {"die,die-barometer", {16.476, 10.414, 10.060}}};
-  for (const FreeImuAxis axis : {FreeImuAxis::x, FreeImuAxis::y, FreeImuAxis::z}) {
+  for (const data::FreeImuAxis axis : {data::FreeImuAxis::x, data::FreeImuAxis::y, data::FreeImuAxis::z}) {
     const auto dataset = load_freeimu(axis);
     if (!dataset) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
     for (const Law& law : laws) {
@@ -54,7 +55,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
 }
 
 TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   const auto seven = train_on(dataset, linear("seven-point"));
   const auto twenty_eight = train_on(dataset, linear("gradients"));  // of rank 7
   ASSERT_TRUE(seven);
@@ -65,18 +66,18 @@ TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
 }
 
 TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
-  const Dataset dataset = make_synthetic_run({});
-  const Clusters clusters = *make_clusters(dataset);
-  const FoldPlan folds = *plan_folds({clusters});
-  Clusters spoilt = clusters;
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
+  const data::FoldPlan folds = *data::plan_folds({clusters});
+  data::Clusters spoilt = clusters;
   for (const Eigen::Index k : folds.folds[2].held_out) {
     spoilt.temperature_c.row(k) *= -3;
     spoilt.bias_deg_per_h(k) += 100;
   }
   for (const char* rule : {"correlation", "forward:4", "redundancy"}) {
     const InputPlan plan = *plan_inputs("gradients,temperatures", dataset, *parse_selection(rule));
-    const auto clean = prepare(plan, within({clusters, folds}, folds.folds[2].training));
-    const auto same = prepare(plan, within({spoilt, folds}, folds.folds[2].training));
+    const auto clean = prepare(plan, data::within({clusters, folds}, folds.folds[2].training));
+    const auto same = prepare(plan, data::within({spoilt, folds}, folds.folds[2].training));
     ASSERT_TRUE(clean && same) << rule;
     EXPECT_EQ(clean->terms, same->terms) << rule;
     EXPECT_EQ(clean->scaling.mean, same->scaling.mean) << rule;
@@ -85,14 +86,14 @@ TEST(Preparation, LearnsNothingFromTheHeldOutClusters) {
 }
 
 TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   const auto model = train_on(dataset, quick_svr("multi-point"));
   ASSERT_TRUE(model) << text(model.error());
-  const double raw = figures_of(make_clusters(dataset)->bias_deg_per_h).std;
+  const double raw = data::figures_of(make_clusters(dataset)->bias_deg_per_h).std;
   EXPECT_LT(model->leave_cycle_out.std, 0.35 * raw);
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   EXPECT_TRUE(model->quick);
-  const auto& svr = std::get<SvrModel>(model->function);
+  const auto& svr = std::get<methods::SvrModel>(model->function);
   EXPECT_LE(svr.relative_gap, 1e-6) << "the model that is kept has the tight certificate";
   EXPECT_GT(svr.beta.size(), 0);
   EXPECT_EQ(svr.parameters.C, model->tuning.best.C);
@@ -101,17 +102,17 @@ TEST(Training, CompensatesToNearTheFloorWithSupportVectors) {
 }
 
 TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
-  const auto model = train_on(make_synthetic_run({}), linear("three-point"));
+  const auto model = train_on(data::make_synthetic_run({}), linear("three-point"));
   ASSERT_TRUE(model);
-  EXPECT_EQ(model->terms,
-            (std::vector<Term>{gradient_term("A", "D"), gradient_term("A", "G"), gradient_term("D", "G")}));
+  EXPECT_EQ(model->terms, (std::vector<data::Term>{data::gradient_term("A", "D"), data::gradient_term("A", "G"),
+                                                   data::gradient_term("D", "G")}));
   EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find("stands in") != w.npos; }));
 }
 
 TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
-  SyntheticRun run;
+  data::SyntheticRun run;
   run.absolute_deg_per_h_per_c = 5e-4;
-  const Dataset dataset = make_synthetic_run(run);
+  const data::Dataset dataset = make_synthetic_run(run);
   const auto blind = train_on(dataset, linear("multi-point")), seeing = train_on(dataset, linear("multi-point-t"));
   ASSERT_TRUE(blind && seeing);
   EXPECT_EQ(text(seeing->terms.back()), "A");
@@ -119,7 +120,7 @@ TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
 }
 
 TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
-  Dataset dataset = make_synthetic_run({});
+  data::Dataset dataset = data::make_synthetic_run({});
   dataset.temperature_c(150, 0) = std::nan("");  // cluster 1 is dropped, so cluster 2 has no rate
   const auto clusters = make_clusters(dataset);
   const auto model = train_on(dataset, linear("A,rate:A"));
@@ -132,10 +133,10 @@ TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
 }
 
 TEST(Training, TakesAnyAssignmentOfFolds) {
-  const Dataset dataset = make_synthetic_run({});
-  const Clusters clusters = *make_clusters(dataset);
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
   TrainingOptions options = linear("A,A-B");
-  options.fold_plan = *plan_folds({clusters});
+  options.fold_plan = *data::plan_folds({clusters});
   options.fold_plan->statement = "the same";
   const auto given = train_on(dataset, options), planned = train_on(dataset, linear("A,A-B"));
   ASSERT_TRUE(given && planned);
@@ -144,10 +145,10 @@ TEST(Training, TakesAnyAssignmentOfFolds) {
 }
 
 TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
-  std::vector<Dataset> datasets;
-  std::vector<Clusters> clusters;
+  std::vector<data::Dataset> datasets;
+  std::vector<data::Clusters> clusters;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    datasets.push_back(make_synthetic_run({.run_id = "run " + std::to_string(seed), .seed = seed}));
+    datasets.push_back(data::make_synthetic_run({.run_id = "run " + std::to_string(seed), .seed = seed}));
     datasets.back().cycle.setConstant(-1);
     clusters.push_back(*make_clusters(datasets.back()));
   }
@@ -157,25 +158,25 @@ TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
   EXPECT_TRUE(model->leave_cycle_out_residual.allFinite());
 
   TrainingOptions alone = linear("seven-point");
-  alone.folds.kind = FoldKind::records;
+  alone.folds.kind = data::FoldKind::records;
   EXPECT_EQ(train({datasets[0]}, {clusters[0]}, alone).error().kind, FaultKind::usage);
 }
 
 TEST(Nested, IsTheSameWhereNothingIsChosen) {
   TrainingOptions options = linear("multi-point");
   options.nested = true;
-  const auto model = train_on(make_synthetic_run({}), options);
+  const auto model = train_on(data::make_synthetic_run({}), options);
   ASSERT_TRUE(model) << text(model.error());
   ASSERT_TRUE(model->nested_leave_cycle_out);
   EXPECT_EQ(model->nested_leave_cycle_out->std, model->leave_cycle_out.std);
-  EXPECT_FALSE(train_on(make_synthetic_run({}), linear("A"))->nested_leave_cycle_out);
+  EXPECT_FALSE(train_on(data::make_synthetic_run({}), linear("A"))->nested_leave_cycle_out);
 }
 
 TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
   TrainingOptions options = quick_svr("seven-point");
   options.nested = true;
   options.tuning.swarm.particles = 4;
-  const auto model = train_on(make_synthetic_run({}), options);
+  const auto model = train_on(data::make_synthetic_run({}), options);
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->nested_leave_cycle_out->count, model->leave_cycle_out.count);
   EXPECT_GT(model->nested_leave_cycle_out->std, 0.8 * model->leave_cycle_out.std);
@@ -183,7 +184,7 @@ TEST(Nested, OfSupportVectorsIsNeverFarFromTheOther) {
 }
 
 TEST(Training, NamesWhatIsWrong) {
-  const Dataset dataset = make_synthetic_run({});
+  const data::Dataset dataset = data::make_synthetic_run({});
   EXPECT_NE(train_on(dataset, linear("multi-piont")).error().what.find("\"multi-point\""), std::string::npos);
   EXPECT_FALSE(train_on(dataset, linear("A,A")));
   TrainingOptions options;
@@ -193,52 +194,56 @@ TEST(Training, NamesWhatIsWrong) {
   TrainingOptions nothing = linear("A,A-B");
   nothing.select = SelectionRule{};
   EXPECT_EQ(train_on(dataset, nothing).error().where, "--select");
-  Dataset nameless = dataset;
+  data::Dataset nameless = dataset;
   nameless.three_point.clear();
   EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);
 }
 
 TEST(Training, StopsWhenAsked) {
-  const auto model = train_on(make_synthetic_run({}), linear("A-B"), [](std::string_view, double) { return false; });
+  const auto model =
+      train_on(data::make_synthetic_run({}), linear("A-B"), [](std::string_view, double) { return false; });
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().kind, FaultKind::interrupted);
 }
 
 /// "Chooses" the sum of all targets that it is shown, in °/h, and predicts that everywhere: whatever it was shown can
 /// be read off its predictions.
-Result<Choice> choose_sum(std::span<const Fold> folds, const MethodOptions&, const ProgressSink&) {
+Result<methods::Choice> choose_sum(std::span<const methods::Fold> folds, const methods::MethodOptions&,
+                                   const ProgressSink&) {
   double sum = 0;
-  for (const Fold& fold : folds)
+  for (const methods::Fold& fold : folds)
     sum += fold.target_scale * (fold.train_y.cwiseAbs().sum() + fold.test_y.cwiseAbs().sum());
-  return Choice{.parameters = {{"sum", sum}}, .tuning = {}, .warnings = {}};
+  return methods::Choice{.parameters = {{"sum", sum}}, .tuning = {}, .warnings = {}};
 }
 
-Result<Fit> fit_constant(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
-  return Fit{.function = LinearModel{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = value_of(parameters, "sum")},
-             .effective_parameters = 1,
-             .particulars = {}};
+Result<methods::Fit> fit_constant(const methods::FitInput& set, const methods::HyperParameters& parameters,
+                                  const methods::MethodOptions&) {
+  return methods::Fit{.function = methods::LinearModel{.weights = Eigen::VectorXd::Zero(set.x.cols()),
+                                                       .b = value_of(parameters, "sum")},
+                      .effective_parameters = 1,
+                      .particulars = {}};
 }
 
-Eigen::VectorXd doubled(const Clusters& training) { return 2 * training.bias_deg_per_h; }
+Eigen::VectorXd doubled(const data::Clusters& training) { return 2 * training.bias_deg_per_h; }
 
-constexpr Method kSpy{
+constexpr methods::Method kSpy{
     .name = "spy", .title = "", .citation = "", .inputs = "", .choose = choose_sum, .fit = fit_constant};
 
-Eigen::VectorXd nested_predictions(const TrainingSet& training_set, const InputPlan& plan) {
+Eigen::VectorXd nested_predictions(const data::TrainingSet& training_set, const InputPlan& plan) {
   const auto splits = split_at_folds(training_set, plan, kSpy, {});
   const auto residual = nested_residual(training_set, *splits, plan, {kSpy, {}, {}}, {});
   return training_set.clusters.bias_deg_per_h - *residual;
 }
 
 TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
-  const Dataset dataset = make_synthetic_run({});
-  const Clusters clusters = *make_clusters(dataset);
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
   const InputPlan plan = *plan_inputs("seven-point", dataset);
-  for (const FoldKind kind : {FoldKind::cycles, FoldKind::blocks}) {
-    const FoldPlan folds = *plan_folds({clusters}, {.kind = kind, .guard_minutes = {}});
+  for (const data::FoldKind kind : {data::FoldKind::cycles, data::FoldKind::blocks}) {
+    const data::FoldPlan folds = *data::plan_folds({clusters}, {.kind = kind, .guard_minutes = {}});
     const Eigen::VectorXd clean = nested_predictions({clusters, folds}, plan);
-    for (const FoldRows& fold : folds.folds) {
-      Clusters spoilt = clusters;
+    for (const data::FoldRows& fold : folds.folds) {
+      data::Clusters spoilt = clusters;
       for (const Eigen::Index k : fold.held_out) spoilt.bias_deg_per_h(k) += 1;
       const Eigen::VectorXd predicted = nested_predictions({spoilt, folds}, plan);
       EXPECT_TRUE(predicted(fold.held_out).isApprox(clean(fold.held_out), 1e-12));
@@ -248,9 +253,9 @@ TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
 }
 
 TEST(Splits, FilterWhatIsLearntFromAndNeverWhatIsHeldOut) {
-  const Dataset dataset = make_synthetic_run({});
-  const TrainingSet training_set{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
-  Method filtering = kSpy;
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::TrainingSet training_set{*make_clusters(dataset), *data::plan_folds({*make_clusters(dataset)})};
+  methods::Method filtering = kSpy;
   filtering.filter = doubled;
   const auto splits = split_at_folds(training_set, *plan_inputs("A-B", dataset), filtering, {});
   ASSERT_TRUE(splits);
@@ -262,25 +267,25 @@ TEST(Splits, FilterWhatIsLearntFromAndNeverWhatIsHeldOut) {
 }
 
 TEST(Splits, StopWhenAsked) {
-  const Dataset dataset = make_synthetic_run({});
-  const TrainingSet training_set{*make_clusters(dataset), *plan_folds({*make_clusters(dataset)})};
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::TrainingSet training_set{*make_clusters(dataset), *data::plan_folds({*make_clusters(dataset)})};
   const auto splits =
       split_at_folds(training_set, *plan_inputs("A-B", dataset), kSpy, [](std::string_view, double) { return false; });
   ASSERT_FALSE(splits);
   EXPECT_EQ(splits.error().kind, FaultKind::interrupted);
 }
 
-FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
+data::FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(rows));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::ranges::shuffle(order, std::mt19937_64(seed));
-  FoldPlan plan{.folds = std::vector<FoldRows>(static_cast<std::size_t>(folds)), .statement = "random"};
+  data::FoldPlan plan{.folds = std::vector<data::FoldRows>(static_cast<std::size_t>(folds)), .statement = "random"};
   for (std::size_t i = 0; i < order.size(); ++i) {
     for (std::size_t f = 0; f < plan.folds.size(); ++f) {
       (i % plan.folds.size() == f ? plan.folds[f].held_out : plan.folds[f].training).push_back(order[i]);
     }
   }
-  for (FoldRows& fold : plan.folds) {
+  for (data::FoldRows& fold : plan.folds) {
     std::ranges::sort(fold.held_out);
     std::ranges::sort(fold.training);
   }
@@ -288,17 +293,18 @@ FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
 }
 
 /// RMSE in °/s of the reference's SVR: C = 30, γ = 0.3, ε = 0.02.
-double held_out_rmse(const Clusters& clusters, const FoldPlan& plan) {
-  const Method& svr = **find_method("svr");
-  const InputPlan inputs{.fixed = {temperature_term("T"), temperature_term("dT")}, .candidates = {}, .rule = {}};
+double held_out_rmse(const data::Clusters& clusters, const data::FoldPlan& plan) {
+  const methods::Method& svr = **methods::find_method("svr");
+  const InputPlan inputs{
+      .fixed = {data::temperature_term("T"), data::temperature_term("dT")}, .candidates = {}, .rule = {}};
   const EstimatorOptions estimator{svr, {{"C", 30}, {"sigma", std::sqrt(1 / (2 * 0.3))}, {"epsilon", 0.02}}, {}};
   const auto splits = split_at_folds({clusters, plan}, inputs, svr, {});
   const auto residual = leave_out_residual(*splits, clusters.start_s.size(), estimator, {});
   return std::sqrt(residual->squaredNorm() / static_cast<double>(residual->size())) / 3600;
 }
 
-FoldPlan six_blocks(const Clusters& clusters, std::optional<double> guard_minutes) {
-  return *plan_folds({clusters}, {.kind = FoldKind::blocks, .blocks = 6, .guard_minutes = guard_minutes});
+data::FoldPlan six_blocks(const data::Clusters& clusters, std::optional<double> guard_minutes) {
+  return *data::plan_folds({clusters}, {.kind = data::FoldKind::blocks, .blocks = 6, .guard_minutes = guard_minutes});
 }
 
 /// Why users are not offered random folds: the figures of docs/evaluation.md that rest on a real record.
@@ -306,7 +312,7 @@ TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
   const double at_random_reference[] = {0.0758, 0.0145, 0.0261}, blocks_reference[] = {0.2368, 0.1078, 0.1207};
   for (int axis = 0; axis < 3; ++axis) {
     SCOPED_TRACE(axis);
-    const auto clusters = load_tofupilot(axis);
+    const auto clusters = data::load_tofupilot(axis);
     if (!clusters) GTEST_SKIP() << "GYROTHERM_SHARED is not set";
     const double blocks = held_out_rmse(*clusters, six_blocks(*clusters, 0));
     const double guarded = held_out_rmse(*clusters, six_blocks(*clusters, std::nullopt));
@@ -328,4 +334,4 @@ TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -8,11 +8,11 @@
 #include "analysis/model/training.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::model {
 namespace {
 
-Dataset unseen_run() {
-  SyntheticRun run;
+data::Dataset unseen_run() {
+  data::SyntheticRun run;
   run.run_id = "synthetic-2";
   run.cycle_rates_c_per_min = {3.5};
   run.seed = 2;
@@ -29,10 +29,12 @@ class VerificationOfALinearModel : public testing::Test {
     TrainingOptions options;
     options.inputs = "seven-point";
     options.method = "linear";
-    const Dataset dataset = make_synthetic_run({});
+    const data::Dataset dataset = data::make_synthetic_run({});
     model_ = *train({dataset}, {*make_clusters(dataset)}, options);
   }
-  static Verification verified(const Dataset& dataset) { return *verify(model_, dataset, *make_clusters(dataset)); }
+  static Verification verified(const data::Dataset& dataset) {
+    return *verify(model_, dataset, *make_clusters(dataset));
+  }
   static inline Model model_;
 };
 
@@ -45,7 +47,7 @@ TEST_F(VerificationOfALinearModel, IsOfARecordItHasNotSeen) {
 }
 
 TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
-  const Verification result = verified(make_synthetic_run({}));
+  const Verification result = verified(data::make_synthetic_run({}));
   EXPECT_TRUE(result.trained_on_this);
   EXPECT_TRUE(says(result, "in-sample"));
   EXPECT_EQ(result.outside.clusters, 0);
@@ -53,7 +55,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
 }
 
 TEST_F(VerificationOfALinearModel, TellsRampsHoldsAndCornersApart) {
-  const Dataset dataset = unseen_run();
+  const data::Dataset dataset = unseen_run();
   const Verification result = verified(dataset);
   EXPECT_EQ(result.ramps.count + result.holds.count, result.compensated.count);
   EXPECT_EQ(result.segments.size(), dataset.segments.size());
@@ -64,7 +66,7 @@ TEST_F(VerificationOfALinearModel, TellsRampsHoldsAndCornersApart) {
 }
 
 TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
-  Dataset dataset = unseen_run();
+  data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const Verification result = verified(dataset);
   EXPECT_EQ(result.outside.clusters, 3);
@@ -74,9 +76,9 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
 }
 
 TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
-  Dataset dataset = unseen_run();
+  data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
-  const Clusters clusters = *make_clusters(dataset);
+  const data::Clusters clusters = *make_clusters(dataset);
   const auto with = [&](Outside outside) { return *verify(model_, dataset, clusters, {.outside = outside}); };
   const Verification clamped = with(Outside::clamp), refused = with(Outside::refuse);
   const Verification extrapolated = with(Outside::extrapolate);
@@ -91,7 +93,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
 }
 
 TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
-  Dataset dataset = unseen_run();
+  data::Dataset dataset = unseen_run();
   dataset.temperature_c.col(0).array() += 30;
   const auto result = verify(model_, dataset, *make_clusters(dataset), {.outside = Outside::refuse});
   ASSERT_FALSE(result);
@@ -100,7 +102,8 @@ TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
 
 TEST_F(VerificationOfALinearModel, SaysHowWellItsFiguresAreKnown) {
   const Verification result = verified(unseen_run());
-  for (const Figures* figures : {&result.raw, &result.compensated, &result.ramps, &result.holds, &result.corners}) {
+  for (const data::Figures* figures :
+       {&result.raw, &result.compensated, &result.ramps, &result.holds, &result.corners}) {
     EXPECT_GE(figures->effective.of_std, 1);
     EXPECT_LE(figures->effective.of_std, figures->count);
     EXPECT_GT(std_error(*figures), 0);
@@ -110,7 +113,7 @@ TEST_F(VerificationOfALinearModel, SaysHowWellItsFiguresAreKnown) {
 }
 
 TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
-  const Verification in_sample = verified(make_synthetic_run({}));
+  const Verification in_sample = verified(data::make_synthetic_run({}));
   EXPECT_EQ(in_sample.effective_parameters, 8);
   const double part = 1 - 8.0 / in_sample.compensated.count;
   EXPECT_DOUBLE_EQ(in_sample.expected_in_sample_std, in_sample.floor.deg_per_h * std::sqrt(part));
@@ -118,9 +121,9 @@ TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
-  const Dataset dataset = unseen_run();
-  const Clusters clusters = *make_clusters(dataset);
-  Clusters flattered = clusters;
+  const data::Dataset dataset = unseen_run();
+  const data::Clusters clusters = *make_clusters(dataset);
+  data::Clusters flattered = clusters;
   flattered.bias_deg_per_h = *predict(model_, clusters);
   const auto result = verify(model_, dataset, flattered);
   ASSERT_TRUE(result);
@@ -129,10 +132,10 @@ TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
 }
 
 TEST_F(VerificationOfALinearModel, WarnsOfMeansOverAnotherTime) {
-  const Dataset dataset = unseen_run();
+  const data::Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
   EXPECT_TRUE(says(*result, "over 50 s"));
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::model

@@ -6,7 +6,7 @@
 
 #include "analysis/svm/newton.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, std::uint64_t seed) {
@@ -77,4 +77,4 @@ TEST(Cholesky, RefusesAMatrixThatIsNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 struct Problem {
@@ -148,4 +148,4 @@ TEST(GaussianSum, TakesWeightsOfAnySize) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

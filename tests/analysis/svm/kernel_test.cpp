@@ -9,7 +9,7 @@
 #include "analysis/svm/lanes.hpp"
 #include "analysis/svm/smo.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 using Inputs = GaussianSamples::Matrix;
@@ -148,4 +148,4 @@ TEST(Exponentiate, IsExactAtZeroAndEndsInZero) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -17,7 +17,7 @@
 
 #include "analysis/svm/svr_problem.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 struct Data {
@@ -341,4 +341,4 @@ TEST(Svr, ReachesTheObjectiveOfLibsvmWhereThatConverges) {
 
 }  // namespace
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 const SwarmBox kBox{.lower = {-5, -5, -5}, .upper = {5, 5, 5}};
@@ -230,4 +230,4 @@ TEST(Swarm, NamesABadOptionByItsValue) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

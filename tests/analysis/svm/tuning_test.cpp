@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::svm {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
@@ -151,4 +151,4 @@ TEST(Tuning, RefusesAMissingFold) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::svm

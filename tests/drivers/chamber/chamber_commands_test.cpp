@@ -6,7 +6,7 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::seconds;
@@ -386,4 +386,4 @@ TEST_F(ChamberCommands, TellsItsLimitsAndWhatItCostsToSpeakToIt) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

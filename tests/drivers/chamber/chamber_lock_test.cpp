@@ -18,7 +18,7 @@
 
 #include "core/process.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 /// A place of this process alone, its lock files in a folder that goes when the test ends.
@@ -190,4 +190,4 @@ TEST(ChamberName, OfALongPlaceIsItsOwnToo) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

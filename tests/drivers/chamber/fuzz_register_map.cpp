@@ -10,7 +10,7 @@
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -83,4 +83,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

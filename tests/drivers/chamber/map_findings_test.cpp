@@ -9,7 +9,7 @@
 #include "drivers/chamber/status_turns.hpp"
 #include "drivers/chamber/word_order_probe.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
@@ -98,4 +98,4 @@ TEST(ChamberSchema, EveryShippedMapIsValidForEditorsToo) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

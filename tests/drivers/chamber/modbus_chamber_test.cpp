@@ -5,7 +5,7 @@
 
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr const char* kMap = R"(schema = "gyrotherm-chamber/1"
@@ -53,12 +53,12 @@ class OnFakeRegisters : public testing::Test {
   void connect(bool one_block = true) {
     auto map = parse_register_map(fmt::format(fmt::runtime(kMap), one_block), "map.toml");
     ASSERT_TRUE(map) << text(map.error());
-    auto made = std::make_unique<FakeRegisters>();
+    auto made = std::make_unique<tests::FakeRegisters>();
     registers = made.get();
     registers->words = {{0, 570}, {1, 0x41AC}, {2, 0}, {3, 200}, {4, 62}, {5, 62}};
     chamber = make_modbus_chamber(std::move(*map), std::move(made));
   }
-  FakeRegisters* registers{};
+  tests::FakeRegisters* registers{};
   std::unique_ptr<Chamber> chamber;
 };
 using ModbusChamber = OnFakeRegisters;
@@ -141,4 +141,4 @@ TEST_F(ModbusChamber, ALateAcknowledgementIsAFaultAlthoughTheWriteWasCarriedOut)
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

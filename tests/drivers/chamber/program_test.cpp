@@ -9,7 +9,7 @@
 #include "core/file.hpp"
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::hours;
@@ -139,4 +139,4 @@ TEST(ProgramMemory, RefusesWhatItCannotHold) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

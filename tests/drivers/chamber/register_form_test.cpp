@@ -5,7 +5,7 @@
 
 #include "drivers/chamber/register_map.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
@@ -206,4 +206,4 @@ TEST(RegisterMap, NamesEachMistakeOfItsRules) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

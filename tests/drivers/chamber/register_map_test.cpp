@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
@@ -154,4 +154,4 @@ TEST(RegisterMap, NamesEachMistake) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

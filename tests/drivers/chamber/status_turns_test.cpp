@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -118,4 +118,4 @@ TEST(StatusTurns, ARoundThatIsNotCompletedForAMinuteIsOverdue) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -10,7 +10,7 @@
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 /// The only field of a frame of eleven bytes, the first of which is 01.
@@ -23,7 +23,7 @@ FrameField field_of(const std::string& keys, const std::string& role = "value") 
 }
 
 double value_of(const FrameField& field, const char* bytes) {
-  return scaled(field, read_raw(field, from_hex(bytes)).value());
+  return scaled(field, read_raw(field, tests::from_hex(bytes)).value());
 }
 
 TEST(FrameField, ReadsEveryTypeInBothOrders) {
@@ -116,7 +116,7 @@ TEST(FrameCheck, SealsWhatItThenPasses) {
 
 // Check values of "123456789" from the catalogue of parametrised CRC algorithms.
 TEST(FrameCheck, AgreesWithThePublishedValuesOfOtherWidths) {
-  const auto digits = bytes_of("123456789");
+  const auto digits = tests::bytes_of("123456789");
   EXPECT_EQ(crc({8, 0x07, 0, false, 0}, digits), 0xF4u) << "CRC-8/SMBUS";
   EXPECT_EQ(crc({24, 0x864CFB, 0xB704CE, false, 0}, digits), 0x21CF02u) << "CRC-24/OPENPGP";
   EXPECT_EQ(crc({5, 0x05, 0x1F, true, 0x1F}, digits), 0x19u) << "CRC-5/USB";
@@ -124,18 +124,18 @@ TEST(FrameCheck, AgreesWithThePublishedValuesOfOtherWidths) {
 }
 
 TEST(FrameFormat, ReservedBitsThatAreSetMakeNoFrame) {
-  auto frame = from_hex("FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D 0028 4BFA34D8");
-  const auto format = shipped_stream("kvh-17xx-a").frame;
+  auto frame = tests::from_hex("FE81FF55 37A96A6E 38586C1F B75BF862 BF803E78 BB650D28 3B0A37AC 77 3D 0028 4BFA34D8");
+  const auto format = tests::shipped_stream("kvh-17xx-a").frame;
   frame[28] = std::byte{0x7F};
   seal(format.check, frame);
-  EXPECT_TRUE(Fed(format, frame).frames.empty());
+  EXPECT_TRUE(tests::Fed(format, frame).frames.empty());
   frame[28] = std::byte{0x37};
   seal(format.check, frame);
-  const Fed fed(format, frame);
+  const tests::Fed fed(format, frame);
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_TRUE(fed.frames[0].good);
   EXPECT_EQ(fed.complaints[0], std::vector<std::string>{"an accelerometer is invalid"});
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -9,7 +9,7 @@
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 GyroFrame frame(std::uint32_t sequence, std::uint64_t timestamp, std::int64_t pulses, bool good = true) {
@@ -70,7 +70,7 @@ TEST(FrameDecoder, AFrameWithAnyFalseBitIsRejected) {
 
 TEST(FrameDecoder, FindsTheFrameThatBeginsInsideAFalseOne) {
   FrameDecoder decoder(virtual_gyro_frame());
-  decoder.feed(bytes_of("\xA5\x5A noise\xA5"));
+  decoder.feed(tests::bytes_of("\xA5\x5A noise\xA5"));
   decoder.feed(encode_frame(virtual_gyro_frame(), frame(1, 2, 3)));
   expect_same(decoder.take(), frame(1, 2, 3));
   EXPECT_EQ(decoder.rejected_bytes(), 9u);
@@ -119,4 +119,4 @@ TEST(FrameFormat, NamesEachMistake) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 std::vector<std::byte> operator+(std::vector<std::byte> one, const std::vector<std::byte>& other) {
@@ -50,10 +50,10 @@ TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
        0x70,
        31,
        29}};
-  const auto format = shipped_stream("kvh-17xx-a").frame;
+  const auto format = tests::shipped_stream("kvh-17xx-a").frame;
   const auto near = [](double found, double expected) { EXPECT_NEAR(found, expected, 5e-8 * std::abs(expected)); };
   for (const auto& expected : frames) {
-    const Fed fed(format, from_hex(expected.bytes));
+    const tests::Fed fed(format, tests::from_hex(expected.bytes));
     ASSERT_EQ(fed.frames.size(), 1u) << expected.bytes;
     const char* axes[] = {"x", "y", "z"};
     for (int i = 0; i < 3; ++i) {
@@ -69,14 +69,16 @@ TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
 }
 
 TEST(GyroStream, RejectsThePublishedKvhFrameWithABadCheck) {
-  const Fed fed(shipped_stream("kvh-17xx-a").frame, from_hex(kKvhBadCheck) + from_hex(kKvh1750b));
+  const tests::Fed fed(tests::shipped_stream("kvh-17xx-a").frame,
+                       tests::from_hex(kKvhBadCheck) + tests::from_hex(kKvh1750b));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].sequence, 104u);
   EXPECT_EQ(fed.rejected, 36u);
 }
 
 TEST(GyroStream, PassesOverThePublishedKvhTestMessage) {
-  const Fed fed(shipped_stream("kvh-17xx-a").frame, from_hex(kKvh1750a) + from_hex(kKvhTest) + from_hex(kKvh1775));
+  const tests::Fed fed(tests::shipped_stream("kvh-17xx-a").frame,
+                       tests::from_hex(kKvh1750a) + tests::from_hex(kKvhTest) + tests::from_hex(kKvh1775));
   ASSERT_EQ(fed.frames.size(), 3u);
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_FALSE(fed.frames[1].gyro);
@@ -84,13 +86,14 @@ TEST(GyroStream, PassesOverThePublishedKvhTestMessage) {
 
 TEST(GyroStream, AnyAxisMayBeTheGyro) {
   for (const auto* axis : {"x", "y", "z"}) {
-    const Fed fed(shipped_stream("kvh-17xx-a", axis).frame, from_hex(kKvh1775));
+    const tests::Fed fed(tests::shipped_stream("kvh-17xx-a", axis).frame, tests::from_hex(kKvh1775));
     EXPECT_EQ(fed.frames.at(0).gyro, fed.value(std::string("gyro_") + axis));
   }
 }
 
 TEST(GyroStream, DecodesThePublishedLineOfTheDsp3000) {
-  const Fed fed(shipped_stream("kvh-dsp-3000-ascii").frame, bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
+  const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-ascii").frame,
+                       tests::bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
   ASSERT_EQ(fed.frames.size(), 2u) << "the first line may have lost its beginning";
   EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), 0.015733);
   EXPECT_TRUE(fed.frames[0].good);
@@ -109,8 +112,8 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
     double deg_per_h;
   } axes[] = {{"z", -215194, -516.7}, {"y", -41188, 98.9}, {"x", -9895, -23.8}};  // Y is sent negative
   for (const auto& expected : axes) {
-    const auto format = shipped_stream("hg1700-rawimusxa", expected.axis).frame;
-    const Fed fed(format, bytes_of(kNovatelLine));
+    const auto format = tests::shipped_stream("hg1700-rawimusxa", expected.axis).frame;
+    const tests::Fed fed(format, tests::bytes_of(kNovatelLine));
     ASSERT_EQ(fed.frames.size(), 1u);
     EXPECT_EQ(fed.frames[0].pulses, expected.raw);
     const double arcsec = *fed.frames[0].gyro * *arcsec_per(format.gyro()->unit, format.gyro()->role);
@@ -124,19 +127,19 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
 /// What the virtual gyro sends: the short header ends with a semicolon, as a receiver's does; the check by
 /// zlib's crc32.
 TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
-  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
   const auto bytes = encode_frame(format, {.pulses = -215194, .timestamp = 484620'664'389'000u, .temperature = 21});
   const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,0,0,484620.664389000,00001500,0,0,0,-215194,0,0*e94a3b79\r\n");
 }
 
 TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
-  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
   const std::string words =
       "%RAWIMUSXA,1692,484620.664;00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895";
   const auto taken = [&](std::string line) {
     const auto check = check_value(format.check, std::as_bytes(std::span(line)).subspan(1));
-    return Fed(format, bytes_of(fmt::format("{}*{:08x}\r\n", line, check))).frames.size() == 1;
+    return tests::Fed(format, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check))).frames.size() == 1;
   };
   EXPECT_TRUE(taken(words));
   auto commas = words;
@@ -150,20 +153,20 @@ TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
 }
 
 TEST(GyroStream, RejectsALineWithAnyOtherDigit) {
-  const auto format = shipped_stream("hg1700-rawimusxa").frame;
+  const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
   const std::string line = kNovatelLine;
   for (std::size_t i = 1; i < line.size() - 2; ++i) {
     auto falsified = line;
     falsified[i] = falsified[i] == '7' ? '8' : '7';
-    EXPECT_TRUE(Fed(format, bytes_of(falsified)).frames.empty()) << i;
+    EXPECT_TRUE(tests::Fed(format, tests::bytes_of(falsified)).frames.empty()) << i;
   }
 }
 
 // The example of the VN-100 manual, an attitude message: it settles what the check covers, and in which byte order.
 TEST(GyroStream, ChecksThePublishedVectorNavMessage) {
-  const auto check = shipped_stream("vectornav").frame.check;
-  EXPECT_TRUE(passes(check, from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 9288")));
-  EXPECT_FALSE(passes(check, from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 8892")));
+  const auto check = tests::shipped_stream("vectornav").frame.check;
+  EXPECT_TRUE(passes(check, tests::from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 9288")));
+  EXPECT_FALSE(passes(check, tests::from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 8892")));
 }
 
 // Frames generated from the instruments' tables by a program of its own (Python's struct), as no published ones are
@@ -173,7 +176,8 @@ constexpr const char* kStim = "94004000FFC000FFFF850014801482F5C0001001F463BD898
 constexpr const char* kStimOverload = "94004000FFC000FFFF85 10 14801482F5C0001801F4D685788B";
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
-  const Fed fed(shipped_stream("stim300").frame, from_hex(kStim) + bytes_of("\r\n") + from_hex(kStimOverload));
+  const tests::Fed fed(tests::shipped_stream("stim300").frame,
+                       tests::from_hex(kStim) + tests::bytes_of("\r\n") + tests::from_hex(kStimOverload));
   ASSERT_EQ(fed.frames.size(), 2u);
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_EQ(fed.value("gyro_x"), 1);
@@ -187,10 +191,10 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
-  const Fed fed(
-      shipped_stream("hg4930").frame,
-      from_hex("0E01640038FF2C01E8030000FFFF02005555145B") +
-          from_hex("0E02640038FF2C01E8030000FFFF01005555E803000030F8FFFF711B0D00010000000200000003000000AE73"));
+  const tests::Fed fed(
+      tests::shipped_stream("hg4930").frame,
+      tests::from_hex("0E01640038FF2C01E8030000FFFF02005555145B") +
+          tests::from_hex("0E02640038FF2C01E8030000FFFF01005555E803000030F8FFFF711B0D00010000000200000003000000AE73"));
   ASSERT_EQ(fed.frames.size(), 2u);
   EXPECT_FALSE(fed.frames[0].gyro);
   EXPECT_EQ(fed.frames[1].pulses, 858993);
@@ -200,17 +204,18 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
 }
 
 TEST(GyroStream, DecodesAGeneratedFrameOfTheHg1120) {
-  const Fed fed(shipped_stream("hg1120").frame,
-                from_hex("0E050000000000000000000000000000000000000000000007000000F8FFFFFF0900000001000000020000000300"
-                         "00001B05"));
+  const tests::Fed fed(
+      tests::shipped_stream("hg1120").frame,
+      tests::from_hex("0E050000000000000000000000000000000000000000000007000000F8FFFFFF0900000001000000020000000300"
+                      "00001B05"));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].pulses, 9);
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
-  std::vector<std::byte> bytes = from_hex("00 39");  // the end of a frame that began before
-  for (int i = 0; i < 60; ++i) bytes = bytes + from_hex(i % 2 == 0 ? "8FFFFFE7" : "8C003039");
-  const Fed fed(shipped_stream("kvh-dsp-3000-binary").frame, bytes);
+  std::vector<std::byte> bytes = tests::from_hex("00 39");  // the end of a frame that began before
+  for (int i = 0; i < 60; ++i) bytes = bytes + tests::from_hex(i % 2 == 0 ? "8FFFFFE7" : "8C003039");
+  const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-binary").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 60u);
   EXPECT_EQ(fed.rejected, 2u);
   EXPECT_EQ(fed.frames[0].pulses, -25);
@@ -221,26 +226,27 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
   const auto frame = [](int count) {
-    auto bytes = from_hex(count % 2 == 0 ? "1000003FF7CF" : "100000000008");
+    auto bytes = tests::from_hex(count % 2 == 0 ? "1000003FF7CF" : "100000000008");
     bytes[0] |= static_cast<std::byte>(count % 4 << 6);
     return bytes;
   };
-  std::vector<std::byte> bytes = from_hex("00 00 08");
+  std::vector<std::byte> bytes = tests::from_hex("00 00 08");
   for (int i = 0; i < 20; ++i) bytes = bytes + frame(i);
-  const Fed fed(shipped_stream("kvh-dsp-1750").frame, bytes);
+  const tests::Fed fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 20u);
   EXPECT_EQ(fed.rejected, 3u);
   EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), -2097 * 1000.0 / 2097152);
   EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 8 * 1000.0 / 2097152);
 
   bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);  // a count is missed: the lock is dropped
-  EXPECT_EQ(Fed(shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
+  EXPECT_EQ(tests::Fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
 }
 
 TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
-  const Fed fed(shipped_stream("vectornav").frame,
-                from_hex("FA01010C081A99BE1C0000000000803E000000BF0000003E0000FC410080CA420AD7233C0000003F000080BE0000"
-                         "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
+  const tests::Fed fed(
+      tests::shipped_stream("vectornav").frame,
+      tests::from_hex("FA01010C081A99BE1C0000000000803E000000BF0000003E0000FC410080CA420AD7233C0000003F000080BE0000"
+                      "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].timestamp, 123456789000u);
   EXPECT_EQ(fed.frames[0].gyro, 0.0009765625);
@@ -249,24 +255,26 @@ TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfKvhFormatsBAndC) {
-  const Fed b(shipped_stream("kvh-17xx-b").frame,
-              from_hex("FE81FF563727C5ACB7A7C5AC3800000000000000000000003F800000EE6B28007705FFD8CAD73754"));
+  const tests::Fed b(
+      tests::shipped_stream("kvh-17xx-b").frame,
+      tests::from_hex("FE81FF563727C5ACB7A7C5AC3800000000000000000000003F800000EE6B28007705FFD8CAD73754"));
   ASSERT_EQ(b.frames.size(), 1u);
   EXPECT_EQ(b.frames[0].gyro, 3.0517578125e-05);
   EXPECT_EQ(b.frames[0].timestamp, 4'000'000'000u);
   EXPECT_EQ(b.frames[0].temperature, -40.0);
-  const Fed c(shipped_stream("kvh-17xx-c").frame,
-              from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
+  const tests::Fed c(tests::shipped_stream("kvh-17xx-c").frame,
+                     tests::from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
   ASSERT_EQ(c.frames.size(), 1u);
   EXPECT_EQ(c.value("multiplexed_3"), 23.5);
   EXPECT_TRUE(std::isnan(c.value("multiplexed_0")));
 }
 
 TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
-  const Fed fed(shipped_stream("hg1700-rawimusx").frame,
-                from_hex("AA441304E7039C0601000000010203045EF82C73") +  // another message of the receiver
-                    from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFCFF66B7FCFF1"
-                             "C5FFFFF59D9FFFF475FAFBA"));
+  const tests::Fed fed(
+      tests::shipped_stream("hg1700-rawimusx").frame,
+      tests::from_hex("AA441304E7039C0601000000010203045EF82C73") +  // another message of the receiver
+          tests::from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFCFF66B7FCFF1"
+                          "C5FFFFF59D9FFFF475FAFBA"));
   ASSERT_EQ(fed.frames.size(), 2u);
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_FALSE(fed.frames[0].pulses);
@@ -276,12 +284,12 @@ TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
 }
 
 TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
-  const auto names = shipped_streams();
+  const auto names = tests::shipped_streams();
   EXPECT_EQ(names.size(), 13u);
   for (const auto& name : names) {
-    const auto stream = shipped_stream(name);
+    const auto stream = tests::shipped_stream(name);
     EXPECT_FALSE(stream.source.empty());
-    std::vector<std::byte> bytes = stream.frame.line ? bytes_of("\r\n") : std::vector<std::byte>();
+    std::vector<std::byte> bytes = stream.frame.line ? tests::bytes_of("\r\n") : std::vector<std::byte>();
     constexpr std::size_t kFrames = 200;
     const auto* sequence = stream.frame.find(FieldRole::sequence);
     for (std::size_t i = 0; i < kFrames; ++i) {
@@ -295,7 +303,7 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
                             .gyro = value};
       bytes = bytes + encode_frame(stream.frame, frame) + stream.frame.tail;
     }
-    const Fed fed(stream.frame, bytes);
+    const tests::Fed fed(stream.frame, bytes);
     ASSERT_EQ(fed.frames.size(), kFrames) << name;
     for (std::size_t i = 0; i < kFrames; ++i) {
       if (is_real(stream.frame.gyro()->type))
@@ -308,7 +316,7 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
 
 TEST(GyroStream, NamesEachMistakeOfAHeaderOfWords) {
   const auto mistake = [](const std::string& was, const std::string& is) {
-    auto changed = shipped_stream("hg1700-rawimusxa").text;
+    auto changed = tests::shipped_stream("hg1700-rawimusxa").text;
     changed.replace(changed.find(was), was.size(), is);
     const auto stream = parse_gyro_stream(changed, "g.toml");
     return stream ? std::string() : text(stream.error());
@@ -320,7 +328,7 @@ TEST(GyroStream, NamesEachMistakeOfAHeaderOfWords) {
 }
 
 TEST(GyroStream, NamesEachMistake) {
-  const std::string good = shipped_stream("kvh-17xx-a").text;
+  const std::string good = tests::shipped_stream("kvh-17xx-a").text;
   const auto mistake = [&](const std::string& was, const std::string& is) {
     auto changed = good;
     const auto place = changed.find(was);
@@ -341,4 +349,4 @@ TEST(GyroStream, NamesEachMistake) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -11,7 +11,7 @@
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -56,9 +56,10 @@ TEST(FrameSum, AnIntegratedAngleMayWrapEitherWay) {
 }
 
 TEST(FrameSum, IntegerIncrementsKeepTheirExactWeight) {
-  const auto format = shipped_stream("hg1700-rawimusx").frame;
+  const auto format = tests::shipped_stream("hg1700-rawimusx").frame;
   EXPECT_DOUBLE_EQ(arcsec_per_count(format).value(), std::ldexp(180 * 3600 / 3.14159265358979323846, -33));
-  EXPECT_FALSE(arcsec_per_count(shipped_stream("pulse-count").frame)) << "the rig file has the weight of a pulse";
+  EXPECT_FALSE(arcsec_per_count(tests::shipped_stream("pulse-count").frame))
+      << "the rig file has the weight of a pulse";
 }
 
 TEST(FrameSum, CountersOfAnyWidthTurnBackTheShorterWay) {
@@ -91,7 +92,7 @@ TEST(FrameSum, ALostFrameOfAStampedStreamIsSeenByItsTime) {
 }
 
 TEST(FrameSum, CountedFramesAreAClock) {
-  const auto format = shipped_stream("stim300").frame;  // 250 Hz, eight ticks of the counter a frame
+  const auto format = tests::shipped_stream("stim300").frame;  // 250 Hz, eight ticks of the counter a frame
   FrameSum sum(format);
   FrameTally tally;
   for (std::uint32_t i = 0; i <= 250; ++i) sum.add({.sequence = 8 * i % 256, .gyro = 1}, tally);
@@ -104,11 +105,11 @@ TEST(FrameSum, CountedFramesAreAClock) {
 
 /// Each shipped stream through the driver: a second of it, whatever the frames are.
 TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
-  for (const auto& name : shipped_streams()) {
-    const auto format = shipped_stream(name).frame;
+  for (const auto& name : tests::shipped_streams()) {
+    const auto format = tests::shipped_stream(name).frame;
     const auto& field = *format.gyro();
     if (field.role == FieldRole::pulse_count) continue;
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     auto* line = made.get();
     const auto gyro = make_framed_gyro(format, std::move(made), seconds(5));
     const auto* sequence = format.find(FieldRole::sequence);
@@ -139,4 +140,4 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -7,7 +7,7 @@
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -20,7 +20,7 @@ class OnFakeStream : public testing::Test {
 
   void connect(const FrameFormat& description) {
     format = description;
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     gyro = make_framed_gyro(format, std::move(made), milliseconds(100));
   }
@@ -39,7 +39,7 @@ class OnFakeStream : public testing::Test {
   }
 
   FrameFormat format;
-  FakeStream* line{};
+  tests::FakeStream* line{};
   std::unique_ptr<Gyro> gyro;
   std::uint32_t sequence = 0;
   std::uint64_t timestamp = 0;
@@ -223,7 +223,7 @@ class FramedGyroByCommand : public OnFakeStream {
   FramedGyroByCommand() { connect_with("OK"); }
   void connect_with(const std::string& reply) {
     format = virtual_gyro_frame();
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     line->instrument = [](std::string_view command) { return command == "go\r\n" ? "ready OK\r\n" : ""; };
     gyro = make_framed_gyro(format, std::move(made), milliseconds(100),
@@ -275,4 +275,4 @@ TEST_F(FramedGyroByCommand, IsStoppedWhenItGoes) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -6,7 +6,7 @@
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
@@ -17,7 +17,7 @@ struct Known {
 };
 
 Known known(const std::string& name) {
-  Known all{.stream = shipped_stream(name), .good = {}};
+  Known all{.stream = tests::shipped_stream(name), .good = {}};
   const auto& format = all.stream.frame;
   const auto* sequence = format.find(FieldRole::sequence);
   for (; all.good.size() < 600 || all.frames < 40; ++all.frames) {
@@ -34,7 +34,7 @@ Known known(const std::string& name) {
 const std::vector<Known>& descriptions() {
   static const auto all = [] {
     std::vector<Known> found;
-    for (const auto& name : shipped_streams()) found.push_back(known(name));
+    for (const auto& name : tests::shipped_streams()) found.push_back(known(name));
     return found;
   }();
   return all;
@@ -77,4 +77,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

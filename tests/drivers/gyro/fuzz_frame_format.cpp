@@ -6,14 +6,14 @@
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 namespace {
 
 const std::vector<std::string>& good_texts() {
   static const auto all = [] {
     std::vector<std::string> found;
-    for (const auto& name : shipped_streams()) found.push_back(shipped_stream(name).text);
+    for (const auto& name : tests::shipped_streams()) found.push_back(tests::shipped_stream(name).text);
     return found;
   }();
   return all;
@@ -53,4 +53,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -10,7 +10,7 @@
 
 #include "drivers/gyro/framed_gyro.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr Duration kLong = std::chrono::seconds(5);
@@ -124,4 +124,4 @@ TEST_F(PumpedStream, TellsABrokenLineAfterTheLastBytesAndTriesItAgain) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -5,7 +5,7 @@
 
 #include "drivers/gyro/frame_format.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 inline constexpr const char* kVirtualGyroFrame = R"([frame]
 name = "virtual-gyro"
@@ -59,4 +59,4 @@ final_xor = 0
 
 [[nodiscard]] inline FrameFormat virtual_gyro_frame() { return frame_format_of(kVirtualGyroFrame); }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 
 #include "core/quantity.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What a register holds depends on its address and on the request that it answers, so that no other answer, older or
 /// newer, is right.
@@ -46,4 +46,4 @@ inline constexpr long kFaultedTransactions = 1'000'000;
 inline constexpr long kFaultedTransactions = 100'000;
 #endif
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

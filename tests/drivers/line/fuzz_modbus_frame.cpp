@@ -4,7 +4,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
@@ -24,4 +24,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -6,7 +6,7 @@
 #include <array>
 #include <chrono>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 TEST(HidLine, ADeviceThatIsNotThereIsDisconnectedAndThenLeftAlone) {
@@ -23,4 +23,4 @@ TEST(HidLine, DevicesAreListedOnceEach) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

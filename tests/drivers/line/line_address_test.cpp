@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 TEST(LineAddress, ATcpLineIsNumericSoThatNoNameIsLookedUp) {
@@ -59,4 +59,4 @@ TEST(SerialFormat, ACharacterHasAStartBitItsDataParityAndStopBits) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -19,7 +19,7 @@
 
 #include "drivers/line/line_address.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 struct Answer {
   std::vector<std::byte> bytes;  ///< none: silence
@@ -91,4 +91,4 @@ class LoopbackServer {
   std::thread thread_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -145,4 +145,4 @@ TEST(ModbusServer, NamesTheExceptionToAnswerWith) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -18,7 +18,7 @@
 #include "tests/drivers/line/faults.hpp"
 #include "tests/support/simulated_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::microseconds;
@@ -31,7 +31,7 @@ constexpr Duration kTimeout = milliseconds(200), kPieceGap = milliseconds(30);
 
 class FaultyUnit {
  public:
-  FaultyUnit(SimulatedLine& line, Duration gap, unsigned seed) : line_(line), gap_(gap), chance_(seed) {}
+  FaultyUnit(tests::SimulatedLine& line, Duration gap, unsigned seed) : line_(line), gap_(gap), chance_(seed) {}
 
   void hear(std::span<const std::byte> frame) {
     const auto request = decode_rtu_request(frame);
@@ -129,7 +129,7 @@ class FaultyUnit {
     return bytes;
   }
 
-  SimulatedLine& line_;
+  tests::SimulatedLine& line_;
   Duration gap_;
   Chance chance_;
   std::uint32_t requests_ = 0;
@@ -145,7 +145,7 @@ class Client {
     link.timeout = kTimeout;
     link.piece_gap = kPieceGap;
     link.loop_back = loop_back;
-    auto made = std::make_unique<SimulatedLine>(clock_);
+    auto made = std::make_unique<tests::SimulatedLine>(clock_);
     line_ = made.get();
     unit_ = std::make_unique<FaultyUnit>(*line_, silence_between_frames(link), seed + 1);
     line_->heard = [this](auto frame) { unit_->hear(frame); };
@@ -185,7 +185,7 @@ class Client {
 
   Chance chance_;
   VirtualClock clock_;
-  SimulatedLine* line_{};
+  tests::SimulatedLine* line_{};
   std::unique_ptr<FaultyUnit> unit_;
   std::unique_ptr<Registers> registers_;
 };
@@ -203,4 +203,4 @@ TEST(ModbusRtuFaults, NoneMakesAWrongValueGood) { expect_no_wrong_value(20151130
 TEST(ModbusRtuFaults, NoneDoesWhereLoopBacksFindTheBeat) { expect_no_wrong_value(20151201, true); }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -5,7 +5,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/support/hex_bytes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
@@ -30,13 +30,13 @@ struct Golden {
 
 void expect_golden(const Golden& golden) {
   const auto& request = golden.request;
-  EXPECT_EQ(hex_of(encode_rtu_request(request)), golden.asked);
-  const auto heard = decode_rtu_request(bytes_of_hex(golden.asked));
+  EXPECT_EQ(tests::hex_of(encode_rtu_request(request)), golden.asked);
+  const auto heard = decode_rtu_request(tests::bytes_of_hex(golden.asked));
   ASSERT_TRUE(heard) << golden.asked;
-  EXPECT_EQ(encode_rtu_request(*heard), bytes_of_hex(golden.asked));
+  EXPECT_EQ(encode_rtu_request(*heard), tests::bytes_of_hex(golden.asked));
   if (*golden.answered == '\0') return;
-  EXPECT_EQ(hex_of(encode_rtu_reply(request, golden.words)), golden.answered);
-  const auto answer = decode_rtu_answer(request, bytes_of_hex(golden.answered));
+  EXPECT_EQ(tests::hex_of(encode_rtu_reply(request, golden.words)), golden.answered);
+  const auto answer = decode_rtu_answer(request, tests::bytes_of_hex(golden.answered));
   ASSERT_TRUE(answer) << golden.answered << " " << text(answer.error());
   EXPECT_EQ(answer->words, golden.words) << golden.answered;
   EXPECT_EQ(answer->exception, 0);
@@ -90,7 +90,7 @@ TEST(ModbusRtuFrame, SpeaksToUnitZeroAsATt5166Does) {
 TEST(ModbusRtuFrame, ALoopBackReturnsItsNumber) {
   const ModbusRequest loop{.unit = 1, .function = loop_back, .count = 1, .words = {0xA537}};
   const auto frame = encode_rtu_request(loop);
-  EXPECT_EQ(hex_of(std::span(frame).first(6)), "01 08 00 00 A5 37");
+  EXPECT_EQ(tests::hex_of(std::span(frame).first(6)), "01 08 00 00 A5 37");
   EXPECT_EQ(encode_rtu_reply(loop, {}), frame);
   EXPECT_TRUE(decode_rtu_answer(loop, frame));
   auto other = loop;
@@ -101,7 +101,7 @@ TEST(ModbusRtuFrame, ALoopBackReturnsItsNumber) {
 // Modbus Application Protocol V1.1b3, section 6.1: coils 20 to 38.
 TEST(ModbusRtuFrame, ReadsBitsFromTheLowestUp) {
   const ModbusRequest coils{.unit = 1, .function = read_coils, .address = 19, .count = 19};
-  auto reply = bytes_of_hex("01 01 03 CD 6B 05");
+  auto reply = tests::bytes_of_hex("01 01 03 CD 6B 05");
   append_rtu_crc(reply);
   const Words bits{1, 0, 1, 1, 0, 0, 1, 1, 1, 1, 0, 1, 0, 1, 1, 0, 1, 0, 1};
   EXPECT_EQ(decode_rtu_answer(coils, reply)->words, bits);
@@ -111,7 +111,7 @@ TEST(ModbusRtuFrame, ReadsBitsFromTheLowestUp) {
 TEST(ModbusRtuFrame, AnExceptionIsAnAnswer) {
   const auto asked = read_of(7, 100, 1);
   const auto reply = encode_rtu_exception(encode_rtu_request(asked), 2);
-  EXPECT_EQ(hex_of(std::span(reply).first(3)), "07 83 02");
+  EXPECT_EQ(tests::hex_of(std::span(reply).first(3)), "07 83 02");
   EXPECT_EQ(decode_rtu_answer(asked, reply)->exception, 2);
   EXPECT_EQ(words_of(*decode_rtu_answer(asked, reply)).error().what, "exception 2, illegal data address");
   EXPECT_EQ(rtu_answer_size(asked, std::span(reply).first(2))->value(), 5u);
@@ -129,12 +129,12 @@ TEST(ModbusRtuFrame, AReadByThreeIsAnsweredByFourOnlyWhereTheUnitDoesSo) {
 
 TEST(ModbusRtuFrame, AReplyThatCannotAnswerIsKnownByItsFirstBytes) {
   const auto asked = read_of(1, 60, 2);
-  const auto fault = [&](const char* bytes) { return rtu_answer_size(asked, bytes_of_hex(bytes)).error().what; };
+  const auto fault = [&](const char* bytes) { return rtu_answer_size(asked, tests::bytes_of_hex(bytes)).error().what; };
   EXPECT_EQ(fault("02"), "unit of the reply is 2, expected 1");
   EXPECT_EQ(fault("01 06"), "function of the reply is 6, expected 3");
   EXPECT_EQ(fault("01 03 02"), "byte count of the reply is 2, expected 4");
-  EXPECT_FALSE(*rtu_answer_size(asked, bytes_of_hex("01")));
-  EXPECT_EQ(rtu_answer_size(asked, bytes_of_hex("01 03"))->value(), 9u);
+  EXPECT_FALSE(*rtu_answer_size(asked, tests::bytes_of_hex("01")));
+  EXPECT_EQ(rtu_answer_size(asked, tests::bytes_of_hex("01 03"))->value(), 9u);
 }
 
 TEST(ModbusRtuFrame, UpToThreeFalseBitsOrABurstOfSixteenAreAlwaysFound) {
@@ -163,18 +163,18 @@ TEST(ModbusRtuServer, TakesFramesFromAStreamOneByOne) {
   for (std::size_t size = 0; size < frame.size(); ++size)
     EXPECT_FALSE(*rtu_request_size(std::span(frame).first(size))) << size;
   EXPECT_EQ(rtu_request_size(frame)->value(), frame.size());
-  EXPECT_EQ(rtu_request_size(bytes_of_hex("01 07 00")).error().kind, FaultKind::corrupted);
+  EXPECT_EQ(rtu_request_size(tests::bytes_of_hex("01 07 00")).error().kind, FaultKind::corrupted);
 }
 
 TEST(ModbusRtuServer, MeetsAWrongCrcWithSilenceAndAWrongRequestWithAnException) {
   auto frame = encode_rtu_request(read_of(1, 0, 1));
   frame.back() ^= std::byte{1};
   EXPECT_EQ(decode_rtu_request(frame).error().kind, FaultKind::corrupted);
-  auto none = bytes_of_hex("01 03 00 00 00 00");
+  auto none = tests::bytes_of_hex("01 03 00 00 00 00");
   append_rtu_crc(none);
   EXPECT_EQ(decode_rtu_request(none).error().kind, FaultKind::refused);
   EXPECT_EQ(decode_rtu_request(none).error().what, "3");
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

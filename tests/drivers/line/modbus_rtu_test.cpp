@@ -5,7 +5,7 @@
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -35,7 +35,7 @@ class OnASimulatedLine : public testing::Test {
   OnASimulatedLine() { connect(usual()); }
 
   void connect(const ModbusLink& link) {
-    auto made = std::make_unique<SimulatedLine>(clock);
+    auto made = std::make_unique<tests::SimulatedLine>(clock);
     line = made.get();
     line->heard = [this](std::span<const std::byte> frame) {
       asked_at.push_back(line->now());
@@ -49,7 +49,7 @@ class OnASimulatedLine : public testing::Test {
   [[nodiscard]] Duration now() const { return clock.now().since_start; }
 
   VirtualClock clock;
-  SimulatedLine* line{};
+  tests::SimulatedLine* line{};
   std::vector<Duration> asked_at;
   Behaviour unit = [this](int, const ModbusRequest& request, const Bytes&) { line->arrive(kSoon, good(request)); };
   std::unique_ptr<Registers> registers;
@@ -96,7 +96,7 @@ TEST_F(ModbusRtu, AReplyThatStopsHalfWayIsOverSoon) {
 }
 
 TEST_F(ModbusRtu, WhatLiesOnTheLineIsThrownAwayBeforeARequest) {
-  line->arrive({}, bytes_of_hex("01 03 02 00 EC B9 C9"));
+  line->arrive({}, tests::bytes_of_hex("01 03 02 00 EC B9 C9"));
   EXPECT_EQ(registers->read(kHolding, 60, 1).value(), Words{60});
   EXPECT_EQ(registers->read(kHolding, 61, 1).value(), Words{61});
 }
@@ -273,4 +273,4 @@ TEST_F(ModbusRtu, RestsAfterTheSecondFailureInARow) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

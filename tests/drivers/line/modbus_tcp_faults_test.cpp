@@ -12,7 +12,7 @@
 #include "tests/drivers/line/faults.hpp"
 #include "tests/support/simulated_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -24,7 +24,7 @@ constexpr Duration kTimeout = milliseconds(200);
 /// Frames out of a line in memory, as libmodbus takes them: by function and byte count, and not by the header's length.
 class MemoryConnection final : public FrameConnection {
  public:
-  MemoryConnection(VirtualClock& clock, std::function<void(SimulatedLine&, std::span<const std::byte>)> unit)
+  MemoryConnection(VirtualClock& clock, std::function<void(tests::SimulatedLine&, std::span<const std::byte>)> unit)
       : clock_(clock), unit_(std::move(unit)) {}
 
   Bytes gateway_keeps;  ///< comes on the next connection
@@ -32,7 +32,7 @@ class MemoryConnection final : public FrameConnection {
 
   bool is_open() const override { return line_ != nullptr; }
   Result<void> open(Duration) override {
-    line_ = std::make_unique<SimulatedLine>(clock_);
+    line_ = std::make_unique<tests::SimulatedLine>(clock_);
     ++opened;
     if (!gateway_keeps.empty()) line_->arrive(milliseconds(2), std::exchange(gateway_keeps, {}));
     return {};
@@ -64,8 +64,8 @@ class MemoryConnection final : public FrameConnection {
 
  private:
   VirtualClock& clock_;
-  std::function<void(SimulatedLine&, std::span<const std::byte>)> unit_;
-  std::unique_ptr<SimulatedLine> line_;
+  std::function<void(tests::SimulatedLine&, std::span<const std::byte>)> unit_;
+  std::unique_ptr<tests::SimulatedLine> line_;
 };
 
 class FaultyClient {
@@ -91,7 +91,7 @@ class FaultyClient {
   [[nodiscard]] int connections() const { return connection_->opened; }
 
  private:
-  void hear(SimulatedLine& line, std::span<const std::byte> frame) {
+  void hear(tests::SimulatedLine& line, std::span<const std::byte> frame) {
     const auto request = decode_request(frame);
     ASSERT_TRUE(request) << text(request.error());
     ++requests_;
@@ -102,7 +102,8 @@ class FaultyClient {
     last_ = *request;
   }
 
-  void misbehave(SimulatedLine& line, const ModbusRequest& request, std::span<const std::byte> asked, Bytes reply) {
+  void misbehave(tests::SimulatedLine& line, const ModbusRequest& request, std::span<const std::byte> asked,
+                 Bytes reply) {
     ++faults_;
     const auto at = chance_.between(milliseconds(1), milliseconds(60));
     switch (chance_.below(12)) {
@@ -173,4 +174,4 @@ TEST(ModbusTcpFaults, NoneMakesAWrongValueGood) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

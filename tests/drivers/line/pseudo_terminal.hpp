@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 class PseudoTerminal {
  public:
@@ -57,4 +57,4 @@ class PseudoTerminal {
   std::string device_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

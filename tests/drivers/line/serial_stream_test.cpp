@@ -13,7 +13,7 @@
 #include "tests/drivers/line/pseudo_terminal.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -46,7 +46,7 @@ TEST(SerialStream, CarriesEveryByteBothWays) {
     heard += *more;
   }
   EXPECT_EQ(heard, all);
-  EXPECT_TRUE(stream->write(bytes_of(all), kPatient));
+  EXPECT_TRUE(stream->write(tests::bytes_of(all), kPatient));
   EXPECT_EQ(pair.hear(), all);
 }
 
@@ -82,7 +82,7 @@ TEST(SerialStream, AWriteToAnUnpluggedLineIsDisconnected) {
   PseudoTerminal pair;
   const auto stream = opened(pair.device());
   pair.unplug();
-  EXPECT_EQ(stream->write(bytes_of("?"), kPatient).error().kind, FaultKind::disconnected);
+  EXPECT_EQ(stream->write(tests::bytes_of("?"), kPatient).error().kind, FaultKind::disconnected);
 }
 
 TEST(SerialStream, ALinkIsFollowedAnewToWhereTheAdapterCameBack) {
@@ -146,4 +146,4 @@ TEST(SerialStream, WhatIsNoSerialPortIsRefused) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -8,7 +8,7 @@
 #include "tests/drivers/line/loopback_server.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -17,7 +17,7 @@ constexpr Duration kSoon = milliseconds(60), kPatient = milliseconds(2000);
 Answer echo(std::span<const std::byte> request) { return {{request.begin(), request.end()}}; }
 
 Result<std::string> exchange(ByteStream& stream, std::string_view text, Duration within) {
-  if (auto sent = stream.write(bytes_of(text), within); !sent) return failure(sent.error());
+  if (auto sent = stream.write(tests::bytes_of(text), within); !sent) return failure(sent.error());
   std::array<std::byte, 256> buffer;
   const auto size = stream.read(buffer, within);
   if (!size) return failure(size.error());
@@ -76,4 +76,4 @@ TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

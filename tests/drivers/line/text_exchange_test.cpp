@@ -10,7 +10,7 @@
 
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -34,7 +34,7 @@ class SlowStream final : public ByteStream {
     }
     const auto next = coming_.extract(coming_.begin());
     now_ = std::max(now_, next.key());
-    std::ranges::copy(bytes_of(next.mapped()), buffer.begin());
+    std::ranges::copy(tests::bytes_of(next.mapped()), buffer.begin());
     return next.mapped().size();
   }
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
@@ -116,7 +116,7 @@ class InOrder final : public ByteStream {
     const auto [when, line] = coming_.front();
     coming_.pop_front();
     clock.advance(std::max(when - now, Duration{}));
-    std::ranges::copy(bytes_of(line), buffer.begin());
+    std::ranges::copy(tests::bytes_of(line), buffer.begin());
     return line.size();
   }
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
@@ -202,7 +202,7 @@ TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
 }
 
 TEST(TextExchange, TwoAnswersToOneQuestionAreNone) {
-  auto made = std::make_unique<FakeStream>();
+  auto made = std::make_unique<tests::FakeStream>();
   auto& line = *made;
   TextExchange exchange(std::move(made), kOptions);
   line.instrument = [](std::string_view) { return std::string("old\nnew\n"); };
@@ -223,4 +223,4 @@ TEST(TextExchange, ALineThatNeverFallsSilentIsCorrupted) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

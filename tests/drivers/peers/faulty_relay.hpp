@@ -14,7 +14,7 @@
 #include "drivers/line/deadline.hpp"
 #include "tests/drivers/line/faults.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 /// What one framing needs.
 struct RelayFraming {
@@ -122,4 +122,4 @@ class FaultyRelay {
   std::thread thread_;  // last: it uses the others
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

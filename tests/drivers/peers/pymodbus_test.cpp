@@ -15,7 +15,7 @@
 #include "tests/drivers/peers/faulty_relay.hpp"
 #include "tests/drivers/peers/python_server.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 using std::chrono::milliseconds;
@@ -229,4 +229,4 @@ TEST_F(Pymodbus, NoFaultOnRtuMakesAWrongValueGood) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 [[nodiscard]] inline bool pymodbus_is_installed() {
   return std::system("/usr/bin/python3 -c 'import pymodbus.server' > /dev/null 2>&1") == 0;
@@ -58,4 +58,4 @@ class PythonServer {
   return static_cast<std::uint16_t>(address * 40503u);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr TemperatureRange kTypeT{{-100}, {400}};
@@ -171,4 +171,4 @@ TEST(DconCodec, OneWrongCharacterNeverPassesTheChecksum) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -4,7 +4,7 @@
 
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 /// A module in memory: says what it is set to, and its readings.
@@ -40,7 +40,7 @@ class OnModule : public testing::Test {
  protected:
   OnModule() { connect({.address = 4}); }
   void connect(DconOptions options) {
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     line->instrument = [this](std::string_view query) { return module(query); };
     bank = make_dcon_thermometer(std::move(made), "bank", options);
@@ -51,7 +51,7 @@ class OnModule : public testing::Test {
     for (const auto& reading : readings) EXPECT_EQ(reading.error().kind, kind) << text(reading.error());
   }
   Module module;
-  FakeStream* line{};
+  tests::FakeStream* line{};
   std::unique_ptr<Thermometer> bank;
 };
 using DconThermometer = OnModule;
@@ -164,7 +164,7 @@ class OnTwoModules : public testing::Test {
   OnTwoModules() {
     second.address = 5;
     second.readings = ">+01.000+02.000+03.000+04.000+05.000+06.000+07.000+08.000";
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     line->instrument = [this](std::string_view query) {
       const auto answer = first(query);
@@ -174,7 +174,7 @@ class OnTwoModules : public testing::Test {
   }
   Module first, second;
   bool silent = false;
-  FakeStream* line{};
+  tests::FakeStream* line{};
   std::unique_ptr<Thermometer> bank;
 };
 using DconModules = OnTwoModules;
@@ -201,4 +201,4 @@ TEST_F(DconModules, OneThatIsSilentRestsAndTheOtherIsRead) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/dcon_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::vector<TemperatureRange> ranges(kDconInputs, TemperatureRange{{-100}, {400}});
@@ -34,4 +34,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

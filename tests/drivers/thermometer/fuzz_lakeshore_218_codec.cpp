@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto readings = decode_crdg({reinterpret_cast<const char*>(data), size});
@@ -14,4 +14,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

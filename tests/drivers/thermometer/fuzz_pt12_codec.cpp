@@ -3,7 +3,7 @@
 
 #include "drivers/thermometer/pt12_codec.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view line(reinterpret_cast<const char*>(data), size);
@@ -26,4 +26,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -5,7 +5,7 @@
 #include "drivers/thermometer/lakeshore_218_codec.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 constexpr const char* kEight = "+20.123,+21.1,-040.25,+023.4567,+24.,+25.5,+26.6,+300.00";
@@ -49,7 +49,7 @@ TEST(Lakeshore218Codec, WritesAsTheInstrumentDoes) {
 class OnFakeLine : public testing::Test {
  protected:
   OnFakeLine() {
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     line->instrument = [](std::string_view query) -> std::string {
       if (query == "*IDN?\r\n") return "LSCI,MODEL218E,21EA4F,042109\r\n";
@@ -58,7 +58,7 @@ class OnFakeLine : public testing::Test {
     };
     bank = make_lakeshore_218(std::move(made), "bank");
   }
-  FakeStream* line{};
+  tests::FakeStream* line{};
   std::unique_ptr<Thermometer> bank;
 };
 using Lakeshore218 = OnFakeLine;
@@ -131,4 +131,4 @@ TEST_F(Lakeshore218, ABrokenLineNamesTheInstrument) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

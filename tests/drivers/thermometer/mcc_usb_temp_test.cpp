@@ -8,14 +8,14 @@
 #include "tests/support/fake_usb_temp.hpp"
 #include "tests/support/hex_bytes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 class OnFakeUsbTemp : public testing::Test {
  protected:
   OnFakeUsbTemp() { connect({.within = std::chrono::milliseconds(20)}); }
   void connect(MccOptions options) {
-    auto made = std::make_unique<FakeUsbTemp>();
+    auto made = std::make_unique<tests::FakeUsbTemp>();
     device = made.get();
     bank = make_mcc_usb_temp(std::move(made), "bank", std::move(options));
   }
@@ -30,7 +30,7 @@ class OnFakeUsbTemp : public testing::Test {
     for (std::size_t i = 0; i < kMccInputs; ++i)
       EXPECT_EQ(readings[i].value_or(Celsius{-99}), Celsius{device->temperatures[i]}) << i;
   }
-  FakeUsbTemp* device{};
+  tests::FakeUsbTemp* device{};
   std::unique_ptr<Thermometer> bank;
 };
 using MccUsbTemp = OnFakeUsbTemp;
@@ -140,8 +140,8 @@ TEST_F(MccUsbTemp, ALateScanIsNeverTakenForTheNext) {
 }
 
 TEST_F(MccUsbTemp, WhatAnOlderProgramLeftIsThrownAway) {
-  device->leave(bytes_of_hex("19 00009041 00009041 00009041 00009041 00009041 00009041 00009041 00009041"));
-  device->leave(bytes_of_hex("44 00"));
+  device->leave(tests::bytes_of_hex("19 00009041 00009041 00009041 00009041 00009041 00009041 00009041 00009041"));
+  device->leave(tests::bytes_of_hex("44 00"));
   expect_good();
 }
 
@@ -164,4 +164,4 @@ TEST_F(MccUsbTemp, AShortReportIsCorrupted) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

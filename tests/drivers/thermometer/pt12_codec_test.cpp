@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 // The manual's own example of a reply.
@@ -80,4 +80,4 @@ TEST(Pt12Codec, WhatEncodesDecodesToTheSame) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

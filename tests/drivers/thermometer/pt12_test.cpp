@@ -5,13 +5,13 @@
 #include "drivers/thermometer/pt12_codec.hpp"
 #include "tests/support/fakes.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::drivers {
 namespace {
 
 class Pt12 : public testing::Test {
  protected:
   Pt12() {
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
     line->instrument = [](std::string_view query) -> std::string {
       if (query == "ID?\r") return "PT12\r\n";
@@ -26,7 +26,7 @@ class Pt12 : public testing::Test {
     ASSERT_EQ(readings.size(), kPt12Inputs);
     for (const auto& reading : readings) EXPECT_EQ(reading.error().kind, kind);
   }
-  FakeStream* line{};
+  tests::FakeStream* line{};
   std::unique_ptr<Thermometer> bank;
 };
 
@@ -85,4 +85,4 @@ TEST_F(Pt12, ABrokenLineNamesTheInstrument) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::drivers

@@ -4,7 +4,7 @@
 #include "acquisition/record/record.hpp"
 
 int main() {
-  const auto record = gyrotherm::read_record("/nowhere/run.db");
+  const auto record = gyrotherm::record::read_record("/nowhere/run.db");
   if (record) return 1;
   std::puts(gyrotherm::text(record.error()).c_str());
   return 0;

@@ -10,7 +10,7 @@
 #include "sequencer/run/uploaded_program.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr Duration kLongestWrite = std::chrono::seconds(20);
@@ -29,36 +29,36 @@ T expected(Result<T> result) {
 
 const std::string kRig = "profiles/rigs/virtual-reference.toml";
 
-RigFile rig_file(const Setting& setting) {
-  auto file = expected(parse_rig(read(kRig), GYROTHERM_SOURCE_DIR "/" + kRig,
-                                 {.chamber_map = read(setting.chamber_map), .gyro_model = {}}));
+rig::RigFile rig_file(const Setting& setting) {
+  auto file = expected(rig::parse_rig(read(kRig), GYROTHERM_SOURCE_DIR "/" + kRig,
+                                      {.chamber_map = read(setting.chamber_map), .gyro_model = {}}));
   if (setting.rig) setting.rig(file);
   return file;
 }
 
-Profile profile_of(const Setting& setting) {
-  return expected(
-      parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"demonstration\"\n" + setting.segments, "profile"));
+profile::Profile profile_of(const Setting& setting) {
+  return expected(profile::parse_profile(
+      "schema = \"gyrotherm-profile/1\"\nname = \"demonstration\"\n" + setting.segments, "profile"));
 }
 
 }  // namespace
 
 BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), profile_(profile_of(setting)) {
-  const auto laboratory = expected(parse_laboratory(file_.text, file_.file));
+  const auto laboratory = expected(simulator::parse_laboratory(file_.text, file_.file));
   clock_.restart_at(-kSecond);
   plant_.emplace(file_, laboratory, clock_, 1);
   wires_.emplace(*plant_, clock_);
-  rig_ = Rig::assemble(file_, *wires_);
-  const auto program = setting.by_the_controller ? program_of(profile_) : Result<ChamberProgram>();
+  rig_ = rig::Rig::assemble(file_, *wires_);
+  const auto program = setting.by_the_controller ? run::program_of(profile_) : Result<drivers::ChamberProgram>();
   const auto prepared =
       rig_->prepare(command(profile_, begin(profile_)), setting.by_the_controller ? &*program : nullptr);
   EXPECT_TRUE(prepared) << text(prepared.error());
-  path_ = kInMemory;
+  path_ = record::kInMemory;
   if (setting.rows_on_disk > 0) {
     disk_.emplace();
     path_ = folder_.emplace() / "run.db";
   }
-  store_ = expected(Store::create(
+  store_ = expected(record::Store::create(
       path_, info_of(profile_, file_),
       {.background = disk_.has_value(), .most_rows = setting.rows_on_disk, .retry = std::chrono::milliseconds(1)}));
   harness_.emplace(profile_, *rig_, *store_);
@@ -69,7 +69,7 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
 BreakableRun::~BreakableRun() = default;
 
 void BreakableRun::fill_disk() {
-  disk_->fail(1, true, FailingVfs::Kind::full);
+  disk_->fail(1, true, tests::FailingVfs::Kind::full);
   disk_is_full_ = true;
 }
 
@@ -81,7 +81,7 @@ void BreakableRun::make_room_on_disk() {
 
 void BreakableRun::take_record_away() {
   std::filesystem::rename(path_, path_ + ".away");
-  path_ = part_path(path_, 2);
+  path_ = record::part_path(path_, 2);
 }
 
 /// A disk that works keeps up with virtual time; of one that does not, nobody waits for the worker.
@@ -92,15 +92,15 @@ void BreakableRun::make_durable() {
   }
 }
 
-Record BreakableRun::record() {
+record::Record BreakableRun::record() {
   if (!disk_) return expected(store_->read_back());
   harness_.reset();
   store_.reset();
   disk_.reset();
-  return expected(read_record(path_));
+  return expected(record::read_record(path_));
 }
 
-std::vector<AlarmRecorded> BreakableRun::alarms_in(const Record& record) {
+std::vector<AlarmRecorded> BreakableRun::alarms_in(const record::Record& record) {
   std::vector<AlarmRecorded> alarms;
   for (const auto& [slot, event] : record.events) {
     const bool is_raised = event.kind == EventKind::fault || event.kind == EventKind::interlock;
@@ -109,4 +109,4 @@ std::vector<AlarmRecorded> BreakableRun::alarms_in(const Record& record) {
   return alarms;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -16,7 +16,7 @@
 #include "tests/support/folder.hpp"
 #include "tests/support/run_harness.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// Segments of a profile: 20 °C for 5 min, to 40 °C in another 5, there for half an hour, back.
 inline constexpr const char* kSteps = R"(
@@ -40,7 +40,7 @@ rate = 4
 /// What such a run is given; nothing of it is broken.
 struct Setting {
   std::string segments = kSteps;
-  std::function<void(RigFile&)> rig = {};  ///< what it has otherwise than profiles/rigs/virtual-reference.toml
+  std::function<void(rig::RigFile&)> rig = {};  ///< what it has otherwise than profiles/rigs/virtual-reference.toml
   std::string chamber_map = "tests/sequencer/faults/chamber.toml";
   bool by_the_controller = false;  ///< it is given the profile
   std::int64_t rows_on_disk = 0;   ///< a record on a disk, by a store with a worker that keeps so many rows in memory
@@ -64,13 +64,13 @@ class BreakableRun {
   void make_room_on_disk();
   /// Another program moves its file.
   void take_record_away();
-  [[nodiscard]] RunController& run_controller() { return harness_->run_controller(); }
-  [[nodiscard]] const RigFile& file() const { return file_; }
-  void break_plant(const std::function<void(LaboratoryFaults&)>& fault) {
+  [[nodiscard]] run::RunController& run_controller() { return harness_->run_controller(); }
+  [[nodiscard]] const rig::RigFile& file() const { return file_; }
+  void break_plant(const std::function<void(simulator::LaboratoryFaults&)>& fault) {
     fault(plant_->faults), plant_->apply_faults();
   }
 
-  RunOutcome seconds(int count) { return harness_->seconds(count); }
+  run::RunOutcome seconds(int count) { return harness_->seconds(count); }
   /// The machine sleeps for some seconds.
   void sleep(int count) { harness_->without_tick(count); }
   int until(const std::function<bool()>& so, int most) { return harness_->until(so, most); }
@@ -83,24 +83,24 @@ class BreakableRun {
   [[nodiscard]] std::vector<std::string> standing() const { return harness_->run_controller().standing().faults_now; }
 
   /// Ends the program and reads what the record has.
-  [[nodiscard]] Record record();
-  [[nodiscard]] static std::vector<AlarmRecorded> alarms_in(const Record& record);
+  [[nodiscard]] record::Record record();
+  [[nodiscard]] static std::vector<AlarmRecorded> alarms_in(const record::Record& record);
 
  private:
   void make_durable();
 
-  RigFile file_;
-  Profile profile_;
-  std::optional<TestFolder> folder_;
+  rig::RigFile file_;
+  profile::Profile profile_;
+  std::optional<tests::TestFolder> folder_;
   std::string path_;
-  std::optional<FailingVfs> disk_;
+  std::optional<tests::FailingVfs> disk_;
   bool disk_is_full_ = false;
   SimulatedClock clock_;
   std::optional<Plant> plant_;
   std::optional<MemoryWires> wires_;
-  std::unique_ptr<Rig> rig_;
-  std::unique_ptr<Store> store_;
-  std::optional<RunHarness> harness_;
+  std::unique_ptr<rig::Rig> rig_;
+  std::unique_ptr<record::Store> store_;
+  std::optional<tests::RunHarness> harness_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -1,6 +1,6 @@
 #include "tests/sequencer/faults/broken_things.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 using D = BreakableRun;
@@ -51,67 +51,67 @@ void well(D& d) { condition(d, kGood); }
 
 template <class Fault>
 void plant(D& d, Fault fault) {
-  d.break_plant([&](LaboratoryFaults& faults) { fault(faults); });
+  d.break_plant([&](simulator::LaboratoryFaults& faults) { fault(faults); });
 }
 void thermometer_off_by(D& d, double kelvins) {
-  plant(d, [=](LaboratoryFaults& faults) { faults.thermometers[0].error_k = kelvins; });
+  plant(d, [=](simulator::LaboratoryFaults& faults) { faults.thermometers[0].error_k = kelvins; });
 }
 void output(D& d, std::optional<double> stuck) {
-  plant(d, [=](LaboratoryFaults& faults) { faults.plant.stuck_output = stuck; });
+  plant(d, [=](simulator::LaboratoryFaults& faults) { faults.plant.stuck_output = stuck; });
 }
 /// It shows too little; the controller heats until it shows what it is to show.
 void sensor_detached(D& d) {
-  plant(d, [](LaboratoryFaults& faults) { faults.plant.sensor_error_k = -15; });
+  plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.sensor_error_k = -15; });
 }
 void all_sound(D& d) {
-  plant(d, [](LaboratoryFaults& faults) { faults = {}; });
+  plant(d, [](simulator::LaboratoryFaults& faults) { faults = {}; });
 }
 
-Setting with(std::function<void(RigFile&)> rig, const char* segments = kSteps) {
+Setting with(std::function<void(rig::RigFile&)> rig, const char* segments = kSteps) {
   return {.segments = segments, .rig = std::move(rig)};
 }
 
 void open_door(D& d) {
-  plant(d, [](LaboratoryFaults& faults) { faults.plant.door_open = true; });
+  plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.door_open = true; });
   condition(d, kDoorOpen);
 }
 
 std::vector<BrokenThing> what_ends_a_run() {
   return {{.shows = "HeatersStuckBeyondTheAirsLimit",
-           .cause = InterlockId::air_limit,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::air_limit,
+           .reaction = interlocks::Reaction::abort,
            .at = kFirstHold,
            .breaks = [](D& d) { output(d, 1); },
            .acts_within = 60,
-           .setting = with([](RigFile& file) { file.limits.air_highest = {30}; })},
+           .setting = with([](rig::RigFile& file) { file.limits.air_highest = {30}; })},
           {.shows = "AThermometerBeyondItsLimit",
-           .cause = InterlockId::thermometer_limit,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::thermometer_limit,
+           .reaction = interlocks::Reaction::abort,
            .at = kHold,
            .breaks = [](D& d) { thermometer_off_by(d, 80); },
            .acts_within = 2},
           {.shows = "ATrippedLimiter",
-           .cause = InterlockId::chamber_alarm,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::chamber_alarm,
+           .reaction = interlocks::Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { condition(d, kLimiterTripped); },
            .acts_within = 3},
           {.shows = "AnEmergencyStop",
-           .cause = InterlockId::emergency_stop,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::emergency_stop,
+           .reaction = interlocks::Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { condition(d, kEmergencyStop); },
            .acts_within = 3},
           {.shows = "ASoakThatNeverCounts",
-           .cause = InterlockId::deadline,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::deadline,
+           .reaction = interlocks::Reaction::abort,
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 14); },
            .acts_within = 1200,
            .setting = {.segments = kSoak}},
           {.shows = "AProgramEndedAtThePanel",
-           .cause = InterlockId::program,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::program,
+           .reaction = interlocks::Reaction::abort,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().write("stop", 1); },
            .acts_within = 90,
@@ -120,51 +120,51 @@ std::vector<BrokenThing> what_ends_a_run() {
 
 std::vector<BrokenThing> what_the_chambers_sensor_does() {
   return {{.shows = "TheChambersSensorDetached",
-           .cause = InterlockId::chamber_sensor,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::chamber_sensor,
+           .reaction = interlocks::Reaction::abort,
            .at = kFirstHold,
            .breaks = sensor_detached,
            .acts_within = 30},
           {.shows = "TheChambersSensorApartFromAThermometerInTheAir",
-           .cause = InterlockId::chamber_sensor,
-           .reaction = Reaction::abort,
+           .cause = interlocks::InterlockId::chamber_sensor,
+           .reaction = interlocks::Reaction::abort,
            .at = kFirstHold,
            .breaks = sensor_detached,
            .acts_within = 3600,
-           .setting = with([](RigFile& file) { file.limits.air_thermometers = {8}; }, kAtRest)}};
+           .setting = with([](rig::RigFile& file) { file.limits.air_thermometers = {8}; }, kAtRest)}};
 }
 
 std::vector<BrokenThing> what_falls_silent() {
   return {{.shows = "TheChambersLineCut",
-           .cause = InterlockId::chamber_silent,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::chamber_silent,
+           .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().line().trouble.gone = true; },
            .acts_within = 6,
            .mends = [](D& d) { d.plant().chamber().line().trouble.gone = false; }},
           {.shows = "AThermometersLineCut",
-           .cause = InterlockId::thermometers_lost,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::thermometers_lost,
+           .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(0).trouble.gone = true; },
            .acts_within = 6,
            .mends = [](D& d) { d.plant().thermometer(0).trouble.gone = false; },
-           .setting = with([](RigFile& file) {
+           .setting = with([](rig::RigFile& file) {
              file.limits.thermometers_needed = 5;
              file.limits.needed_thermometers.clear();
            }),
-           .also = {InterlockId::channel_lost}},
+           .also = {interlocks::InterlockId::channel_lost}},
           {.shows = "AThermometersLineCutThatTheAnalysisNeeds",
-           .cause = InterlockId::needed_channel_lost,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::needed_channel_lost,
+           .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 6,
            .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
-           .also = {InterlockId::channel_lost}},
+           .also = {interlocks::InterlockId::channel_lost}},
           {.shows = "TheGyrosLineCut",
-           .cause = InterlockId::gyro_silent,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::gyro_silent,
+           .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().gyro().trouble.gone = true; },
            .acts_within = 8,
@@ -172,78 +172,79 @@ std::vector<BrokenThing> what_falls_silent() {
 }
 
 std::vector<BrokenThing> what_the_chamber_does() {
-  return {{.shows = "AnOpenDoor",
-           .cause = InterlockId::door,
-           .reaction = Reaction::suspend,
-           .at = kHold,
-           .breaks = open_door,
-           .acts_within = 3,
-           .mends =
-               [](D& d) {
-                 all_sound(d);
-                 well(d);
-               },
-           .over_within = 300},
-          {.shows = "TheSupplyLost",
-           .cause = InterlockId::supply,
-           .reaction = Reaction::suspend,
-           .at = kHold,
-           .breaks = [](D& d) { condition(d, kSupplyLost); },
-           .acts_within = 3,
-           .mends = well},
-          {.shows = "ADoorThatNoSwitchTells",
-           .cause = InterlockId::air_rate,
-           .reaction = Reaction::suspend,
-           .at = kInTheCold,
-           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.door_open = true; }); },
-           .acts_within = 60,
-           .mends = all_sound,
-           .over_within = 300,
-           .setting = with([](RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
-          {.shows = "HeatersStuckWarmTheArticle",
-           .cause = InterlockId::thermometer_rate,
-           .reaction = Reaction::suspend,
-           .at = kFirstHold,
-           .breaks = [](D& d) { output(d, 1); },
-           .acts_within = 120,
-           .mends = [](D& d) { output(d, {}); },
-           .over_within = 300,
-           .setting = with([](RigFile& file) { file.limits.thermometers_fastest = {2}; })},
-          {.shows = "HeatersWithoutPower",
-           .cause = InterlockId::following,
-           .reaction = Reaction::suspend,
-           .at = kRamp - 60,
-           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
-           .acts_within = 900,
-           .mends = all_sound,
-           .over_within = 600},
-          {.shows = "HeatersWithoutPowerNearALimit",
-           .cause = InterlockId::following,
-           .reaction = Reaction::abort,
-           .at = kRamp - 80,
-           .breaks = [](D& d) { plant(d, [](LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
-           .acts_within = 900,
-           .setting = with([](RigFile& file) { file.limits.air_lowest = {19.5}; })}};
+  return {
+      {.shows = "AnOpenDoor",
+       .cause = interlocks::InterlockId::door,
+       .reaction = interlocks::Reaction::suspend,
+       .at = kHold,
+       .breaks = open_door,
+       .acts_within = 3,
+       .mends =
+           [](D& d) {
+             all_sound(d);
+             well(d);
+           },
+       .over_within = 300},
+      {.shows = "TheSupplyLost",
+       .cause = interlocks::InterlockId::supply,
+       .reaction = interlocks::Reaction::suspend,
+       .at = kHold,
+       .breaks = [](D& d) { condition(d, kSupplyLost); },
+       .acts_within = 3,
+       .mends = well},
+      {.shows = "ADoorThatNoSwitchTells",
+       .cause = interlocks::InterlockId::air_rate,
+       .reaction = interlocks::Reaction::suspend,
+       .at = kInTheCold,
+       .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.door_open = true; }); },
+       .acts_within = 60,
+       .mends = all_sound,
+       .over_within = 300,
+       .setting = with([](rig::RigFile& file) { file.limits.air_fastest = {12}; }, kCold)},
+      {.shows = "HeatersStuckWarmTheArticle",
+       .cause = interlocks::InterlockId::thermometer_rate,
+       .reaction = interlocks::Reaction::suspend,
+       .at = kFirstHold,
+       .breaks = [](D& d) { output(d, 1); },
+       .acts_within = 120,
+       .mends = [](D& d) { output(d, {}); },
+       .over_within = 300,
+       .setting = with([](rig::RigFile& file) { file.limits.thermometers_fastest = {2}; })},
+      {.shows = "HeatersWithoutPower",
+       .cause = interlocks::InterlockId::following,
+       .reaction = interlocks::Reaction::suspend,
+       .at = kRamp - 60,
+       .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
+       .acts_within = 900,
+       .mends = all_sound,
+       .over_within = 600},
+      {.shows = "HeatersWithoutPowerNearALimit",
+       .cause = interlocks::InterlockId::following,
+       .reaction = interlocks::Reaction::abort,
+       .at = kRamp - 80,
+       .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
+       .acts_within = 900,
+       .setting = with([](rig::RigFile& file) { file.limits.air_lowest = {19.5}; })}};
 }
 
 std::vector<BrokenThing> what_becomes_of_set_points() {
   return {{.shows = "ASetPointFromThePanel",
-           .cause = InterlockId::foreign_set_point,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::foreign_set_point,
+           .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { d.plant().laboratory().command({45}); },
            .acts_within = 2,
            .mends = [](D& d) { d.plant().laboratory().command({40}); }},
           {.shows = "SwitchedOffAtThePanel",
-           .cause = InterlockId::foreign_set_point,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::foreign_set_point,
+           .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks = [](D& d) { d.plant().laboratory().switch_on(false); },
            .acts_within = 5,
            .mends = [](D& d) { d.plant().laboratory().switch_on(true); }},
           {.shows = "APowerCutOfTheChamber",
-           .cause = InterlockId::restarted,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::restarted,
+           .reaction = interlocks::Reaction::suspend,
            .at = kHold,
            .breaks =
                [](D& d) {
@@ -256,8 +257,8 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .over_within = 600,
            .brought_back = true},
           {.shows = "SetPointsAcknowledgedAndNotApplied",
-           .cause = InterlockId::not_taken,
-           .reaction = Reaction::suspend,
+           .cause = interlocks::InterlockId::not_taken,
+           .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().chamber().trouble.ignores_writes = true; },
            .acts_within = 5,
@@ -267,14 +268,14 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
 
 std::vector<BrokenThing> what_computers_do() {
   return {{.shows = "AMachineThatSlept",
-           .cause = InterlockId::slept,
-           .reaction = Reaction::hold,
+           .cause = interlocks::InterlockId::slept,
+           .reaction = interlocks::Reaction::hold,
            .at = kHold,
            .breaks = [](D& d) { d.sleep(121); },
            .acts_within = 1},
           {.shows = "AFullDisk",
-           .cause = InterlockId::storage,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::storage,
+           .reaction = interlocks::Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 62,
@@ -282,8 +283,8 @@ std::vector<BrokenThing> what_computers_do() {
            .over_within = 11,
            .setting = {.rows_on_disk = 14'400}},
           {.shows = "AFullDiskForLongerThanTheMemoryHolds",
-           .cause = InterlockId::storage,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::storage,
+           .reaction = interlocks::Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.fill_disk(); },
            .acts_within = 60,
@@ -294,55 +295,55 @@ std::vector<BrokenThing> what_computers_do() {
 
 std::vector<BrokenThing> what_only_warns() {
   return {{.shows = "AThermometersLineCutThatTheAnalysisDoesNotNeed",
-           .cause = InterlockId::channel_lost,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::channel_lost,
+           .reaction = interlocks::Reaction::warn,
            .at = kRamp,
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 1,
            .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
-           .setting = with([](RigFile& file) { file.limits.needed_thermometers.clear(); })},
+           .setting = with([](rig::RigFile& file) { file.limits.needed_thermometers.clear(); })},
           {.shows = "ARecordWhoseFileIsTakenAway",
-           .cause = InterlockId::record_damaged,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::record_damaged,
+           .reaction = interlocks::Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.take_record_away(); },
            .acts_within = 2,
            .setting = {.rows_on_disk = 14'400},
            .for_good = true},
           {.shows = "AGuardThatHasEnded",
-           .cause = InterlockId::unguarded,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::unguarded,
+           .reaction = interlocks::Reaction::warn,
            .at = kEarly,
            .breaks = [](D& d) { d.run_controller().see_guard("the guard has ended"); },
            .acts_within = 1,
            .mends = [](D& d) { d.run_controller().see_guard(""); }},
           {.shows = "AThermometerApartFromTheOthers",
-           .cause = InterlockId::disagreement,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::disagreement,
+           .reaction = interlocks::Reaction::warn,
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 40); },
            .acts_within = 61,
            .mends = all_sound,
            .over_within = 11,
-           .setting = with([](RigFile& file) {
+           .setting = with([](rig::RigFile& file) {
              file.limits.disagreement = {30};
              file.limits.thermometers_fastest = {50};
            })},
           {.shows = "AFrozenThermometer",
-           .cause = InterlockId::stuck,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::stuck,
+           .reaction = interlocks::Reaction::warn,
            .at = kRamp,
            .breaks =
                [](D& d) {
                  const auto shown = d.plant().laboratory().thermometers_as_measured_c()[0];
-                 plant(d, [=](LaboratoryFaults& faults) { faults.thermometers[0].shown_c = shown; });
+                 plant(d, [=](simulator::LaboratoryFaults& faults) { faults.thermometers[0].shown_c = shown; });
                },
            .acts_within = 600,
            .mends = all_sound,
            .over_within = 11},
           {.shows = "AStepOfTheTimeOfDay",
-           .cause = InterlockId::wall_clock,
-           .reaction = Reaction::warn,
+           .cause = interlocks::InterlockId::wall_clock,
+           .reaction = interlocks::Reaction::warn,
            .at = kRamp,
            .breaks = [](D& d) { d.clock().step_utc(std::chrono::hours(-1)); },
            .acts_within = 1,
@@ -363,4 +364,4 @@ const std::vector<BrokenThing>& broken_things() {
   return all;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

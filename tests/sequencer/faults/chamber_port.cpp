@@ -6,7 +6,7 @@
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus_frame.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr std::size_t kTcpFunctionAt = 7, kRtuFunctionAt = 1, kTcpUnitAt = 6, kTcpHeader = 8;
@@ -14,8 +14,8 @@ constexpr std::uint8_t kLastReadFunction = 4;
 
 }  // namespace
 
-ChamberPort::ChamberPort(ChamberRegisters& registers, VirtualLaboratory& laboratory, const Clock& rig,
-                         std::uint64_t seed)
+ChamberPort::ChamberPort(simulator::ChamberRegisters& registers, simulator::VirtualLaboratory& laboratory,
+                         const Clock& rig, std::uint64_t seed)
     : registers_(registers),
       laboratory_(laboratory),
       set_point_(*registers.map().find("set_point")),
@@ -23,18 +23,18 @@ ChamberPort::ChamberPort(ChamberRegisters& registers, VirtualLaboratory& laborat
       line_(
           rig, seed, [this](auto frame, Bytes& bytes) { answer(frame, bytes); }, garble_burst) {}
 
-std::optional<Celsius> ChamberPort::set_point_in(const ModbusRequest& request) const {
+std::optional<Celsius> ChamberPort::set_point_in(const drivers::ModbusRequest& request) const {
   if (request.address != set_point_.address || request.words.size() != word_count(set_point_)) return std::nullopt;
   return Celsius{decode_as_written(set_point_, request.words)};
 }
 
-bool ChamberPort::shows_set_point(const ModbusRequest& request) const {
+bool ChamberPort::shows_set_point(const drivers::ModbusRequest& request) const {
   return request.address <= set_point_.address &&
          request.address + request.count >= set_point_.address + word_count(set_point_);
 }
 
 /// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
-void ChamberPort::note(const ModbusRequest& request) {
+void ChamberPort::note(const drivers::ModbusRequest& request) {
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
   const bool tried_again = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) < Kelvins{1e-3};
   if (to_be_read_back_ && !tried_again && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
@@ -55,19 +55,21 @@ void ChamberPort::spoil(Bytes& answer) {
   answer[is_tcp() ? kTcpUnitAt : 0] ^= std::byte{0x02};
   if (is_tcp()) return;
   answer.resize(answer.size() - 2);
-  append_rtu_crc(answer);
+  drivers::append_rtu_crc(answer);
 }
 
 void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
   ++exchanges_;
-  const auto function = byte_at(frame, is_tcp() ? kTcpFunctionAt : kRtuFunctionAt);
+  const auto function = drivers::byte_at(frame, is_tcp() ? kTcpFunctionAt : kRtuFunctionAt);
   const bool writes = function > kLastReadFunction;
-  std::optional<ModbusRequest> request;
+  std::optional<drivers::ModbusRequest> request;
   if (writes || to_be_read_back_)
-    if (auto decoded = is_tcp() ? decode_request(frame) : decode_rtu_request(frame)) request = std::move(*decoded);
+    if (auto decoded = is_tcp() ? drivers::decode_request(frame) : drivers::decode_rtu_request(frame))
+      request = std::move(*decoded);
   if (request) note(*request);
   if (trouble.exception != 0 && (writes || !trouble.only_writes)) {
-    answer = is_tcp() ? encode_exception(frame, trouble.exception) : encode_rtu_exception(frame, trouble.exception);
+    answer = is_tcp() ? drivers::encode_exception(frame, trouble.exception)
+                      : drivers::encode_rtu_exception(frame, trouble.exception);
   } else if (writes && request && trouble.ignores_writes) {
     answer = is_tcp() ? encode_reply(*request, {}) : encode_rtu_reply(*request, {});
   } else {
@@ -126,4 +128,4 @@ bool MemoryConnection::silent_for(Duration time) {
   return true;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -11,7 +11,7 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// Beside what can be wrong with any line.
 struct ChamberTrouble {
@@ -33,11 +33,12 @@ struct SetPointSent {
 class ChamberPort {
  public:
   /// `registers` and `world` outlive it.
-  ChamberPort(ChamberRegisters& registers, VirtualLaboratory& laboratory, const Clock& rig, std::uint64_t seed);
+  ChamberPort(simulator::ChamberRegisters& registers, simulator::VirtualLaboratory& laboratory, const Clock& rig,
+              std::uint64_t seed);
 
   ChamberTrouble trouble;
   [[nodiscard]] LineEnd& line() { return line_; }
-  [[nodiscard]] bool is_tcp() const { return registers_.map().link.kind == LinkKind::tcp; }
+  [[nodiscard]] bool is_tcp() const { return registers_.map().link.kind == drivers::LinkKind::tcp; }
 
   /// What the chamber does about one frame; `answer` stays empty where it is silent.
   void answer(std::span<const std::byte> frame, Bytes& answer);
@@ -51,16 +52,16 @@ class ChamberPort {
   void forget() { sent_.clear(), not_read_back_ = 0, exchanges_ = 0; }
 
  private:
-  [[nodiscard]] std::optional<Celsius> set_point_in(const ModbusRequest& request) const;
-  [[nodiscard]] bool shows_set_point(const ModbusRequest& request) const;
-  void note(const ModbusRequest& request);
+  [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
+  [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
+  void note(const drivers::ModbusRequest& request);
   void clamp();
   void spoil(Bytes& answer);
 
-  ChamberRegisters& registers_;
-  VirtualLaboratory& laboratory_;
-  const RegisterItem& set_point_;
-  std::unique_ptr<Session> session_;
+  simulator::ChamberRegisters& registers_;
+  simulator::VirtualLaboratory& laboratory_;
+  const drivers::RegisterItem& set_point_;
+  std::unique_ptr<simulator::Session> session_;
   LineEnd line_;
   std::vector<SetPointSent> sent_;
   std::optional<Celsius> to_be_read_back_;
@@ -69,7 +70,7 @@ class ChamberPort {
 };
 
 /// A Modbus TCP connection to the port.
-class MemoryConnection final : public FrameConnection {
+class MemoryConnection final : public drivers::FrameConnection {
  public:
   explicit MemoryConnection(ChamberPort& port) : port_(port) {}
 
@@ -92,4 +93,4 @@ class MemoryConnection final : public FrameConnection {
   Bytes answer_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -11,7 +11,7 @@
 #include "acquisition/record/store.hpp"
 #include "tests/sequencer/faults/fault_injector.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 using Kind = InjectedFaultKind;
@@ -33,39 +33,39 @@ Disk::Disk(bool breaks, std::string path, std::int64_t most_rows) : path_(std::m
 /// With all files of the record.
 Disk::~Disk() {
   const std::filesystem::path path(path_);
-  if (path_ == kInMemory || path.parent_path().empty()) return;
+  if (path_ == record::kInMemory || path.parent_path().empty()) return;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), error))
     if (entry.path().filename().string().starts_with(path.stem().string() + "."))
       std::filesystem::remove(entry.path(), error);
 }
 
-Result<std::unique_ptr<Store>> Disk::attended(RunFile file, RunStatus status, int part) {
+Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, record::RunStatus status, int part) {
   auto info = file.info();
-  RecordWriter writer(
+  record::RecordWriter writer(
       std::move(file), path_,
       {.most_rows = static_cast<std::size_t>(most_rows_), .part = part, .last_slot = status.acknowledged});
-  StoreOptions options;
+  record::StoreOptions options;
   options.most_rows = most_rows_;
   auto made = make_attended_store(std::move(writer), std::move(info), std::move(status), options);
   attend_ = std::move(made.attend);
   return std::move(made.store);
 }
 
-Result<std::unique_ptr<Store>> Disk::create(const RunInfo& info) {
-  if (!vfs_) return Store::create(path_, info);
-  auto file = RunFile::create(path_, info);
+Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info) {
+  if (!vfs_) return record::Store::create(path_, info);
+  auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
   return attended(std::move(*file), first_status(path_, info), 1);
 }
 
-Result<std::unique_ptr<Store>> Disk::reopen() {
-  if (!vfs_) return Store::reopen(path_);
-  const auto part = last_part(path_);
+Result<std::unique_ptr<record::Store>> Disk::reopen() {
+  if (!vfs_) return record::Store::reopen(path_);
+  const auto part = record::last_part(path_);
   if (!part) return failure(part.error());
-  auto file = RunFile::reopen(part_path(path_, *part));
+  auto file = record::RunFile::reopen(record::part_path(path_, *part));
   if (!file) return failure(file.error());
-  auto status = stored_status(file->database(), path_);
+  auto status = record::stored_status(file->database(), path_);
   if (!status) return failure(status.error());
   return attended(std::move(*file), std::move(*status), *part);
 }
@@ -80,9 +80,9 @@ void Disk::inject(const std::vector<InjectedFault>& standing) {
   for (const auto& fault : standing_) {
     takes_nothing_ = takes_nothing_ || fault.kind != Kind::disk_slow;
     switch (fault.kind) {
-      case Kind::disk_full: vfs_->fail(1, true, FailingVfs::Kind::full); break;
-      case Kind::disk_fails: vfs_->fail(1, true, FailingVfs::Kind::io_error); break;
-      case Kind::disk_loses_syncs: vfs_->fail(1, true, FailingVfs::Kind::sync_error); break;
+      case Kind::disk_full: vfs_->fail(1, true, tests::FailingVfs::Kind::full); break;
+      case Kind::disk_fails: vfs_->fail(1, true, tests::FailingVfs::Kind::io_error); break;
+      case Kind::disk_loses_syncs: vfs_->fail(1, true, tests::FailingVfs::Kind::sync_error); break;
       case Kind::disk_slow: every_ = std::max(every_, static_cast<std::int64_t>(fault.size)); break;
       case Kind::disk_hangs: hangs_ = true; break;
       default: break;
@@ -92,7 +92,7 @@ void Disk::inject(const std::vector<InjectedFault>& standing) {
 
 void Disk::fail_once(std::int64_t operation) {
   if (!vfs_ || takes_nothing_) return;
-  vfs_->fail(std::max<std::int64_t>(operation, 1), false, FailingVfs::Kind::io_error);
+  vfs_->fail(std::max<std::int64_t>(operation, 1), false, tests::FailingVfs::Kind::io_error);
   fails_once_ = true;
 }
 
@@ -100,7 +100,7 @@ bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->fail
 
 void Disk::attack(const InjectedFault& fault, int part) {
   namespace fs = std::filesystem;
-  const auto file = part_path(path_, part) + (fault.target == 0 ? "" : "-wal");
+  const auto file = record::part_path(path_, part) + (fault.target == 0 ? "" : "-wal");
   std::error_code error;
   const auto size = static_cast<double>(fs::file_size(file, error));
   if (error) return;
@@ -133,7 +133,7 @@ void Disk::heal() {
 /// Nothing that is done while a program dies has any effect.
 void Disk::leave(bool power_cut, unsigned seed, const std::function<void()>& die) {
   attend_ = nullptr;
-  if (vfs_) vfs_->fail(1, true, FailingVfs::Kind::power_cut);
+  if (vfs_) vfs_->fail(1, true, tests::FailingVfs::Kind::power_cut);
   die();
   if (vfs_ && power_cut) vfs_->lose_what_was_not_synced(seed);
   heal();
@@ -143,4 +143,4 @@ void Disk::attend(std::int64_t second) {
   if (attend_ && !hangs_ && second % every_ == 0) attend_();
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

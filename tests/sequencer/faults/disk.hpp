@@ -14,7 +14,7 @@
 #include "tests/sequencer/faults/schedule.hpp"
 #include "tests/support/failing_vfs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 [[nodiscard]] bool is_of_disk(InjectedFaultKind kind);
 [[nodiscard]] bool has_faults_of_disk(const Schedule& schedule);
@@ -27,8 +27,8 @@ class Disk {
   Disk(const Disk&) = delete;
   Disk& operator=(const Disk&) = delete;
 
-  [[nodiscard]] Result<std::unique_ptr<Store>> create(const RunInfo& info);
-  [[nodiscard]] Result<std::unique_ptr<Store>> reopen();
+  [[nodiscard]] Result<std::unique_ptr<record::Store>> create(const record::RunInfo& info);
+  [[nodiscard]] Result<std::unique_ptr<record::Store>> reopen();
   /// As the injected faults that stand now say.
   void inject(const std::vector<InjectedFault>& standing);
   void fail_once(std::int64_t operation);
@@ -48,15 +48,16 @@ class Disk {
   [[nodiscard]] bool hangs() const { return hangs_; }
 
  private:
-  [[nodiscard]] Result<std::unique_ptr<Store>> attended(RunFile file, RunStatus status, int part);
+  [[nodiscard]] Result<std::unique_ptr<record::Store>> attended(record::RunFile file, record::RunStatus status,
+                                                                int part);
 
   std::string path_;
   std::int64_t most_rows_;
-  std::optional<FailingVfs> vfs_;
+  std::optional<tests::FailingVfs> vfs_;
   std::function<void()> attend_;
   Schedule standing_;  ///< of the disk
   bool takes_nothing_ = false, hangs_ = false, fails_once_ = false;
   std::int64_t every_ = 1;  ///< seconds, a transaction
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

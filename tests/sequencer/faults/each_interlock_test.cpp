@@ -7,7 +7,7 @@
 
 #include "tests/sequencer/faults/broken_things.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr Celsius kSafe{20};
@@ -70,7 +70,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chambers_set_point(), set_point);
-  d_.run_controller().tell(OperatorCommand::resume, "Ada");
+  d_.run_controller().tell(run::OperatorCommand::resume, "Ada");
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
@@ -78,7 +78,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
 void EachInterlock::expect_the_chamber_is_made_safe() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
-  EXPECT_EQ(d_.seconds(10), RunOutcome::made_safe);
+  EXPECT_EQ(d_.seconds(10), run::RunOutcome::made_safe);
   EXPECT_EQ(d_.run_controller().run_state(), RunState::aborted);
   EXPECT_TRUE(d_.run_controller().is_safe());
   EXPECT_EQ(d_.chambers_set_point(), kSafe);
@@ -92,11 +92,11 @@ TEST_P(EachInterlock, BrokenAloneActsAloneAsItsTablePromises) {
   ASSERT_NE(d_.until([&] { return all_stand(); }, broken_.acts_within), -1) << "it does not act";
   EXPECT_EQ(d_.standing().size(), 1 + broken_.also.size());
   switch (broken_.reaction) {
-    case Reaction::warn: expect_a_warning_alone(); break;
-    case Reaction::suspend: expect_it_waits_and_goes_on_by_itself(); break;
-    case Reaction::hold: expect_it_waits_for_the_operator(); break;
-    case Reaction::abort: expect_the_chamber_is_made_safe(); break;
-    case Reaction::go_on: FAIL();
+    case interlocks::Reaction::warn: expect_a_warning_alone(); break;
+    case interlocks::Reaction::suspend: expect_it_waits_and_goes_on_by_itself(); break;
+    case interlocks::Reaction::hold: expect_it_waits_for_the_operator(); break;
+    case interlocks::Reaction::abort: expect_the_chamber_is_made_safe(); break;
+    case interlocks::Reaction::go_on: FAIL();
   }
   auto alarms = BreakableRun::alarms_in(d_.record());
   for (const auto cause : broken_.also)
@@ -110,26 +110,29 @@ INSTANTIATE_TEST_SUITE_P(Interlocks, EachInterlock, ::testing::ValuesIn(broken_t
                          [](const auto& one) { return std::string(one.param.shows); });
 
 TEST(Interlocks, AreEachShownByBreakingOneThing) {
-  std::set<InterlockId> shown;
+  std::set<interlocks::InterlockId> shown;
   for (const auto& thing : broken_things()) {
     shown.insert(thing.cause);
-    const bool near_a_limit = thing.cause == InterlockId::following && thing.reaction == Reaction::abort;
-    EXPECT_EQ(thing.reaction, near_a_limit ? Reaction::abort : interlock(thing.cause).usual) << thing.shows;
+    const bool near_a_limit =
+        thing.cause == interlocks::InterlockId::following && thing.reaction == interlocks::Reaction::abort;
+    EXPECT_EQ(thing.reaction, near_a_limit ? interlocks::Reaction::abort : interlock(thing.cause).usual) << thing.shows;
   }
-  for (std::size_t i = 0; i < kInterlocks; ++i)
-    EXPECT_TRUE(shown.contains(static_cast<InterlockId>(i))) << name(static_cast<InterlockId>(i));
+  for (std::size_t i = 0; i < interlocks::kInterlocks; ++i)
+    EXPECT_TRUE(shown.contains(static_cast<interlocks::InterlockId>(i)))
+        << name(static_cast<interlocks::InterlockId>(i));
 }
 
 /// The first that shows the cause.
-const BrokenThing& that_shows(InterlockId cause) {
+const BrokenThing& that_shows(interlocks::InterlockId cause) {
   return *std::ranges::find(broken_things(), cause, &BrokenThing::cause);
 }
 
 TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
-  for (const auto cause : {InterlockId::chamber_silent, InterlockId::thermometers_lost, InterlockId::gyro_silent}) {
+  for (const auto cause : {interlocks::InterlockId::chamber_silent, interlocks::InterlockId::thermometers_lost,
+                           interlocks::InterlockId::gyro_silent}) {
     const auto& broken = that_shows(cause);
     auto setting = broken.setting;
-    setting.rig = [&](RigFile& file) {
+    setting.rig = [&](rig::RigFile& file) {
       if (broken.setting.rig) broken.setting.rig(file);
       file.limits.chamber_lost = file.limits.thermometers_lost = file.limits.gyro_lost = std::chrono::seconds(90);
     };
@@ -137,46 +140,46 @@ TEST(Interlocks, ASilenceThatDoesNotEndEndsTheRun) {
     d.seconds(broken.at);
     broken.breaks(d);
     EXPECT_NEAR(d.until(RunState::aborting, 200), 90, 2) << broken.shows;
-    if (cause == InterlockId::chamber_silent) {
-      EXPECT_EQ(d.seconds(60), RunOutcome::going_on) << "nobody can tell whether it is safe";
+    if (cause == interlocks::InterlockId::chamber_silent) {
+      EXPECT_EQ(d.seconds(60), run::RunOutcome::going_on) << "nobody can tell whether it is safe";
       broken.mends(d);
     }
-    EXPECT_EQ(d.seconds(15), RunOutcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.seconds(15), run::RunOutcome::made_safe) << broken.shows;
     EXPECT_EQ(d.chambers_set_point(), kSafe);
     EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1 + broken.also.size()) << "still one alarm";
   }
 }
 
 TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
-  BreakableRun d({.rig = [](RigFile& file) {
+  BreakableRun d({.rig = [](rig::RigFile& file) {
     auto& items = file.chamber_map.items;
-    auto& set_point = *std::ranges::find(items, "set_point", &RegisterItem::name);
-    set_point.type = RegisterType::s16;
+    auto& set_point = *std::ranges::find(items, "set_point", &drivers::RegisterItem::name);
+    set_point.type = drivers::RegisterType::s16;
     set_point.resolution = 1;
     file.safe_set_point = {20.4};
   }});
   d.seconds(500);
   EXPECT_EQ(d.run_controller().run_state(), RunState::execute);
-  that_shows(InterlockId::chamber_alarm).breaks(d);
-  EXPECT_EQ(d.seconds(10), RunOutcome::made_safe);
+  that_shows(interlocks::InterlockId::chamber_alarm).breaks(d);
+  EXPECT_EQ(d.seconds(10), run::RunOutcome::made_safe);
   EXPECT_EQ(d.chambers_set_point(), Celsius{20});
   EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
 TEST(Interlocks, AWaitThatDoesNotEndEndsTheRun) {
-  for (const auto cause : {InterlockId::door, InterlockId::slept}) {
+  for (const auto cause : {interlocks::InterlockId::door, interlocks::InterlockId::slept}) {
     const auto& broken = that_shows(cause);
-    BreakableRun d({.rig = [](RigFile& file) {
+    BreakableRun d({.rig = [](rig::RigFile& file) {
       file.run_limits.longest_suspended = file.run_limits.longest_held = std::chrono::seconds(120);
     }});
     d.seconds(broken.at);
     broken.breaks(d);
-    d.until(cause == InterlockId::door ? RunState::suspended : RunState::held, 3);
+    d.until(cause == interlocks::InterlockId::door ? RunState::suspended : RunState::held, 3);
     EXPECT_EQ(d.until(RunState::aborting, 200), 120) << broken.shows;
-    EXPECT_EQ(d.seconds(5), RunOutcome::made_safe) << broken.shows;
+    EXPECT_EQ(d.seconds(5), run::RunOutcome::made_safe) << broken.shows;
     EXPECT_EQ(d.chambers_set_point(), kSafe);
   }
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

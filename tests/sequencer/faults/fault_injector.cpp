@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 using Kind = InjectedFaultKind;
@@ -48,7 +48,7 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
     auto lasting = fault;
     lasting.at = second;
     lasting.lasts = std::max<std::int64_t>(lasting.lasts, 1);
-    const auto channel = static_cast<std::size_t>(fault.target) % kThermalPlaces;
+    const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalPlaces;
     frozen_.push_back(fault.kind == Kind::air_sensor_frozen
                           ? plant_.laboratory().air_as_measured().value
                           : plant_.laboratory().thermometers_as_measured_c()[channel]);
@@ -86,7 +86,7 @@ void FaultInjector::settle() {
   plant_.write("condition", tripped ? kLimiterTripped : 0);
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
-    const auto channel = static_cast<std::size_t>(standing_[i].target) % kThermalPlaces;
+    const auto channel = static_cast<std::size_t>(standing_[i].target) % simulator::kThermalPlaces;
     auto& shown_c = plant_.faults.plant.sensor_c;
     if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) shown_c = frozen_[i];  // one that is broken shows it
     if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = frozen_[i];
@@ -158,7 +158,7 @@ void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
 
 void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
   auto& thermometers = plant_.faults.thermometers;
-  const auto channel = static_cast<std::size_t>(fault.target) % kThermalPlaces;
+  const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalPlaces;
   auto& shown = thermometers[channel];
   switch (fault.kind) {
     case Kind::thermometer_open: shown.shown_c = kOpenC; return;
@@ -166,9 +166,11 @@ void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
     case Kind::thermometer_lost: shown.shown_c = kNoNumber; return;
     case Kind::thermometer_spike:
     case Kind::thermometer_drift: shown.error_k += fault.size; return;
-    case Kind::thermometers_swapped: std::swap(shown.place, thermometers[(channel + 1) % kThermalPlaces].place); return;
+    case Kind::thermometers_swapped:
+      std::swap(shown.place, thermometers[(channel + 1) % simulator::kThermalPlaces].place);
+      return;
     default: return;
   }
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

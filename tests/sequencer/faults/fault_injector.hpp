@@ -7,7 +7,7 @@
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 class FaultInjector {
  public:
@@ -46,4 +46,4 @@ class FaultInjector {
 /// Of the program, its machine, its record or the operator, not of the plant.
 [[nodiscard]] bool is_of_program(InjectedFaultKind kind);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

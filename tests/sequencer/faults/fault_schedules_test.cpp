@@ -10,7 +10,7 @@
 #include "tests/sequencer/faults/shrinking.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr const char* kHour = "tests/sequencer/faults/hour.toml";
@@ -231,4 +231,4 @@ INSTANTIATE_TEST_SUITE_P(Qualification, WholeCrash, ::testing::Range<std::size_t
 #endif
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

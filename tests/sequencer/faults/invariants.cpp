@@ -9,7 +9,7 @@
 #include "core/clock.hpp"
 #include "sequencer/run/resume.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 using Kind = InjectedFaultKind;
@@ -22,7 +22,7 @@ constexpr int kMostTries = 3;                   ///< of a set point that the cha
 constexpr std::int64_t kUntilTold = 15;         ///< with the last batch that is not asked for yet
 constexpr std::int64_t kLinkSettles = 16;       ///< a line that failed rests up to 10 s
 
-double largest_step_k(const ChamberLimits& limits, bool up) {
+double largest_step_k(const profile::ChamberLimits& limits, bool up) {
   const auto rate = up ? limits.fastest_heating : limits.fastest_cooling;
   return std::abs(rate.value) / 60 * kSecondsToCatchUp;
 }
@@ -57,7 +57,8 @@ int severity(RunState state) {
   return 0;
 }
 
-Invariants::Invariants(const Profile& profile, const RigFile& file, Plant& plant, const FaultInjector& injector)
+Invariants::Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant,
+                       const FaultInjector& injector)
     : profile_(profile), file_(file), plant_(plant), injector_(injector) {
   lowest_ = highest_ = file.safe_set_point;
   for (const auto& segment : profile.segments) {
@@ -175,11 +176,12 @@ void Invariants::judge_state(std::int64_t second, const Sample& sample) {
 void Invariants::judge_machine(std::int64_t second, const RecordingStore& recording, RunState state) {
   const auto seconds = [](Duration time) { return time / std::chrono::seconds(1); };
   for (const auto& gap : recording.gaps())
-    if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(kLongestUnattended) &&
+    if (gap.cause == "the program was late" && gap.last - gap.first + 1 > seconds(run::kLongestUnattended) &&
         severity(state) < severity(RunState::held))
       broken("I7", second, fmt::format("after {} s without a tick in state {}", gap.last - gap.first + 1, name(state)));
   for (const auto& event : recording.events()) {
-    if (event.about.interlock == name(InterlockId::storage)) storage_told_ = event.kind != EventKind::recovered;
+    if (event.about.interlock == name(interlocks::InterlockId::storage))
+      storage_told_ = event.kind != EventKind::recovered;
   }
   const bool dead = stands(Kind::disk_full, Kind::disk_fails) || stands(Kind::disk_loses_syncs, Kind::disk_loses_syncs);
   quiet_ticks_.disk_dead = dead ? quiet_ticks_.disk_dead + 1 : 0;
@@ -342,7 +344,7 @@ void Invariants::judge_resumption(std::int64_t second, const ProfilePosition& at
 
 /// Rows that were not acknowledged may be missing at the end; rows that the memory could not hold, or that were in a
 /// file that was destroyed, where it says so.
-void Invariants::judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged,
+void Invariants::judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged,
                               bool left_unwritten) {
   auto given = rows_.begin();
   auto gap = record.gaps.begin();
@@ -350,7 +352,7 @@ void Invariants::judge_record(std::int64_t second, const Record& record, std::in
   const auto pass_gaps = [&] {
     for (; gap != record.gaps.end() && gap->first == next; ++gap) {
       next = gap->last + 1;
-      if (gap->cause == kDropped || gap->cause.starts_with("lost with "))
+      if (gap->cause == record::kDropped || gap->cause.starts_with("lost with "))
         while (given != rows_.end() && given->slot < next) ++given;
     }
   };
@@ -384,4 +386,4 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   judge_reactions(second, sample);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -13,7 +13,7 @@
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/sequencer/faults/recording_store.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// "I2 at second 133: …"
 using Violations = std::vector<std::string>;
@@ -34,7 +34,7 @@ struct RowBrief {
 class Invariants {
  public:
   /// All of them outlive it.
-  Invariants(const Profile& profile, const RigFile& file, Plant& plant, const FaultInjector& injector);
+  Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant, const FaultInjector& injector);
 
   /// A program begins, at the first second or by taking up a record whose last row or gap is `last_recorded`.
   void life_begins(std::int64_t last_recorded);
@@ -47,7 +47,7 @@ class Invariants {
   /// A record was taken up, and the profile goes on there.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
   /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
-  void judge_record(std::int64_t second, const Record& record, std::int64_t acknowledged, bool left_unwritten);
+  void judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
   /// Whether a injected fault of the kinds from `first` to `last` stands now.
@@ -83,8 +83,8 @@ class Invariants {
   void count_ticks(const Sample& sample);
   void judge_reactions(std::int64_t second, const Sample& sample);
 
-  const Profile& profile_;
-  const RigFile& file_;
+  const profile::Profile& profile_;
+  const rig::RigFile& file_;
   Plant& plant_;
   const FaultInjector& injector_;
   Celsius lowest_, highest_;
@@ -103,4 +103,4 @@ class Invariants {
   std::array<std::int64_t, 7> seconds_in_state_{};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -5,7 +5,7 @@
 
 #include "core/clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// The rig's clock, moved by whoever runs the run; its UTC can be put forward and back.
 class SimulatedClock final : public Clock {
@@ -33,4 +33,4 @@ class LineClock final : public Clock {
   Duration own_{Duration::min()};
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -13,7 +13,7 @@
 #include "tests/sequencer/faults/shrinking.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 namespace {
 
@@ -89,6 +89,6 @@ int carry_out_schedules(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults
 
-int main(int argc, char** argv) { return gyrotherm::carry_out_schedules(argc, argv); }
+int main(int argc, char** argv) { return gyrotherm::faults::carry_out_schedules(argc, argv); }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 void LineEnd::arrive(Bytes bytes, Duration after) {
   if (!open_) return;
@@ -62,4 +62,4 @@ void garble_burst(Bytes& answer, std::mt19937_64& random) {
   if (!is_last_before_check) answer[at + 1] ^= second;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -14,7 +14,7 @@
 #include "drivers/wires.hpp"
 #include "tests/sequencer/faults/line_clock.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 using Bytes = std::vector<std::byte>;
 
@@ -82,7 +82,7 @@ class LineEnd {
 };
 
 /// What a program has of a line. Opening it forgets what was on its way.
-class MemoryStream final : public ByteStream {
+class MemoryStream final : public drivers::ByteStream {
  public:
   explicit MemoryStream(LineEnd& end) : end_(end) { end_.open(); }
   ~MemoryStream() override { end_.close(); }
@@ -103,4 +103,4 @@ void garble_text(Bytes& answer, std::mt19937_64& random);
 /// they are no neighbours where the check is sent low byte first.
 void garble_burst(Bytes& answer, std::mt19937_64& random);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -7,9 +7,9 @@
 #include "rig/rig.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
-class LineClockPauses final : public Pauses {
+class LineClockPauses final : public drivers::Pauses {
  public:
   explicit LineClockPauses(LineClock& line_clock) : line_clock_(line_clock) {}
   [[nodiscard]] Duration now() const override { return line_clock_.time(); }
@@ -19,12 +19,12 @@ class LineClockPauses final : public Pauses {
   LineClock& line_clock_;
 };
 
-class MemoryWires final : public Wires {
+class MemoryWires final : public rig::Wires {
  public:
   /// Both outlive it.
   MemoryWires(Plant& plant, SimulatedClock& clock) : plant_(plant), clock_(clock) { plant_.chamber().start_afresh(); }
 
-  std::unique_ptr<Registers> chamber(const RegisterMap& map) override {
+  std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     auto& port = plant_.chamber();
     const auto& link = map.link.modbus;
     const auto* clock = &port.line().line_clock();
@@ -33,12 +33,12 @@ class MemoryWires final : public Wires {
                     : make_modbus_rtu(std::make_unique<MemoryStream>(port.line()), "modbus rtu in memory", link, clock);
     return make_guarded_registers(std::move(line), link, clock);
   }
-  std::unique_ptr<Pauses> pauses() override {
+  std::unique_ptr<drivers::Pauses> pauses() override {
     return std::make_unique<LineClockPauses>(plant_.chamber().line().line_clock());
   }
-  Wire<ByteStream> thermometer(std::size_t index) override { return stream(plant_.thermometer(index)); }
-  Wire<HidReports> usb_temp(std::size_t) override { return {}; }
-  Wire<ByteStream> gyro() override { return stream(plant_.gyro()); }
+  Wire<drivers::ByteStream> thermometer(std::size_t index) override { return stream(plant_.thermometer(index)); }
+  Wire<drivers::HidReports> usb_temp(std::size_t) override { return {}; }
+  Wire<drivers::ByteStream> gyro() override { return stream(plant_.gyro()); }
 
   const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {
@@ -49,10 +49,12 @@ class MemoryWires final : public Wires {
   }
 
  private:
-  static Wire<ByteStream> stream(LineEnd& end) { return {std::make_unique<MemoryStream>(end), &end.line_clock()}; }
+  static Wire<drivers::ByteStream> stream(LineEnd& end) {
+    return {std::make_unique<MemoryStream>(end), &end.line_clock()};
+  }
 
   Plant& plant_;
   SimulatedClock& clock_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

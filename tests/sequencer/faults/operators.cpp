@@ -10,17 +10,17 @@
 
 #include "tests/sequencer/faults/invariants.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 namespace {
 
 /// How severe a state is at least, once a command was carried out.
-int least_severity(OperatorCommand command) {
+int least_severity(run::OperatorCommand command) {
   switch (command) {
-    case OperatorCommand::resume: return severity(RunState::execute);
-    case OperatorCommand::pause: return severity(RunState::held);
-    case OperatorCommand::stop:
-    case OperatorCommand::abort: return severity(RunState::aborting);
+    case run::OperatorCommand::resume: return severity(RunState::execute);
+    case run::OperatorCommand::pause: return severity(RunState::held);
+    case run::OperatorCommand::stop:
+    case run::OperatorCommand::abort: return severity(RunState::aborting);
   }
   return 0;
 }
@@ -28,36 +28,36 @@ int least_severity(OperatorCommand command) {
 }  // namespace
 
 /// What is not refused is promised. Of several promises the most severe is to be kept.
-void Operators::ask(OperatorCommand command, RunController& run_controller) {
+void Operators::ask(run::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
   run_controller.tell(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
 }
 
-void Operators::ask(const InjectedFault& fault, RunController& run_controller, std::int64_t second) {
+void Operators::ask(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second) {
   constexpr int kCommands = 4;
   switch (fault.kind) {
     case InjectedFaultKind::operator_pauses:
       resumes_at_ = second + fault.lasts;
-      return ask(OperatorCommand::pause, run_controller);
-    case InjectedFaultKind::operator_stops: return ask(OperatorCommand::stop, run_controller);
-    case InjectedFaultKind::operator_aborts: return ask(OperatorCommand::abort, run_controller);
+      return ask(run::OperatorCommand::pause, run_controller);
+    case InjectedFaultKind::operator_stops: return ask(run::OperatorCommand::stop, run_controller);
+    case InjectedFaultKind::operator_aborts: return ask(run::OperatorCommand::abort, run_controller);
     case InjectedFaultKind::operators_at_once:
       for (int which = static_cast<int>(fault.size); which > 0; which /= kCommands)
-        ask(static_cast<OperatorCommand>(which % kCommands), run_controller);
+        ask(static_cast<run::OperatorCommand>(which % kCommands), run_controller);
       return;
     default: return;
   }
 }
 
-void Operators::attend(RunController& run_controller, std::int64_t second) {
+void Operators::attend(run::RunController& run_controller, std::int64_t second) {
   if (run_controller.run_state() != RunState::held) {
     resumes_at_.reset();
     return;
   }
   if (!resumes_at_) resumes_at_ = second + kOperatorComesAfter;
   if (second < *resumes_at_) return;
-  ask(OperatorCommand::resume, run_controller);
+  ask(run::OperatorCommand::resume, run_controller);
   resumes_at_ = second + kOperatorComesAfter;
 }
 
@@ -79,7 +79,7 @@ Listener::Listener() {
   if (::pipe2(ends, O_CLOEXEC) != 0) return;
   reader_ = Descriptor(ends[0]);
   writer_ = Descriptor(ends[1]);
-  outlet_ = std::make_unique<Outlet>(writer_.number());
+  outlet_ = std::make_unique<app::Outlet>(writer_.number());
   outlet_->never_wait();
 }
 
@@ -134,4 +134,4 @@ std::optional<std::string> Listener::missing() {
   return missing_;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -11,26 +11,26 @@
 #include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 inline constexpr std::int64_t kOperatorComesAfter = 60;  ///< seconds, to a run that does not go on by itself
 
 class Operators {
  public:
   /// What a injected fault has them ask in this second, one after the other.
-  void ask(const InjectedFault& fault, RunController& run_controller, std::int64_t second);
+  void ask(const InjectedFault& fault, run::RunController& run_controller, std::int64_t second);
   /// One who finds the run held looks at it for a while, and lets it go on.
-  void attend(RunController& run_controller, std::int64_t second);
+  void attend(run::RunController& run_controller, std::int64_t second);
   /// After a tick, which has to have kept what was promised: nothing, or what it did not.
   [[nodiscard]] std::optional<std::string> broken_promise(RunState state);
   /// The program that promised has died.
   void forget() { promised_.reset(); }
 
  private:
-  void ask(OperatorCommand command, RunController& run_controller);
+  void ask(run::OperatorCommand command, run::RunController& run_controller);
 
   std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
-  std::optional<OperatorCommand> promised_;
+  std::optional<run::OperatorCommand> promised_;
 };
 
 // Who reads what a program says, or does not: a pipe behind the program's own outlet.
@@ -51,11 +51,11 @@ class Listener {
   bool read_within(int milliseconds);
 
   Descriptor reader_, writer_;
-  std::unique_ptr<Outlet> outlet_;
+  std::unique_ptr<app::Outlet> outlet_;
   std::int64_t said_ = 0, heard_ = 0;  ///< the number of the last message
   std::string number_;                 ///< of the message that is being read, as far as it has come
   bool in_number_ = false;
   std::optional<std::string> missing_;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -6,13 +6,14 @@
 #include "core/random.hpp"
 #include "simulator/servers/lakeshore_218_server.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
 
-Lakeshore218Session::Inputs inputs_of(const ThermometerSettings& entry, const VirtualLaboratory& laboratory) {
-  Lakeshore218Session::Inputs inputs;
+simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings& entry,
+                                                 const simulator::VirtualLaboratory& laboratory) {
+  simulator::Lakeshore218Session::Inputs inputs;
   const auto& names = laboratory.thermometer_names();
   for (std::size_t i = 0; i < entry.channels.size(); ++i)
     inputs[i] = static_cast<std::size_t>(std::ranges::find(names, entry.channels[i]) - names.begin());
@@ -21,16 +22,17 @@ Lakeshore218Session::Inputs inputs_of(const ThermometerSettings& entry, const Vi
 
 }  // namespace
 
-Plant::Plant(const RigFile& file, const LaboratoryParameters& parameters, const Clock& rig, std::uint64_t seed)
+Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& parameters, const Clock& rig,
+             std::uint64_t seed)
     : laboratory_(parameters, {.gyro = 0, .run = seed}),
       registers_(file.chamber_map, laboratory_),
       chamber_port_(registers_, laboratory_, rig, splitmix64(seed)),
-      frame_format_(at_one_frame_a_second(file.gyro.frame)),
+      frame_format_(simulator::at_one_frame_a_second(file.gyro.frame)),
       writer_(frame_format_, laboratory_.arcsec_per_pulse()),
       gyro_line_(
           rig, splitmix64(seed + 1), [](auto, Bytes&) {}, garble_burst) {
   for (const auto& entry : file.thermometers) {
-    sessions_.push_back(std::make_unique<Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
+    sessions_.push_back(std::make_unique<simulator::Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
     thermometers_.push_back(std::make_unique<LineEnd>(
         rig, splitmix64(seed + 2 + sessions_.size()),
         [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },
@@ -63,7 +65,7 @@ void Plant::send_frame() {
 
 void Plant::restart_gyro() {
   gyro_origin_ = {laboratory_.pulses(), laboratory_.device_time_us()};
-  writer_ = StreamWriter(frame_format_, laboratory_.arcsec_per_pulse());
+  writer_ = simulator::StreamWriter(frame_format_, laboratory_.arcsec_per_pulse());
 }
 
 void Plant::restart_chamber(Celsius set_point, bool on) {
@@ -74,7 +76,7 @@ void Plant::restart_chamber(Celsius set_point, bool on) {
 void Plant::write(const char* item, double value) {
   const auto& found = *registers_.map().find(item);
   const auto words = encode(found, value);
-  (void)registers_.write(WriteFunction::registers, found.address, words);
+  (void)registers_.write(drivers::WriteFunction::registers, found.address, words);
 }
 
 bool Plant::was_counted(const PulseCount& count) const {
@@ -87,4 +89,4 @@ bool Plant::was_counted(const PulseCount& count) const {
   return false;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -17,7 +17,7 @@
 #include "tests/sequencer/faults/chamber_port.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// What can be wrong with the gyro's frames, beside its line.
 struct GyroTrouble {
@@ -32,10 +32,11 @@ struct GyroFrameSent {
 
 class Plant {
  public:
-  Plant(const RigFile& file, const LaboratoryParameters& parameters, const Clock& rig, std::uint64_t seed);
+  Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& parameters, const Clock& rig,
+        std::uint64_t seed);
   Plant(const Plant&) = delete;
 
-  LaboratoryFaults faults;  ///< in force after the next apply_faults()
+  simulator::LaboratoryFaults faults;  ///< in force after the next apply_faults()
   GyroTrouble gyro_trouble;
   void apply_faults() { laboratory_.inject(faults); }
 
@@ -48,7 +49,7 @@ class Plant {
   /// Of an item of the chamber's map, by somebody at its panel.
   void write(const char* item, double value);
 
-  [[nodiscard]] VirtualLaboratory& laboratory() { return laboratory_; }
+  [[nodiscard]] simulator::VirtualLaboratory& laboratory() { return laboratory_; }
   [[nodiscard]] ChamberPort& chamber() { return chamber_port_; }
   [[nodiscard]] std::size_t thermometer_count() const { return thermometers_.size(); }
   [[nodiscard]] LineEnd& thermometer(std::size_t index) { return *thermometers_[index]; }
@@ -60,13 +61,13 @@ class Plant {
  private:
   void send_frame();
 
-  VirtualLaboratory laboratory_;
-  ChamberRegisters registers_;
+  simulator::VirtualLaboratory laboratory_;
+  simulator::ChamberRegisters registers_;
   ChamberPort chamber_port_;
-  std::vector<std::unique_ptr<Session>> sessions_;
+  std::vector<std::unique_ptr<simulator::Session>> sessions_;
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
-  FrameFormat frame_format_;
-  StreamWriter writer_;
+  drivers::FrameFormat frame_format_;
+  simulator::StreamWriter writer_;
   LineEnd gyro_line_;
   GyroFrameSent gyro_origin_;  ///< where the gyro's counters were at zero
   Bytes held_back_;
@@ -74,4 +75,4 @@ class Plant {
   std::deque<GyroFrameSent> frames_;  ///< the last ones that came
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

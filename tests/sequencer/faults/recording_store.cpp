@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 void LogHash::add(std::string_view text) {
   constexpr std::uint64_t kPrime = 0x100000001b3;
@@ -56,4 +56,4 @@ Result<void> RecordingStore::append_event(const Event& event) {
   return store_->append_event(event);
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -10,7 +10,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// Of everything that a record was given, in order: the same from the same seed.
 class LogHash {
@@ -26,10 +26,10 @@ class LogHash {
   std::uint64_t hash_ = 0xcbf29ce484222325;  // FNV-1a
 };
 
-class RecordingStore final : public Store {
+class RecordingStore final : public record::Store {
  public:
   /// `hash` outlives it.
-  RecordingStore(std::unique_ptr<Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
+  RecordingStore(std::unique_ptr<record::Store> store, LogHash& hash) : store_(std::move(store)), hash_(hash) {}
 
   [[nodiscard]] Result<void> append(const Sample& sample, std::span<const Event> events) override;
   [[nodiscard]] Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) override;
@@ -42,9 +42,9 @@ class RecordingStore final : public Store {
   [[nodiscard]] bool settle(Duration longest) override { return store_->settle(longest); }
   [[nodiscard]] Result<void> finish() override { return store_->finish(); }
   void publish(const RunStanding& standing) override { store_->publish(standing); }
-  [[nodiscard]] StoreHealth health() const override { return store_->health(); }
-  [[nodiscard]] const RunInfo& info() const override { return store_->info(); }
-  [[nodiscard]] Result<Record> read_back() override { return store_->read_back(); }
+  [[nodiscard]] record::StoreHealth health() const override { return store_->health(); }
+  [[nodiscard]] const record::RunInfo& info() const override { return store_->info(); }
+  [[nodiscard]] Result<record::Record> read_back() override { return store_->read_back(); }
 
   struct GapSeen {
     std::int64_t first{}, last{};
@@ -58,7 +58,7 @@ class RecordingStore final : public Store {
   void forget() { sample_.reset(), events_.clear(), gaps_.clear(); }
 
  private:
-  std::unique_ptr<Store> store_;
+  std::unique_ptr<record::Store> store_;
   LogHash& hash_;
   std::optional<Sample> sample_;
   std::vector<Event> events_;
@@ -66,4 +66,4 @@ class RecordingStore final : public Store {
   std::int64_t acknowledged_ = -1;
 };
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

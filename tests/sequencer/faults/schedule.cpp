@@ -7,7 +7,7 @@
 #include <random>
 #include <sstream>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 constexpr int kChannels = 9, kThermometerLines = 2, kRecordFiles = 2;
@@ -177,4 +177,4 @@ std::optional<InjectedFault> parse_fault(std::string_view line) {
   return fault;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 enum class InjectedFaultKind {
   // the chamber's line
@@ -118,4 +118,4 @@ struct ScheduleOptions {
 /// Nothing if it is none.
 [[nodiscard]] std::optional<InjectedFault> parse_fault(std::string_view line);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 namespace {
 
 std::string law_of(const std::string& violation) { return violation.substr(0, violation.find(' ')); }
@@ -17,7 +17,7 @@ bool breaks(const SimulatedSetup& ground, SimulatedRunSetting setting, Schedule 
 
 }  // namespace
 
-ScheduleOptions options_for(const Profile& profile) {
+ScheduleOptions options_for(const profile::Profile& profile) {
   Duration planned{};
   for (const auto& segment : profile.segments) planned += shortest(segment);
   const auto seconds = planned / std::chrono::seconds(1);
@@ -51,4 +51,4 @@ Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& settin
   return schedule;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

@@ -3,10 +3,10 @@
 
 #include "tests/sequencer/faults/simulated_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// Mishaps in all of the profile's time, and a third more.
-[[nodiscard]] ScheduleOptions options_for(const Profile& profile);
+[[nodiscard]] ScheduleOptions options_for(const profile::Profile& profile);
 /// Every second, every few, or in batches: as the seed says.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 
@@ -14,4 +14,4 @@ namespace gyrotherm {
 /// broken, and with the others as short as may be.
 [[nodiscard]] Schedule reduced(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

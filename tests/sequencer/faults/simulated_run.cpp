@@ -15,7 +15,7 @@
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/set_point_path.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 namespace {
 
@@ -30,18 +30,20 @@ std::string from(const std::string& path) { return std::string(GYROTHERM_SOURCE_
 
 }  // namespace
 
-RunInfo info_of(const Profile& profile, const RigFile& file) { return run_info("", profile, file, 0, kVirtualEpoch); }
+record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file) {
+  return run::run_info("", profile, file, 0, kVirtualEpoch);
+}
 
 SimulatedSetup simulated_setup(const std::string& profile) {
   const auto rig_path = from("profiles/rigs/virtual-reference.toml");
   const auto rig_text = expected(read_text_file(rig_path));
   const auto map_text = expected(read_text_file(from("tests/sequencer/faults/chamber.toml")));
   SimulatedSetup ground;
-  ground.profile = expected(parse_profile(expected(read_text_file(from(profile))), profile));
-  ground.tcp = expected(parse_rig(rig_text, rig_path, {.chamber_map = map_text, .gyro_model = {}}));
+  ground.profile = expected(profile::parse_profile(expected(read_text_file(from(profile))), profile));
+  ground.tcp = expected(rig::parse_rig(rig_text, rig_path, {.chamber_map = map_text, .gyro_model = {}}));
   ground.rtu = ground.tcp;
-  ground.rtu.chamber_map = expected(on_link(ground.tcp.chamber_map, LinkKind::rtu));
-  ground.laboratory = expected(parse_laboratory(rig_text, rig_path));
+  ground.rtu.chamber_map = expected(on_link(ground.tcp.chamber_map, drivers::LinkKind::rtu));
+  ground.laboratory = expected(simulator::parse_laboratory(rig_text, rig_path));
   return ground;
 }
 
@@ -77,22 +79,22 @@ class SimulatedRun {
   void obey(const InjectedFault& fault);
   void attack(const InjectedFault& fault);
   void see_to_the_record();
-  [[nodiscard]] Result<RunContinuation> take_up();
+  [[nodiscard]] Result<run::RunContinuation> take_up();
   void begin_run();
   void resume_run();
   void assemble();
-  void live(std::unique_ptr<Store> store, const ProfileState& state, std::int64_t first_free);
+  void live(std::unique_ptr<record::Store> store, const profile::ProfileState& state, std::int64_t first_free);
   void end_life(std::int64_t down, bool power_cut = false);
   void tick();
   void end(Ending ending);
   [[nodiscard]] std::int64_t clock_second() const { return clock_.now().since_start / kSecond; }
   void judge_record();
   void close();
-  [[nodiscard]] Result<Record> read_after_closing();
+  [[nodiscard]] Result<record::Record> read_after_closing();
   void end_at_storage(const char* invariant, const Fault& fault, bool excused);
 
   const SimulatedSetup& ground_;
-  const RigFile& file_;
+  const rig::RigFile& file_;
   const SimulatedRunSetting& setting_;
   const std::int64_t sync_every_;
   bool in_memory_;
@@ -114,9 +116,9 @@ class SimulatedRun {
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;
   std::optional<MemoryWires> wires_;
-  std::unique_ptr<Rig> rig_;
+  std::unique_ptr<rig::Rig> rig_;
   std::unique_ptr<RecordingStore> store_;
-  std::optional<RunController> run_controller_;
+  std::optional<run::RunController> run_controller_;
 };
 
 SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetting& setting)
@@ -126,8 +128,9 @@ SimulatedRun::SimulatedRun(const SimulatedSetup& ground, const SimulatedRunSetti
       sync_every_(has_faults_of_disk(setting.schedule) ? std::min(setting.sync_every, kShortBatch)
                                                        : setting.sync_every),
       in_memory_(!survives_its_program(setting.schedule)),
-      path_(in_memory_ ? kInMemory : fmt::format("{}/run-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
-      disk_(has_faults_of_disk(setting.schedule), path_, setting.seed % 3 == 0 ? kFewRows : StoreOptions().most_rows),
+      path_(in_memory_ ? record::kInMemory : fmt::format("{}/run-{}-{}.db", setting.folder, ::getpid(), setting.seed)),
+      disk_(has_faults_of_disk(setting.schedule), path_,
+            setting.seed % 3 == 0 ? kFewRows : record::StoreOptions().most_rows),
       plant_(file_, ground.laboratory, clock_, setting.seed),
       injector_(setting.schedule, plant_, clock_),
       invariants_(ground.profile, file_, plant_, injector_),
@@ -141,18 +144,18 @@ void SimulatedRun::pass_second() {
 }
 
 /// Where the record ends, and how the run goes on from there: as the program finds out itself.
-Result<RunContinuation> SimulatedRun::take_up() {
-  const auto record = read_record(path_);
+Result<run::RunContinuation> SimulatedRun::take_up() {
+  const auto record = record::read_record(path_);
   if (!record) return failure(record.error());
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
-  auto on = continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
+  auto on = run::continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
   if (!on) return on;
   if (on->recorded < acknowledged_)
     invariants_.broken("P1", second_,
                        fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
   if (on->profile.text != ground_.profile.text) invariants_.broken("I16", second_, "another profile than before");
   invariants_.life_begins(on->recorded);
-  invariants_.judge_resumption(second_, position_of(on->profile, on->state));
+  invariants_.judge_resumption(second_, profile::position_of(on->profile, on->state));
   return on;
 }
 
@@ -180,12 +183,13 @@ void SimulatedRun::resume_run() {
   clock_.restart_at(on->start.already - kSecond);
   assemble();
   const auto goal = command(on->profile, on->state);
-  EntryPoint entry;
-  const auto entrance = [&](const ChamberAsFound& found) -> Result<Celsius> {
+  run::EntryPoint entry;
+  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
-    if (verdict.way == Reentry::ask && !std::exchange(accepted_, true))
+    if (verdict.way == run::Reentry::ask && !std::exchange(accepted_, true))
       return failure(FaultKind::interrupted, path_, verdict.why);
-    entry = entry_at(goal, found.state.air, is_in_place(found.state.air, goal, on->stood.air), file_.chamber_limits);
+    entry = run::entry_at(goal, found.state.air, run::is_in_place(found.state.air, goal, on->stood.air),
+                          file_.chamber_limits);
     return entry.set_point;
   };
   if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared)
@@ -199,11 +203,12 @@ void SimulatedRun::resume_run() {
 
 void SimulatedRun::assemble() {
   wires_.emplace(plant_, clock_);
-  rig_ = Rig::assemble(file_, *wires_);
+  rig_ = rig::Rig::assemble(file_, *wires_);
   plant_.chamber().forget();
 }
 
-void SimulatedRun::live(std::unique_ptr<Store> store, const ProfileState& state, std::int64_t first_free) {
+void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::ProfileState& state,
+                        std::int64_t first_free) {
   ++second_;  // preparing takes one
   ++lives_;
   store_ = std::make_unique<RecordingStore>(std::move(store), hash_);
@@ -288,18 +293,18 @@ void SimulatedRun::tick() {
   longest_backlog_ = std::max(longest_backlog_, health.backlog_s);
   parts_ = std::max(parts_, health.parts);
   if (severity(run_controller_->run_state()) > 0 && run_controller_->standing().cause.empty() &&
-      *outcome != RunOutcome::complete)
+      *outcome != run::RunOutcome::complete)
     invariants_.broken("I20", second_, fmt::format("{}, and no reason for it", name(run_controller_->run_state())));
   store_->forget();
-  const bool ended = *outcome != RunOutcome::going_on;
+  const bool ended = *outcome != run::RunOutcome::going_on;
   if (ended || slot % sync_every_ == sync_every_ - 1)
     if (auto synced = store_->sync(); !synced) invariants_.broken("record", second_, text(synced.error()));
-  if (*outcome == RunOutcome::complete) {
+  if (*outcome == run::RunOutcome::complete) {
     invariants_.completed(second_);
     end(Ending::complete);
   }
-  if (*outcome == RunOutcome::made_safe) end(Ending::made_safe);
-  if (*outcome == RunOutcome::stopped) end(Ending::stopped);
+  if (*outcome == run::RunOutcome::made_safe) end(Ending::made_safe);
+  if (*outcome == run::RunOutcome::stopped) end(Ending::stopped);
 }
 
 void SimulatedRun::second() {
@@ -336,10 +341,10 @@ void SimulatedRun::judge_record() {
   if (!record) return invariants_.broken("record", second_, text(record.error()));
   invariants_.judge_record(second_, *record, acknowledged_, left_unwritten_);
   if (in_memory_) return;
-  if (const auto verified = verify_record(path_); !verified && !spoiled_)
+  if (const auto verified = record::verify_record(path_); !verified && !spoiled_)
     invariants_.broken("I17", second_, text(verified.error()));
-  const bool closed_as_if_whole = is_there(manifest_path(path_));
-  if (spoiled_ && closed_as_if_whole && !verify_record(path_))
+  const bool closed_as_if_whole = record::is_there(record::manifest_path(path_));
+  if (spoiled_ && closed_as_if_whole && !record::verify_record(path_))
     invariants_.broken("P12", second_, "a spoiled record has a manifest");
 }
 
@@ -358,11 +363,11 @@ void SimulatedRun::close() {
     invariants_.broken("record", second_, text(finished.error()));
 }
 
-Result<Record> SimulatedRun::read_after_closing() {
+Result<record::Record> SimulatedRun::read_after_closing() {
   run_controller_.reset();
   close();
   disk_.leave(false, 0, [&] { store_.reset(); });
-  return read_record(path_);
+  return record::read_record(path_);
 }
 
 SimulatedRunReport SimulatedRun::run() {
@@ -413,4 +418,4 @@ SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSet
   return report;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

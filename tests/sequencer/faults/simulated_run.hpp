@@ -22,20 +22,20 @@
 #include "tests/sequencer/faults/recording_store.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::faults {
 
 /// Parsed once.
 struct SimulatedSetup {
-  Profile profile;
-  RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
-  LaboratoryParameters laboratory;
+  profile::Profile profile;
+  rig::RigFile tcp, rtu;  ///< the same rig with its chamber on either framing
+  simulator::LaboratoryParameters laboratory;
 };
 
 /// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
 [[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile);
 
 /// What a record of this profile on this virtual rig knows.
-[[nodiscard]] RunInfo info_of(const Profile& profile, const RigFile& file);
+[[nodiscard]] record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file);
 
 // One run of a profile on the virtual plant while a schedule of injected faults goes on: the real run, io,
 // drivers' logic and store, in virtual time, judged every second.
@@ -71,4 +71,4 @@ struct SimulatedRunReport {
 
 [[nodiscard]] SimulatedRunReport carry_out(const SimulatedSetup& ground, const SimulatedRunSetting& setting);
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::faults

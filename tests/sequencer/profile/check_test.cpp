@@ -2,7 +2,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 constexpr ChamberLimits kChamber{Celsius{-45}, Celsius{70}, CelsiusPerMinute{6}, CelsiusPerMinute{4}};
@@ -59,4 +59,4 @@ TEST(Check, ADeadlineMustLeaveTimeForTheSoak) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

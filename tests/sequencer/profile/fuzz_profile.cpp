@@ -10,7 +10,7 @@
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/timeline.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 namespace {
 
@@ -67,4 +67,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -6,7 +6,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 using std::chrono::seconds;
@@ -225,4 +225,4 @@ TEST(ProfilePosition, OfAnotherProfileIsRefused) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

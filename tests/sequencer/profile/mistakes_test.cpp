@@ -6,7 +6,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 using std::chrono::seconds;
@@ -188,4 +188,4 @@ TEST(RepeatBomb, NestingHasALimit) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

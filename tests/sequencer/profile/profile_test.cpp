@@ -2,7 +2,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 using std::chrono::hours;
@@ -218,4 +218,4 @@ hold = ["10 min", "1 h"]
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -8,7 +8,7 @@
 
 #include "sequencer/profile/profile.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 
 /// A profile of these segments, with the three lines every profile begins with: the segments' first line is line 4.
 inline std::string with_head(const std::string& segments) {
@@ -30,4 +30,4 @@ inline std::string refusal(const std::string& segments) {
 
 inline const std::string kHold20 = "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"100 s\"\n";
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -10,7 +10,7 @@
 #include "sequencer/profile/timeline.hpp"
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 using std::chrono::hours;
@@ -119,4 +119,4 @@ TEST(Random, LastsFortyHoursAndStartsAtRest) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

@@ -4,7 +4,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::profile {
 namespace {
 
 using std::chrono::hours;
@@ -72,4 +72,4 @@ p: p
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::profile

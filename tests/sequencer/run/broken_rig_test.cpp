@@ -5,7 +5,7 @@
 
 #include "tests/support/bench_rig.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// Two minutes at 20 °C, to 30 °C at 5 °C/min, a soak of ten minutes there, back.
@@ -37,7 +37,7 @@ double greatest_step(const std::vector<double>& sent, std::size_t from = 0) {
 }
 
 TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   for (const auto& sample : bench.record().samples)
     ASSERT_TRUE(sample.state == RunState::execute || sample.state == RunState::complete) << sample.slot;
@@ -46,7 +46,7 @@ TEST(BrokenRig, WithoutAFaultThereIsNoAlarmAndNoWait) {
 }
 
 TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(400);
   const auto before = bench.progress();
   ASSERT_EQ(before.segment, 2);
@@ -68,7 +68,7 @@ TEST(BrokenRig, AnOpenDoorStopsTheClockAndShortensNoSoak) {
 }
 
 TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().silent = true;
   bench.seconds(20);
@@ -89,7 +89,7 @@ TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
 }
 
 TEST(BrokenRig, AForeignSetPointIsNotFought) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 40;
   const auto sent = bench.chamber().sent_c.size();
@@ -105,7 +105,7 @@ TEST(BrokenRig, AForeignSetPointIsNotFought) {
 }
 
 TEST(BrokenRig, AForeignSetPointOnARampIsNotOverwritten) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(150);
   bench.chamber().set_point_c = 40;
   const auto sent = bench.chamber().sent_c.size();
@@ -116,7 +116,7 @@ TEST(BrokenRig, AForeignSetPointOnARampIsNotOverwritten) {
 }
 
 TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().set_point_c = 31;
   bench.seconds(20);
@@ -125,7 +125,7 @@ TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
 }
 
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp
   bench.chamber().ignores = true;
   const auto found = bench.until(RunState::suspended, 20);
@@ -140,7 +140,7 @@ TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
 }
 
 TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasShownIt) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.instruments().uut_c = 101;
   EXPECT_EQ(bench.until(RunState::aborting, 10), 2);
@@ -156,7 +156,7 @@ TEST(BrokenRig, AnArticleBeyondItsLimitMakesSafeAndTheRunEndsWhenTheChamberHasSh
 }
 
 TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsToldOnceAMinute) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.chamber().silent = true;
   bench.instruments().uut_c = 101;
@@ -171,7 +171,7 @@ TEST(BrokenRig, AChamberThatCannotBeMadeSafeIsTriedUntilItCanAndTheOperatorIsTol
 }
 
 TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.instruments().uut_c = 101;
   bench.seconds(2);
@@ -182,7 +182,7 @@ TEST(BrokenRig, ASafeSetPointThatIsNotKeptIsSentAgain) {
 }
 
 TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
-  Bench bench(kSoak, [](RigFile& file) { file.safe_off = true; });
+  tests::Bench bench(kSoak, [](rig::RigFile& file) { file.safe_off = true; });
   bench.seconds(500);
   bench.chamber().must_stop = true;
   EXPECT_EQ(bench.seconds(2), RunOutcome::made_safe);
@@ -191,7 +191,7 @@ TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
 }
 
 TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(130);
   bench.run_controller().tell(OperatorCommand::pause, "Ada");
   bench.seconds(1);
@@ -209,12 +209,12 @@ TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
 }
 
 TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
-  Bench safe(kSoak);
+  tests::Bench safe(kSoak);
   safe.seconds(500);
   safe.run_controller().tell(OperatorCommand::stop, "Ada");
   EXPECT_EQ(safe.seconds(3), RunOutcome::stopped);
   EXPECT_EQ(safe.chamber().set_point_c, 20);
-  Bench hold(kSoak, [](RigFile& file) { file.run_limits.on_stop = OnStop::hold; });
+  tests::Bench hold(kSoak, [](rig::RigFile& file) { file.run_limits.on_stop = interlocks::OnStop::hold; });
   hold.seconds(500);
   hold.run_controller().tell(OperatorCommand::stop, "Ada");
   EXPECT_EQ(hold.seconds(1), RunOutcome::stopped);
@@ -225,7 +225,8 @@ TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
 TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
-  Bench bench(profile, [](RigFile& file) { file.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"}; });
+  tests::Bench bench(
+      profile, [](rig::RigFile& file) { file.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"}; });
   EXPECT_EQ(bench.seconds(1500), RunOutcome::going_on) << "the air has long been there, the article has not";
   EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
@@ -233,7 +234,7 @@ TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
 }
 
 TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(500);
   bench.run_controller().tell(OperatorCommand::abort, "Ada");
   EXPECT_EQ(bench.seconds(3), RunOutcome::made_safe);
@@ -241,7 +242,7 @@ TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
 }
 
 TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(130);
   const auto before = bench.progress();
   bench.late(60);
@@ -253,7 +254,7 @@ TEST(BrokenRig, InALateSecondTheClockStandsAndTheSetPointDoesNotJump) {
 }
 
 TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(400);
   bench.late(121);
   bench.seconds(1);
@@ -266,7 +267,7 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
 }
 
 TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.chamber().air_c = bench.chamber().set_point_c = 40;
   bench.run_controller().begin_away(Celsius{40}, "the air is elsewhere", {});
   bench.seconds(100);
@@ -279,7 +280,7 @@ TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {
 }
 
 TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {
-  Bench bench(kSoak);
+  tests::Bench bench(kSoak);
   bench.seconds(130);
   bench.chamber().silent = true;
   EXPECT_EQ(bench.until(RunState::suspended, 20), 5);
@@ -289,7 +290,7 @@ TEST(BrokenRig, ASilentChamberIsSentNothingAndALostOneIsAborted) {
 TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
   EXPECT_DEATH(
       {
-        Bench bench(kSoak, [](RigFile& file) { file.chamber_limits.highest = {25}; });
+        tests::Bench bench(kSoak, [](rig::RigFile& file) { file.chamber_limits.highest = {25}; });
         bench.seconds(400);
       },
       "a set point lies within the limits");
@@ -298,7 +299,7 @@ TEST(BrokenRigDeathTest, ALawOfSafetyThatIsBrokenEndsTheProcess) {
 TEST(BrokenRigDeathTest, ASetPointFasterThanTheRampLimitEndsTheProcess) {
   EXPECT_DEATH(
       {  // limits as no rig file can have them: heating at −6 °C/min cools, and faster than it may
-        Bench bench(kSoak, [](RigFile& file) {
+        tests::Bench bench(kSoak, [](rig::RigFile& file) {
           file.chamber_limits.fastest_heating = {-6};
           file.chamber_limits.fastest_cooling = {1};
         });
@@ -308,4 +309,4 @@ TEST(BrokenRigDeathTest, ASetPointFasterThanTheRampLimitEndsTheProcess) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

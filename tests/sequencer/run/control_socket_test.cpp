@@ -13,7 +13,7 @@
 
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -72,7 +72,7 @@ TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
 }
 
 TEST(ControlSocket, AnswersWithWhatWasDone) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = true, .text = "paused"});
@@ -85,7 +85,7 @@ TEST(ControlSocket, AnswersWithWhatWasDone) {
 }
 
 TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "noted"});
@@ -95,7 +95,7 @@ TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
 }
 
 TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto nobody = tell(folder / "run.db", *request_of("pause", ""), 1s);
   ASSERT_FALSE(nobody);
   EXPECT_EQ(nobody.error().kind, FaultKind::usage);
@@ -107,7 +107,7 @@ TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
 }
 
 TEST(ControlSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   {
     auto dead = ControlSocket::open(folder / "run.db");
     ASSERT_TRUE(dead);
@@ -124,7 +124,7 @@ TEST(ControlSocket, OneThatADeadProgramLeftIsReplacedAndAnythingElseIsNot) {
 }
 
 TEST(ControlSocket, IsForOwnerAndGroup) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   struct stat found {};
@@ -133,7 +133,7 @@ TEST(ControlSocket, IsForOwnerAndGroup) {
 }
 
 TEST(ControlSocket, IsReachedInAFolderOfAnyDepth) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto deep = folder / (std::string(90, 'a') + "/" + std::string(90, 'b'));
   std::filesystem::create_directories(deep);
   auto socket = ControlSocket::open(deep + "/run.db");
@@ -154,13 +154,13 @@ std::string say_raw(const std::string& record, const std::string& message) {
   if (::connect(socket.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "no";
   ::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL);
   char heard[5000];
-  if (!ready(socket.number(), POLLIN, Deadline(5s))) return "nothing";
+  if (!ready(socket.number(), POLLIN, drivers::Deadline(5s))) return "nothing";
   const auto size = ::recv(socket.number(), heard, sizeof heard, 0);
   return {heard, static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
 
 TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "done"});
@@ -174,7 +174,7 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
 }
 
 TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "done"});
@@ -191,4 +191,4 @@ TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

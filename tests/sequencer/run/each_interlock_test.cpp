@@ -6,7 +6,7 @@
 
 #include "sequencer/interlocks/interlocks.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// A rig in which everything is well, a second at a time; what is broken in it stays so.
@@ -22,7 +22,7 @@ class Bench {
   ChamberState& chamber() { return *sample.chamber.value; }
   void thermometer(std::size_t i, double celsius) { sample.thermometers[i].value = Celsius{celsius}; }
 
-  InterlockDemand second(Duration elapsed = kSecond) {
+  interlocks::InterlockDemand second(Duration elapsed = kSecond) {
     sample.at.since_start += elapsed;
     sample.at.utc += elapsed;
     auto result = judge(limits, std::move(memory), sample, elapsed, around);
@@ -31,23 +31,25 @@ class Bench {
     over += static_cast<int>(result.cleared.size());
     return result.demand;
   }
-  InterlockDemand seconds(int count) {
-    InterlockDemand demand;
+  interlocks::InterlockDemand seconds(int count) {
+    interlocks::InterlockDemand demand;
     for (int i = 0; i < count; ++i) demand = second();
     return demand;
   }
   /// The first second in which it reacts so, or −1 if none of the next `most` does.
-  int seconds_until(Reaction reaction, int most = 4000) {
+  int seconds_until(interlocks::Reaction reaction, int most = 4000) {
     for (int i = 1; i <= most; ++i)
       if (second().reaction == reaction) return i;
     return -1;
   }
-  [[nodiscard]] bool has(InterlockId cause) const { return memory.watches[static_cast<std::size_t>(cause)].raised; }
+  [[nodiscard]] bool has(interlocks::InterlockId cause) const {
+    return memory.watches[static_cast<std::size_t>(cause)].raised;
+  }
 
-  InterlockLimits limits;
-  InterlockMemory memory;
+  interlocks::InterlockLimits limits;
+  interlocks::InterlockMemory memory;
   Sample sample;
-  InterlockInputs around;
+  interlocks::InterlockInputs around;
   int alarms = 0, over = 0;
 };
 
@@ -75,7 +77,7 @@ TEST(InterlockId, EachThermometerMayHaveLimitsOfItsOwn) {
   Bench bench;
   bench.limits.thermometers.assign(9, {});
   bench.limits.thermometers[4] = {{-10}, {21.5}};
-  EXPECT_EQ(bench.seconds_until(Reaction::abort), 2);
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::abort), 2);
   bench = {};
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.thermometer(8, -61);
@@ -86,7 +88,7 @@ TEST(InterlockId, ASpikeOfOneSampleIsNoLimitPassed) {
   Bench bench;
   for (int i = 0; i < 100; ++i) {
     bench.thermometer(2, i % 2 ? 22 : 850);
-    ASSERT_LT(bench.second().reaction, Reaction::abort);
+    ASSERT_LT(bench.second().reaction, interlocks::Reaction::abort);
   }
 }
 
@@ -94,9 +96,9 @@ TEST(InterlockId, FewerThermometersThanNeededSuspendWithinTenSeconds) {
   Bench bench;
   bench.limits.thermometers_needed = 8;
   bench.sample.thermometers[0].value = silence();
-  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1);
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), -1);
   bench.sample.thermometers[1].value = silence();
-  EXPECT_LE(bench.seconds_until(Reaction::suspend), 10);
+  EXPECT_LE(bench.seconds_until(interlocks::Reaction::suspend), 10);
   EXPECT_EQ(bench.second().cause, "7 thermometers answer, 8 are needed for 6 s");
 }
 
@@ -104,65 +106,65 @@ TEST(InterlockId, AirThatChangesFasterThanAClosedChamberCanSuspends) {
   Bench bench;
   bench.seconds(70);
   for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.32}, bench.second();
-  EXPECT_FALSE(bench.has(InterlockId::air_rate)) << "19.2 °C in a minute";
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::air_rate)) << "19.2 °C in a minute";
   for (int i = 0; i < 60; ++i) bench.chamber().air = bench.chamber().air + Kelvins{0.36}, bench.second();
-  EXPECT_TRUE(bench.has(InterlockId::air_rate)) << "21.6 °C in a minute";
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::air_rate)) << "21.6 °C in a minute";
 }
 
 TEST(InterlockId, AnArticleThatChangesTooFastSuspends) {
   Bench bench;
   bench.limits.thermometers_fastest = {1};
   bench.seconds(70);
-  InterlockDemand demand;
+  interlocks::InterlockDemand demand;
   for (int i = 0; i < 70; ++i) {
     for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, 22 + 0.02 * i);
     demand = bench.second();
   }
-  EXPECT_EQ(demand.reaction, Reaction::suspend);
-  EXPECT_TRUE(bench.has(InterlockId::thermometer_rate));
+  EXPECT_EQ(demand.reaction, interlocks::Reaction::suspend);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::thermometer_rate));
 }
 
 TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
   Bench bench;
   bench.limits.disagreement = {10};
   bench.thermometer(3, 33);
-  EXPECT_EQ(bench.seconds(59).reaction, Reaction::go_on);
-  EXPECT_EQ(bench.seconds(2).reaction, Reaction::warn);
-  EXPECT_TRUE(bench.has(InterlockId::disagreement));
+  EXPECT_EQ(bench.seconds(59).reaction, interlocks::Reaction::go_on);
+  EXPECT_EQ(bench.seconds(2).reaction, interlocks::Reaction::warn);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement));
 }
 
 TEST(InterlockId, AStuckThermometerWarnsWhileTheOthersMove) {
   Bench bench;
   bench.seconds(300);
-  EXPECT_FALSE(bench.has(InterlockId::stuck)) << "nothing moves";
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::stuck)) << "nothing moves";
   for (int i = 0; i < 200; ++i) {
     for (std::size_t t = 1; t < 9; ++t) bench.thermometer(t, 22 + 0.01 * i);
     bench.second();
   }
-  EXPECT_TRUE(bench.has(InterlockId::stuck));
-  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::stuck));
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
 }
 
 TEST(InterlockId, AChamberSensorThatJumpsAbortsThoughItsControllerBringsTheReadingBack) {
   Bench bench;
   bench.seconds(100);
   bench.chamber().air = {32.5};
-  EXPECT_EQ(bench.seconds(20).reaction, Reaction::go_on);
+  EXPECT_EQ(bench.seconds(20).reaction, interlocks::Reaction::go_on);
   bench.chamber().air = {31};
   bench.seconds(9);
-  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 1);
-  EXPECT_TRUE(bench.has(InterlockId::chamber_sensor));
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::abort, 40), 1);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::chamber_sensor));
 }
 
 TEST(InterlockId, AJumpIsMeasuredWhereverTheArticleIs) {
   Bench bench;
   for (std::size_t i = 0; i < 9; ++i) bench.thermometer(i, 35);
-  EXPECT_EQ(bench.seconds(3000).reaction, Reaction::go_on) << "it warms itself";
+  EXPECT_EQ(bench.seconds(3000).reaction, interlocks::Reaction::go_on) << "it warms itself";
   auto small = bench, large = bench;
   small.chamber().air = {10.5};
-  EXPECT_LT(small.seconds(300).reaction, Reaction::abort);
+  EXPECT_LT(small.seconds(300).reaction, interlocks::Reaction::abort);
   large.chamber().air = {9.5};
-  EXPECT_EQ(large.seconds_until(Reaction::abort, 40), 30);
+  EXPECT_EQ(large.seconds_until(interlocks::Reaction::abort, 40), 30);
 }
 
 TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
@@ -172,12 +174,12 @@ TEST(InterlockId, AJumpInTwoStepsIsOneAndOneThatComesBackIsNone) {
   bench.chamber().air = {26};
   bench.second();
   bench.chamber().air = {32};
-  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 30);
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::abort, 40), 30);
   spike.chamber().air = {45};
   spike.seconds(20);
   spike.chamber().air = {20};
-  EXPECT_LT(spike.seconds(100).reaction, Reaction::abort);
-  EXPECT_FALSE(spike.has(InterlockId::chamber_sensor));
+  EXPECT_LT(spike.seconds(100).reaction, interlocks::Reaction::abort);
+  EXPECT_FALSE(spike.has(interlocks::InterlockId::chamber_sensor));
 }
 
 /// The air falls to the room's within a minute, also while its reading is lost for some seconds.
@@ -189,7 +191,7 @@ TEST(InterlockId, AirThatLeavesThroughTheDoorIsNoContradiction) {
     bench.sample.chamber.value = ChamberState{{air}, {85}};
     bench.around.sent = Celsius{85};
     if (i > 20 && i < 25) bench.sample.chamber.value = failure(FaultKind::timeout, "chamber", "no reply");
-    ASSERT_LT(bench.second().reaction, Reaction::abort) << i;
+    ASSERT_LT(bench.second().reaction, interlocks::Reaction::abort) << i;
   }
 }
 
@@ -199,7 +201,7 @@ TEST(InterlockId, AnArticleThatLagsIsNoContradiction) {
   for (int i = 0; i < 600; ++i) {  // a ramp of 5 °C/min, and an article that hardly follows
     bench.chamber().air = bench.chamber().air + Kelvins{5.0 / 60};
     bench.around.sent = bench.chamber().set_point = bench.chamber().air;
-    ASSERT_NE(bench.second().reaction, Reaction::abort) << i;
+    ASSERT_NE(bench.second().reaction, interlocks::Reaction::abort) << i;
   }
 }
 
@@ -207,17 +209,17 @@ TEST(InterlockId, ThermometersInTheAirContradictTheChamberAtAnyTime) {
   Bench bench;
   bench.limits.air_thermometers = {8};
   bench.thermometer(8, 31);
-  EXPECT_EQ(bench.seconds_until(Reaction::abort, 40), 30);
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::abort, 40), 30);
 }
 
 TEST(InterlockId, AirThatDoesNotFollowSuspendsAfterFiveMinutes) {
   Bench bench;
   bench.seconds(10);
   bench.around.sent = bench.chamber().set_point = {40};
-  const auto found = bench.seconds_until(Reaction::suspend, 3600);
+  const auto found = bench.seconds_until(interlocks::Reaction::suspend, 3600);
   EXPECT_GT(found, 300);
   EXPECT_LT(found, 1200);
-  EXPECT_TRUE(bench.has(InterlockId::following));
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::following));
 }
 
 TEST(InterlockId, AirThatFollowsWithALagIsWell) {
@@ -229,7 +231,7 @@ TEST(InterlockId, AirThatFollowsWithALagIsWell) {
     bench.around.sent = bench.chamber().set_point = {set_point};
     bench.chamber().air = {air};
     for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, uut += (air - uut) / 3600 / 9);
-    ASSERT_EQ(bench.second().reaction, Reaction::go_on) << i;
+    ASSERT_EQ(bench.second().reaction, interlocks::Reaction::go_on) << i;
   }
 }
 
@@ -238,24 +240,24 @@ TEST(InterlockId, AirThatDoesNotFollowNearALimitAborts) {
   bench.limits.air_highest = {21};
   bench.seconds(10);
   bench.around.sent = bench.chamber().set_point = {0};
-  EXPECT_NE(bench.seconds_until(Reaction::abort, 1200), -1);
+  EXPECT_NE(bench.seconds_until(interlocks::Reaction::abort, 1200), -1);
 }
 
 TEST(InterlockId, AForeignSetPointIsFoundAtTheSecondPoll) {
   Bench bench;
   bench.seconds(10);
   bench.chamber().set_point = {25};
-  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   const auto demand = bench.second();
-  EXPECT_EQ(demand.reaction, Reaction::suspend);
+  EXPECT_EQ(demand.reaction, interlocks::Reaction::suspend);
   EXPECT_EQ(demand.cause, "somebody else changed it: the chamber has the set point 25 °C, it was sent 20 °C");
-  EXPECT_EQ(bench.seconds(10'000).reaction, Reaction::suspend) << "as long as it stands";
+  EXPECT_EQ(bench.seconds(10'000).reaction, interlocks::Reaction::suspend) << "as long as it stands";
 }
 
 TEST(InterlockId, ASetPointRoundedByTheControllerIsTheOneThatWasSent) {
   Bench bench;
   bench.chamber().set_point = {20.09};
-  EXPECT_EQ(bench.seconds(100).reaction, Reaction::go_on);
+  EXPECT_EQ(bench.seconds(100).reaction, interlocks::Reaction::go_on);
 }
 
 TEST(InterlockId, AChamberThatComesBackOtherwiseWasRestarted) {
@@ -267,11 +269,11 @@ TEST(InterlockId, AChamberThatComesBackOtherwiseWasRestarted) {
   bench.seconds(3);
   bench.sample.chamber.value = state;
   bench.chamber().set_point = {20};
-  EXPECT_EQ(bench.second().reaction, Reaction::suspend);
-  EXPECT_TRUE(bench.has(InterlockId::restarted));
-  EXPECT_FALSE(bench.has(InterlockId::foreign_set_point));
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::suspend);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::restarted));
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::foreign_set_point));
   bench.seconds(10);
-  EXPECT_FALSE(bench.has(InterlockId::foreign_set_point)) << "one alarm per cause";
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::foreign_set_point)) << "one alarm per cause";
 }
 
 TEST(InterlockId, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
@@ -281,11 +283,11 @@ TEST(InterlockId, AForeignSetPointThatOutlastsASilenceIsNoRestart) {
   bench.seconds(2);
   const auto state = bench.chamber();
   bench.sample.chamber.value = silence();
-  EXPECT_EQ(bench.seconds(20).reaction, Reaction::suspend);
+  EXPECT_EQ(bench.seconds(20).reaction, interlocks::Reaction::suspend);
   bench.sample.chamber.value = state;
   bench.seconds(10);
-  EXPECT_TRUE(bench.has(InterlockId::foreign_set_point));
-  EXPECT_FALSE(bench.has(InterlockId::restarted)) << "it would be brought back, which is fighting it";
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::foreign_set_point));
+  EXPECT_FALSE(bench.has(interlocks::InterlockId::restarted)) << "it would be brought back, which is fighting it";
 }
 
 TEST(InterlockId, AChamberThatComesBackAsItWasIsWell) {
@@ -294,19 +296,19 @@ TEST(InterlockId, AChamberThatComesBackAsItWasIsWell) {
   bench.sample.chamber.value = silence();
   bench.seconds(3);
   bench.sample.chamber.value = state;
-  EXPECT_EQ(bench.seconds(10).reaction, Reaction::go_on);
+  EXPECT_EQ(bench.seconds(10).reaction, interlocks::Reaction::go_on);
 }
 
 TEST(InterlockId, ASwitchedOffChamberSuspends) {
   Bench bench;
   bench.chamber().activity = ChamberActivity::off;
-  EXPECT_EQ(bench.seconds(2).reaction, Reaction::suspend);
+  EXPECT_EQ(bench.seconds(2).reaction, interlocks::Reaction::suspend);
 }
 
 TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
   Bench bench;
   bench.around.refusals = 2;
-  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   bench.around.refusals = 3;
   bench.around.refusal = "it reads 20 after 21 was written";
   EXPECT_EQ(bench.second().cause, "the chamber does not take set points: it reads 20 after 21 was written");
@@ -315,19 +317,19 @@ TEST(InterlockId, ThreeSetPointsNotTakenSuspend) {
 TEST(InterlockId, AMachineThatSleptHolds) {
   Bench bench;
   bench.around.missed = std::chrono::seconds(120);
-  EXPECT_EQ(bench.second(std::chrono::seconds(121)).reaction, Reaction::go_on);
+  EXPECT_EQ(bench.second(std::chrono::seconds(121)).reaction, interlocks::Reaction::go_on);
   bench.around.missed = std::chrono::seconds(121);
-  EXPECT_EQ(bench.second(std::chrono::seconds(122)).reaction, Reaction::hold);
+  EXPECT_EQ(bench.second(std::chrono::seconds(122)).reaction, interlocks::Reaction::hold);
 }
 
 TEST(InterlockId, ARecordThatIsBehindWarnsUnlessThePolicySaysMore) {
   Bench bench;
   bench.around.backlog = std::chrono::seconds(60);
-  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   bench.around.backlog = std::chrono::seconds(61);
-  EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  bench.limits.policy[static_cast<std::size_t>(InterlockId::storage)] = Reaction::hold;
-  EXPECT_EQ(bench.second().reaction, Reaction::hold);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
+  bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::storage)] = interlocks::Reaction::hold;
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::hold);
   bench.around.backlog = {};
   bench.around.rows_dropped = true;
   EXPECT_EQ(bench.second().cause, "the record loses rows");
@@ -337,24 +339,25 @@ TEST(InterlockId, AStepOfTheWallClockWarnsAndStopsNothing) {
   Bench bench;
   bench.seconds(10);
   bench.sample.at.utc += std::chrono::milliseconds(49);
-  EXPECT_EQ(bench.second().reaction, Reaction::go_on);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on);
   bench.sample.at.utc -= std::chrono::hours(1);
-  EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  EXPECT_EQ(bench.second().reaction, Reaction::go_on) << "a step is over at once";
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::go_on) << "a step is over at once";
   EXPECT_EQ(bench.alarms, 1);
 }
 
 TEST(InterlockId, AControllerThatLeftItsProgramAborts) {
   Bench bench;
   bench.around.program = "the controller has not carried out its program";
-  EXPECT_EQ(bench.second().reaction, Reaction::abort);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::abort);
 }
 
 TEST(InterlockId, WhatWouldDamageTheArticleCannotBeChosen) {
-  for (const auto cause : {InterlockId::air_limit, InterlockId::thermometer_limit, InterlockId::chamber_alarm,
-                           InterlockId::emergency_stop, InterlockId::deadline, InterlockId::program}) {
+  for (const auto cause : {interlocks::InterlockId::air_limit, interlocks::InterlockId::thermometer_limit,
+                           interlocks::InterlockId::chamber_alarm, interlocks::InterlockId::emergency_stop,
+                           interlocks::InterlockId::deadline, interlocks::InterlockId::program}) {
     EXPECT_FALSE(interlock(cause).choosable) << name(cause);
-    EXPECT_EQ(interlock(cause).usual, Reaction::abort) << name(cause);
+    EXPECT_EQ(interlock(cause).usual, interlocks::Reaction::abort) << name(cause);
   }
 }
 
@@ -377,9 +380,9 @@ TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.sample.thermometers[1].value = silence();
   bench.sample.thermometers[8].value = silence();
-  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
   EXPECT_EQ(standing_faults(bench.memory), std::vector<std::string>{"no reading of thermometer B, thermometer shell"});
-  EXPECT_EQ(bench.seconds(1000).reaction, Reaction::warn);
+  EXPECT_EQ(bench.seconds(1000).reaction, interlocks::Reaction::warn);
   EXPECT_EQ(bench.alarms, 1);
 }
 
@@ -388,23 +391,24 @@ TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
   bench.limits.needed_thermometers = {0, 3};
   bench.sample.thermometers[1].value = silence();
-  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), -1) << "B is not needed";
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), -1) << "B is not needed";
   bench.sample.thermometers[3].value = silence();
-  EXPECT_EQ(bench.seconds_until(Reaction::suspend, 100), 5);
-  EXPECT_EQ(bench.memory.of(InterlockId::needed_channel_lost).text,
+  EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), 5);
+  EXPECT_EQ(bench.memory.of(interlocks::InterlockId::needed_channel_lost).text,
             "no reading of thermometer D, which the analysis needs");
-  bench.limits.policy[static_cast<std::size_t>(InterlockId::needed_channel_lost)] = Reaction::warn;
-  EXPECT_EQ(bench.second().reaction, Reaction::warn) << "as the rig file says";
+  bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::needed_channel_lost)] =
+      interlocks::Reaction::warn;
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn) << "as the rig file says";
 }
 
 TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarmsAtOnce) {
   Bench bench;
   bench.around.record_damage = "run.db was removed or moved by another program while it was being written";
-  EXPECT_EQ(bench.second().reaction, Reaction::warn);
-  EXPECT_TRUE(bench.has(InterlockId::record_damaged));
+  EXPECT_EQ(bench.second().reaction, interlocks::Reaction::warn);
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::record_damaged));
   bench.around.guard_trouble = "the guard has ended, and is replaced";
   bench.second();
-  EXPECT_TRUE(bench.has(InterlockId::unguarded));
+  EXPECT_TRUE(bench.has(interlocks::InterlockId::unguarded));
   EXPECT_EQ(bench.alarms, 2);
 }
 
@@ -417,9 +421,9 @@ TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnown
   bench.seconds(3);
   bench.chamber().activity = ChamberActivity::off;
   bench.second();
-  EXPECT_GT(bench.memory.of(InterlockId::restarted).samples, 0);
-  EXPECT_EQ(bench.memory.of(InterlockId::foreign_set_point).samples, 0);
+  EXPECT_GT(bench.memory.of(interlocks::InterlockId::restarted).samples, 0);
+  EXPECT_EQ(bench.memory.of(interlocks::InterlockId::foreign_set_point).samples, 0);
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

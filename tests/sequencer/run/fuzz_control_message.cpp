@@ -8,7 +8,7 @@
 #include "core/text.hpp"
 #include "sequencer/run/control_socket.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 
 namespace {
 
@@ -40,4 +40,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -8,7 +8,7 @@
 
 #include "core/file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 /// A second in which everything is well.
@@ -25,57 +25,58 @@ Sample good_sample() {
 auto no_reply() { return failure(FaultKind::timeout, "instrument", "no reply in 500 ms"); }
 
 /// Judges the same sample again and again; the verdict of the last second.
-InterlockDemand after(const Sample& sample, int seconds, const InterlockLimits& limits = {}) {
-  InterlockResult result;
+interlocks::InterlockDemand after(const Sample& sample, int seconds, const interlocks::InterlockLimits& limits = {}) {
+  interlocks::InterlockResult result;
   for (int i = 0; i < seconds; ++i) result = judge(limits, result.memory, sample, kSecond);
   return result.demand;
 }
 
-TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, Reaction::go_on); }
+TEST(Interlocks, LetAGoodSecondPass) { EXPECT_EQ(after(good_sample(), 1000).reaction, interlocks::Reaction::go_on); }
 
 TEST(Interlocks, SuspendWhenTheChamberIsSilentAndAbortWhenItIsLost) {
   auto sample = good_sample();
   sample.chamber.value = no_reply();
-  EXPECT_EQ(after(sample, 4).reaction, Reaction::go_on);
-  EXPECT_EQ(after(sample, 5).reaction, Reaction::suspend);
-  EXPECT_EQ(after(sample, 599).reaction, Reaction::suspend);
-  EXPECT_EQ(after(sample, 600).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 4).reaction, interlocks::Reaction::go_on);
+  EXPECT_EQ(after(sample, 5).reaction, interlocks::Reaction::suspend);
+  EXPECT_EQ(after(sample, 599).reaction, interlocks::Reaction::suspend);
+  EXPECT_EQ(after(sample, 600).reaction, interlocks::Reaction::abort);
   EXPECT_EQ(after(sample, 600).cause, "chamber silent for 10 min 00 s");
 }
 
 TEST(Interlocks, ForgetASilenceThatEnded) {
   auto silent = good_sample();
   silent.chamber.value = no_reply();
-  InterlockResult result;
+  interlocks::InterlockResult result;
   for (int i = 0; i < 300; ++i) result = judge({}, result.memory, silent, kSecond);
   result = judge({}, result.memory, good_sample(), kSecond);
-  EXPECT_EQ(result.demand.reaction, Reaction::go_on);
+  EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on);
   for (int i = 0; i < 4; ++i) result = judge({}, result.memory, silent, kSecond);
-  EXPECT_EQ(result.demand.reaction, Reaction::go_on) << "the next one is counted from its own beginning";
+  EXPECT_EQ(result.demand.reaction, interlocks::Reaction::go_on) << "the next one is counted from its own beginning";
 }
 
 TEST(Interlocks, OneThermometerIsEnoughToGoOn) {
   auto sample = good_sample();
   for (std::size_t i = 1; i < sample.thermometers.size(); ++i) sample.thermometers[i].value = no_reply();
-  EXPECT_EQ(after(sample, 1000).reaction, Reaction::warn) << "where the analysis needs no other";
+  EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::warn) << "where the analysis needs no other";
   sample.thermometers[0].value = no_reply();
-  EXPECT_EQ(after(sample, 1000).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1000).reaction, interlocks::Reaction::abort);
 }
 
 TEST(Interlocks, AbortAtTheSecondSampleBeyondALimit) {
   auto sample = good_sample();
   sample.thermometers[3].value = Celsius{100.5};
-  EXPECT_EQ(after(sample, 1).reaction, Reaction::go_on);
-  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::go_on);
+  EXPECT_EQ(after(sample, 2).reaction, interlocks::Reaction::abort);
   EXPECT_EQ(after(sample, 2).cause, "a thermometer reads 100.50 °C, outside -60 … 100 °C");
   sample = good_sample();
   sample.chamber.value->air = {-60.5};
-  EXPECT_EQ(after(sample, 2).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 2).reaction, interlocks::Reaction::abort);
 }
 
 /// Judges samples in turn, a second each; the last judgement.
-InterlockResult after_all(const std::vector<Sample>& samples, const InterlockLimits& limits = {}) {
-  InterlockResult result;
+interlocks::InterlockResult after_all(const std::vector<Sample>& samples,
+                                      const interlocks::InterlockLimits& limits = {}) {
+  interlocks::InterlockResult result;
   for (const auto& sample : samples) result = judge(limits, result.memory, sample, kSecond);
   return result;
 }
@@ -85,17 +86,17 @@ TEST(Interlocks, ALostReadingIsNoSignThatALimitIsKept) {
   auto hot_air = good, hot_uut = good, silent = good, loose = good;
   hot_air.chamber.value->air = {101};
   silent.chamber.value = no_reply();
-  EXPECT_EQ(after_all({hot_air, silent, hot_air}).demand.reaction, Reaction::abort);
-  EXPECT_NE(after_all({hot_air, good, hot_air}).demand.reaction, Reaction::abort);
+  EXPECT_EQ(after_all({hot_air, silent, hot_air}).demand.reaction, interlocks::Reaction::abort);
+  EXPECT_NE(after_all({hot_air, good, hot_air}).demand.reaction, interlocks::Reaction::abort);
   hot_uut.thermometers[3].value = Celsius{100.5};
   loose.thermometers[3].value = no_reply();
-  EXPECT_EQ(after_all({hot_uut, loose, hot_uut}).demand.reaction, Reaction::abort);
+  EXPECT_EQ(after_all({hot_uut, loose, hot_uut}).demand.reaction, interlocks::Reaction::abort);
   std::vector<Sample> long_silence(3600, loose);
   long_silence.front() = long_silence.back() = hot_uut;
-  EXPECT_EQ(after_all(long_silence).demand.reaction, Reaction::abort) << "however long it was lost";
+  EXPECT_EQ(after_all(long_silence).demand.reaction, interlocks::Reaction::abort) << "however long it was lost";
   auto other_lost = good;
   other_lost.thermometers[4].value = no_reply();
-  EXPECT_NE(after_all({hot_uut, other_lost, hot_uut}).demand.reaction, Reaction::abort)
+  EXPECT_NE(after_all({hot_uut, other_lost, hot_uut}).demand.reaction, interlocks::Reaction::abort)
       << "the one that was hot was read in between";
 }
 
@@ -104,26 +105,26 @@ TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
   open.chamber.value->activity = ChamberActivity::door_open;
   silent.chamber.value = no_reply();
   EXPECT_EQ(after_all({open, silent, silent, silent}).demand.cause, "the chamber's door is open");
-  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.reaction, Reaction::suspend);
-  EXPECT_EQ(after_all({open, silent, good_sample()}).demand.reaction, Reaction::go_on);
+  EXPECT_EQ(after_all({open, silent, silent, silent}).demand.reaction, interlocks::Reaction::suspend);
+  EXPECT_EQ(after_all({open, silent, good_sample()}).demand.reaction, interlocks::Reaction::go_on);
   std::vector<Sample> lost(20, silent);
   lost.front() = open;
   EXPECT_EQ(after_all(lost).demand.cause, "chamber silent for 19 s");
 }
 
 TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
-  InterlockLimits limits;
+  interlocks::InterlockLimits limits;
   limits.follow_time = std::chrono::seconds(30);
   auto still = good_sample(), silent = good_sample();
   silent.chamber.value = no_reply();
   still.chamber.value->set_point = {60};
-  InterlockResult result = judge(limits, {}, good_sample(), kSecond);
+  interlocks::InterlockResult result = judge(limits, {}, good_sample(), kSecond);
   int seconds = 0;
-  for (; seconds < 1000 && result.demand.reaction < Reaction::suspend; ++seconds)
+  for (; seconds < 1000 && result.demand.reaction < interlocks::Reaction::suspend; ++seconds)
     result = judge(limits, result.memory, seconds % 2 == 0 ? still : silent, kSecond);
-  InterlockResult each = judge(limits, {}, good_sample(), kSecond);
+  interlocks::InterlockResult each = judge(limits, {}, good_sample(), kSecond);
   int each_seconds = 0;
-  for (; each_seconds < 1000 && each.demand.reaction < Reaction::suspend; ++each_seconds)
+  for (; each_seconds < 1000 && each.demand.reaction < interlocks::Reaction::suspend; ++each_seconds)
     each = judge(limits, each.memory, still, kSecond);
   ASSERT_LT(each_seconds, 1000);
   EXPECT_NEAR(seconds, each_seconds, 3) << "air that does not follow";
@@ -132,32 +133,32 @@ TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
 TEST(Interlocks, AbortAnOverdueSegment) {
   auto sample = good_sample();
   sample.progress.phase = Phase::overdue;
-  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::abort);
 }
 
 TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
   auto sample = good_sample();
   sample.chamber.value->alarms = {"filter dirty"};
-  EXPECT_EQ(after(sample, 100).reaction, Reaction::go_on) << "a note stops nothing";
+  EXPECT_EQ(after(sample, 100).reaction, interlocks::Reaction::go_on) << "a note stops nothing";
   sample.chamber.value->activity = ChamberActivity::door_open;
-  EXPECT_EQ(after(sample, 1).reaction, Reaction::suspend);
+  EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::suspend);
   sample.chamber.value->must_stop = true;
-  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::abort);
   EXPECT_EQ(after(sample, 1).cause, "chamber alarm: filter dirty");
   sample = good_sample();
   sample.chamber.value->activity = ChamberActivity::emergency_stop;
-  EXPECT_EQ(after(sample, 1).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 1).reaction, interlocks::Reaction::abort);
 }
 
 TEST(Interlocks, TheMostSevereReactionWins) {
   auto sample = good_sample();
   sample.gyro.value = no_reply();
   sample.thermometers[0].value = Celsius{150};
-  EXPECT_EQ(after(sample, 10).reaction, Reaction::abort);
+  EXPECT_EQ(after(sample, 10).reaction, interlocks::Reaction::abort);
 }
 
 /// The row of docs/interlocks.md that begins with the interlock's name; empty if there is none.
-std::string documented(const std::string& page, const Interlock& row) {
+std::string documented(const std::string& page, const interlocks::Interlock& row) {
   const auto begin = page.find(fmt::format("\n| `{}`{} | {} |", row.name, row.choosable ? "" : " ×", name(row.usual)));
   return begin == std::string::npos ? "" : page.substr(begin + 1, page.find('\n', begin + 1) - begin - 1);
 }
@@ -166,8 +167,8 @@ TEST(Interlocks, StandInTheDocumentWithReactionAndLimits) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/interlocks.md");
   ASSERT_TRUE(page) << text(page.error());
   const auto limits = page->substr(page->find("## `[limits]`"));
-  for (std::size_t i = 0; i < kInterlocks; ++i) {
-    const auto& row = interlock(static_cast<InterlockId>(i));
+  for (std::size_t i = 0; i < interlocks::kInterlocks; ++i) {
+    const auto& row = interlock(static_cast<interlocks::InterlockId>(i));
     const auto said = documented(*page, row);
     EXPECT_NE(said, "") << row.name << " has no row, or another reaction";
     std::istringstream keys{std::string(row.limits)};
@@ -179,4 +180,4 @@ TEST(Interlocks, StandInTheDocumentWithReactionAndLimits) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr std::array kAll{OperatorCommand::resume, OperatorCommand::pause, OperatorCommand::stop,
@@ -76,4 +76,4 @@ TEST(OperatorRequests, OnlyAStopOrAnAbortEndsTheRun) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

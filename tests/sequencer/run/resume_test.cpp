@@ -4,7 +4,7 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 constexpr Celsius kMild{20};
@@ -67,14 +67,14 @@ TEST(ResumeRule, StabilisesWhereTheAirWasNeverSeen) {
 }
 
 TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
-  const auto profile = parsed(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -30\nrate = 5\n");
-  const auto hold = extremes_of(profile, Holding{0, {}, {}});
+  const auto profile = profile::parsed(profile::kHold20 + "[[segment]]\nkind = \"ramp\"\nto = -30\nrate = 5\n");
+  const auto hold = extremes_of(profile, profile::Holding{0, {}, {}});
   EXPECT_EQ(hold.lowest, Celsius{20});
   EXPECT_EQ(hold.highest, Celsius{20});
-  const auto ramp = extremes_of(profile, Ramping{1, std::chrono::seconds(10)});
+  const auto ramp = extremes_of(profile, profile::Ramping{1, std::chrono::seconds(10)});
   EXPECT_EQ(ramp.lowest, Celsius{-30});
   EXPECT_EQ(ramp.highest, Celsius{20});
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -9,15 +9,15 @@
 #include "sequencer/profile/timeline.hpp"
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 const std::string kShort = GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml";
 
 TEST(RunController, EverySecondOfTheProfileHasOneSample) {
-  DryRun dry_run(kShort);
+  tests::DryRun dry_run(kShort);
   ASSERT_EQ(dry_run.run(), RunOutcome::complete);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   const auto planned = plan(dry_run.profile()).all;
   EXPECT_EQ(static_cast<std::int64_t>(record->slot.size()), (planned.ramps + planned.holds) / std::chrono::seconds(1));
@@ -27,9 +27,9 @@ TEST(RunController, EverySecondOfTheProfileHasOneSample) {
 }
 
 TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
-  DryRun dry_run(kShort);
+  tests::DryRun dry_run(kShort);
   dry_run.run(3000);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   for (std::size_t i = 0; i < record->slot.size(); ++i) {
     ASSERT_FALSE(std::isnan(record->chamber_air_c[i])) << i;
@@ -40,19 +40,19 @@ TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
 }
 
 TEST(RunController, TheChamberHoldsInEachSecondWhatTheProfileAsks) {
-  DryRun dry_run(kShort);
+  tests::DryRun dry_run(kShort);
   dry_run.run(4000);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   for (std::size_t i = 0; i < record->slot.size(); ++i)
     ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 1e-5) << "second " << i;
 }
 
 TEST(RunController, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
-  DryRun dry_run(kShort);
+  tests::DryRun dry_run(kShort);
   dry_run.file().limits.thermometers_lowest = {10};
   EXPECT_EQ(dry_run.run(), RunOutcome::made_safe);
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_FALSE(record->finished);
   const auto& events = record->events;
@@ -65,11 +65,11 @@ TEST(RunController, AnArticleBeyondItsLimitEndsTheRunAndMakesTheChamberSafe) {
 }
 
 TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
-  DryRun dry_run(kShort);
-  auto rig = Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
+  tests::DryRun dry_run(kShort);
+  auto rig = rig::Rig::assemble(dry_run.file(), {.seed = {}, .already = {}, .replay = {}});
   ASSERT_TRUE(rig) << text(rig.error());
   std::optional<ChamberState> before;
-  const auto refuse = [&](const ChamberAsFound& now) -> Result<Celsius> {
+  const auto refuse = [&](const rig::ChamberAsFound& now) -> Result<Celsius> {
     before = now.state;
     return failure(FaultKind::interrupted, "chamber", "not now");
   };
@@ -82,4 +82,4 @@ TEST(Rig, MovesNothingThatItIsNotPermittedToMove) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -7,19 +7,19 @@
 
 #include "tests/sequencer/profile/profiles.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 using std::chrono::seconds;
 
-const RunLimits kLimits{};
+const interlocks::RunLimits kLimits{};
 
 RunInputs quiet() {
   RunInputs now;
   now.elapsed = kSecond;
   return now;
 }
-RunInputs seeing(Reaction reaction, const std::string& cause = "the door is open") {
+RunInputs seeing(interlocks::Reaction reaction, const std::string& cause = "the door is open") {
   auto now = quiet();
   now.demand = {reaction, cause};
   return now;
@@ -30,12 +30,13 @@ RunInputs told(OperatorCommand command) {
   return now;
 }
 
-RunStateMachine after(RunStateMachine machine, const RunInputs& now, int times = 1, const RunLimits& limits = kLimits) {
+RunStateMachine after(RunStateMachine machine, const RunInputs& now, int times = 1,
+                      const interlocks::RunLimits& limits = kLimits) {
   for (int i = 0; i < times; ++i) machine = next(limits, machine, now);
   return machine;
 }
 RunState state_after(const RunStateMachine& machine, const RunInputs& now, int times = 1,
-                     const RunLimits& limits = kLimits) {
+                     const interlocks::RunLimits& limits = kLimits) {
   return run_state(after(machine, now, times, limits));
 }
 
@@ -44,22 +45,22 @@ const RunStateMachine kHeld = Held{"paused by Ada", {}};
 const RunStateMachine kReturning = Returning{"the door is open", {}};
 
 TEST(RunStateMachine, ASuspensionEndsByItselfAfterItsCauseIsGoneForAWhile) {
-  const auto suspended = after(Execute{}, seeing(Reaction::suspend));
+  const auto suspended = after(Execute{}, seeing(interlocks::Reaction::suspend));
   ASSERT_EQ(run_state(suspended), RunState::suspended);
   EXPECT_EQ(cause_of(suspended), "the door is open");
   EXPECT_EQ(state_after(suspended, quiet(), 9), RunState::suspended);
   EXPECT_EQ(state_after(suspended, quiet(), 10), RunState::execute);
-  const auto flapping = after(after(suspended, quiet(), 9), seeing(Reaction::suspend));
+  const auto flapping = after(after(suspended, quiet(), 9), seeing(interlocks::Reaction::suspend));
   EXPECT_EQ(state_after(flapping, quiet(), 9), RunState::suspended) << "the while begins anew";
 }
 
 TEST(RunStateMachine, AHoldEndsByTheOperatorAlone) {
-  const auto held = after(Execute{}, seeing(Reaction::hold, "the machine slept"));
+  const auto held = after(Execute{}, seeing(interlocks::Reaction::hold, "the machine slept"));
   ASSERT_EQ(run_state(held), RunState::held);
   EXPECT_EQ(state_after(held, quiet(), 10'000), RunState::held);
   EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
   auto still = told(OperatorCommand::resume);
-  still.demand = {Reaction::hold, "the machine slept"};
+  still.demand = {interlocks::Reaction::hold, "the machine slept"};
   EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
 }
 
@@ -71,9 +72,9 @@ TEST(RunStateMachine, APauseIsNoFailure) {
 }
 
 TEST(RunStateMachine, NothingLastsLongerThanItsLimit) {
-  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7199), RunState::suspended);
-  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::suspend), 7200), RunState::aborting);
-  EXPECT_EQ(cause_of(after(kSuspended, seeing(Reaction::suspend), 7200)),
+  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7199), RunState::suspended);
+  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::suspend), 7200), RunState::aborting);
+  EXPECT_EQ(cause_of(after(kSuspended, seeing(interlocks::Reaction::suspend), 7200)),
             "suspended for 2 h 00 min 00 s: the door is open");
   EXPECT_EQ(state_after(kHeld, quiet(), 43'199), RunState::held);
   EXPECT_EQ(state_after(kHeld, quiet(), 43'200), RunState::aborting);
@@ -96,7 +97,7 @@ TEST(RunStateMachine, ReturnsToTheProfileWhenTheSetPointIsAway) {
 }
 
 TEST(RunStateMachine, AnAbortIsLatchedAndWaitsForTheChamber) {
-  const auto aborting = after(Execute{}, seeing(Reaction::abort, "too hot"));
+  const auto aborting = after(Execute{}, seeing(interlocks::Reaction::abort, "too hot"));
   ASSERT_EQ(run_state(aborting), RunState::aborting);
   EXPECT_EQ(state_after(aborting, quiet(), 1'000'000), RunState::aborting) << "as long as it takes";
   EXPECT_EQ(state_after(aborting, told(OperatorCommand::resume)), RunState::aborting);
@@ -117,8 +118,8 @@ TEST(RunStateMachine, AStopLeavesTheChamberAsTheRigSays) {
   const auto stopping = after(Execute{}, told(OperatorCommand::stop));
   EXPECT_EQ(run_state(stopping), RunState::aborting);
   EXPECT_EQ(state_after(stopping, confirmed), RunState::stopped);
-  RunLimits limits;
-  limits.on_stop = OnStop::hold;
+  interlocks::RunLimits limits;
+  limits.on_stop = interlocks::OnStop::hold;
   for (const auto& from : {RunStateMachine(Execute{}), kSuspended, kHeld, kReturning})
     EXPECT_EQ(state_after(from, told(OperatorCommand::stop), 1, limits), RunState::stopped);
 }
@@ -128,24 +129,24 @@ TEST(RunStateMachine, AStopThatIsAbortedIsAborted) {
   auto confirmed = quiet();
   confirmed.safe_confirmed = true;
   EXPECT_EQ(state_after(after(stopping, told(OperatorCommand::abort)), confirmed), RunState::aborted);
-  EXPECT_EQ(state_after(after(stopping, seeing(Reaction::abort)), confirmed), RunState::aborted);
+  EXPECT_EQ(state_after(after(stopping, seeing(interlocks::Reaction::abort)), confirmed), RunState::aborted);
 }
 
 TEST(RunStateMachine, TheMostSevereWins) {
-  auto all = seeing(Reaction::abort, "too hot");
+  auto all = seeing(interlocks::Reaction::abort, "too hot");
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::aborting);
-  all = seeing(Reaction::suspend);
+  all = seeing(interlocks::Reaction::suspend);
   all.request = OperatorRequest{OperatorCommand::abort, "Ada"};
   EXPECT_EQ(state_after(kHeld, all), RunState::aborting);
   all.request = OperatorRequest{OperatorCommand::pause, "Ada"};
   EXPECT_EQ(state_after(Execute{}, all), RunState::held);
-  EXPECT_EQ(state_after(kSuspended, seeing(Reaction::hold)), RunState::held);
-  EXPECT_EQ(state_after(kHeld, seeing(Reaction::suspend)), RunState::held) << "a hold is the more severe";
+  EXPECT_EQ(state_after(kSuspended, seeing(interlocks::Reaction::hold)), RunState::held);
+  EXPECT_EQ(state_after(kHeld, seeing(interlocks::Reaction::suspend)), RunState::held) << "a hold is the more severe";
 }
 
 TEST(RunStateMachine, AWarningStopsNothing) {
-  EXPECT_EQ(state_after(Execute{}, seeing(Reaction::warn)), RunState::execute);
+  EXPECT_EQ(state_after(Execute{}, seeing(interlocks::Reaction::warn)), RunState::execute);
 }
 
 TEST(RunStateMachine, CompleteStaysComplete) {
@@ -153,7 +154,7 @@ TEST(RunStateMachine, CompleteStaysComplete) {
   end.complete = true;
   const auto complete = after(Execute{}, end);
   EXPECT_EQ(run_state(complete), RunState::complete);
-  EXPECT_EQ(state_after(complete, seeing(Reaction::abort)), RunState::complete);
+  EXPECT_EQ(state_after(complete, seeing(interlocks::Reaction::abort)), RunState::complete);
 }
 
 /// Random happenings: no step leaves the table of the drawing, and all its edges are walked.
@@ -161,13 +162,14 @@ TEST(RunStateMachine, StatesChangeAlongTheTableAlone) {
   std::mt19937_64 random(20261122);
   const auto draw = [&](int sides) { return static_cast<int>(random() % static_cast<unsigned>(sides)); };
   std::set<std::pair<RunState, RunState>> walked;
-  RunLimits limits;
+  interlocks::RunLimits limits;
   limits.longest_suspended = limits.longest_held = limits.longest_return = seconds(30);
   for (int run = 0; run < 2000; ++run) {
-    limits.on_stop = run % 2 == 0 ? OnStop::hold : OnStop::safe;
+    limits.on_stop = run % 2 == 0 ? interlocks::OnStop::hold : interlocks::OnStop::safe;
     RunStateMachine machine = Execute{};
     for (int i = 0; i < 60; ++i) {
-      auto now = seeing(draw(3) == 0 ? static_cast<Reaction>(draw(draw(8) == 0 ? 5 : 4)) : Reaction::go_on);
+      auto now = seeing(draw(3) == 0 ? static_cast<interlocks::Reaction>(draw(draw(8) == 0 ? 5 : 4))
+                                     : interlocks::Reaction::go_on);
       if (draw(12) == 0) now.request = OperatorRequest{static_cast<OperatorCommand>(draw(4)), "Ada"};
       now.in_place = draw(3) != 0;
       now.safe_confirmed = draw(6) == 0;
@@ -193,4 +195,4 @@ TEST(RunStateMachine, NothingIsCommandedOnceItIsOver) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

@@ -8,23 +8,23 @@
 
 #include "tests/support/dry_run.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::run {
 namespace {
 
 const std::string kHour = GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml";
 
-RegisterMap shipped_map(const std::string& name) {
+drivers::RegisterMap shipped_map(const std::string& name) {
   const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
-  return parse_register_map(text.value(), name + ".toml").value();
+  return drivers::parse_register_map(text.value(), name + ".toml").value();
 }
 
 /// The laboratory's profile, carried out by the controller of `map`. `before`: what happens before a slot's tick.
-RunOutcome upload_and_run(DryRun& dry_run, const std::string& map, std::string& cause,
-                          const std::function<void(std::int64_t slot, Rig& rig)>& before = {}) {
+RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::string& cause,
+                          const std::function<void(std::int64_t slot, rig::Rig& rig)>& before = {}) {
   dry_run.file().chamber_map = shipped_map(map);
   const auto program = program_of(dry_run.profile());
   EXPECT_TRUE(program) << text(program.error());
-  return dry_run.run({}, &*program, [&](RunHarness& harness, Rig& rig) {
+  return dry_run.run({}, &*program, [&](tests::RunHarness& harness, rig::Rig& rig) {
     if (before) harness.before_second = [&](std::int64_t slot) { before(slot, rig); };
     harness.seconds(1'000'000);
     cause = harness.run_controller().end_cause();
@@ -34,10 +34,10 @@ RunOutcome upload_and_run(DryRun& dry_run, const std::string& map, std::string& 
 class EachController : public testing::TestWithParam<const char*> {};
 
 TEST_P(EachController, IsCarriedOutByTheController) {
-  DryRun dry_run(kHour);
+  tests::DryRun dry_run(kHour);
   std::string cause;
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause), RunOutcome::complete) << cause;
-  const auto record = read_record(dry_run.path());
+  const auto record = record::read_record(dry_run.path());
   ASSERT_TRUE(record) << text(record.error());
   ASSERT_EQ(record->slot.size(), 3600u);
   for (std::size_t i = 0; i < record->slot.size(); ++i)
@@ -45,7 +45,7 @@ TEST_P(EachController, IsCarriedOutByTheController) {
 }
 
 TEST_P(EachController, OutranksNoInterlock) {
-  DryRun dry_run(kHour);
+  tests::DryRun dry_run(kHour);
   dry_run.file().limits.thermometers_lowest = {10};
   std::string cause;
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause), RunOutcome::made_safe);
@@ -54,10 +54,10 @@ TEST_P(EachController, OutranksNoInterlock) {
 }
 
 TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
-  DryRun dry_run(kHour);
+  tests::DryRun dry_run(kHour);
   std::string cause;
   // A set point ends the program, as a person at the panel would.
-  const auto end_it = [](std::int64_t slot, Rig& rig) {
+  const auto end_it = [](std::int64_t slot, rig::Rig& rig) {
     if (slot != 400) return;
     ASSERT_TRUE(rig.io().command({0}));
   };
@@ -69,11 +69,11 @@ INSTANTIATE_TEST_SUITE_P(Controllers, EachController, testing::Values("watlow_f4
                          [](const auto& one) { return std::string(one.param); });
 
 TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
-  const auto program = program_of(parse_profile(read_text_file(kHour).value(), kHour).value());
+  const auto program = program_of(profile::parse_profile(read_text_file(kHour).value(), kHour).value());
   ASSERT_TRUE(program);
   EXPECT_EQ(program->name, "QUALIFICATIONHOUR");
   ASSERT_EQ(program->steps.size(), 7u);
-  EXPECT_EQ(program->steps[1].kind, StepKind::ramp);
+  EXPECT_EQ(program->steps[1].kind, drivers::StepKind::ramp);
   EXPECT_EQ(program->steps[1].start, Celsius{20});
   EXPECT_EQ(program->steps[1].target, Celsius{-40});
   EXPECT_EQ(program->steps[1].duration, std::chrono::minutes(12));
@@ -94,7 +94,7 @@ time = "10 min"
 guaranteed_soak = true
 soak_band = 2
 )";
-  const auto profile = parse_profile(text, "p.toml");
+  const auto profile = profile::parse_profile(text, "p.toml");
   ASSERT_TRUE(profile) << gyrotherm::text(profile.error());
   EXPECT_EQ(program_of(*profile).error().kind, FaultKind::usage);
 }
@@ -104,7 +104,7 @@ TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
   const auto after = [&](ChamberActivity activity, bool last) {
     Sample sample;
     sample.chamber = {ChamberState{{20}, {20}, activity}, {}};
-    InterlockInputs inputs;
+    interlocks::InterlockInputs inputs;
     lead.inform({.sample = sample, .goal = {20}, .missed = std::chrono::seconds(58), .in_last_segment = last}, inputs);
     return inputs.program;
   };
@@ -116,4 +116,4 @@ TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::run

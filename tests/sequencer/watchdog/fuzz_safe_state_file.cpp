@@ -10,7 +10,7 @@
 
 #include "sequencer/watchdog/safe_state_file.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 
 namespace {
 
@@ -22,7 +22,7 @@ void require(bool condition) {
 std::string with_beginning(std::string_view bytes, std::size_t lines) {
   const auto whole = to_text(SafeState{.record = "r",
                                        .line = "tcp://1.2.3.4",
-                                       .link = LinkKind::tcp,
+                                       .link = drivers::LinkKind::tcp,
                                        .word_order = {},
                                        .safe_set_point = {23},
                                        .switch_off = false,
@@ -52,4 +52,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

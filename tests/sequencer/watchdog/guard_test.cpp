@@ -14,7 +14,7 @@
 #include "sequencer/watchdog/watchdog_client.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 struct Pipe {
@@ -160,7 +160,7 @@ TEST(Guard, LooksAtProcessesThatEndMeanwhile) {
 }
 
 TEST(NotifySocket, TellsWhoeverListens) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto path = folder / "notify";
   const Descriptor listener(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
@@ -185,4 +185,4 @@ TEST(NotifySocket, NobodyThereIsNoFault) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

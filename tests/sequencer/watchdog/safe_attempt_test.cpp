@@ -10,12 +10,12 @@
 #include "sequencer/watchdog/safe_state_file.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 /// A chamber that takes set points until it is told to break. Each set point takes `slowness` of the clock. What it is
 /// told stands in `heard`.
-class FakeChamber final : public Chamber {
+class FakeChamber final : public drivers::Chamber {
  public:
   struct ProfileState {
     VirtualClock clock;
@@ -150,11 +150,11 @@ TEST(MakeSafe, AnArmedFileOfAnyShippedMapLeadsToItsChamber) {
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
     if (entry.path().extension() != ".toml") continue;
     const auto map_text = read_text_file(entry.path().string()).value();
-    const auto map = parse_register_map(map_text, entry.path().string());
+    const auto map = drivers::parse_register_map(map_text, entry.path().string());
     ASSERT_TRUE(map) << text(map.error());
     const SafeState safe_state{
         .record = "r.db",
-        .line = map->links.front().kind == LinkKind::rtu ? "serial:/dev/ttyUSB9" : "tcp://10.0.0.7",
+        .line = map->links.front().kind == drivers::LinkKind::rtu ? "serial:/dev/ttyUSB9" : "tcp://10.0.0.7",
         .link = map->links.front().kind,
         .word_order = {},
         .safe_set_point = {23},
@@ -172,7 +172,7 @@ TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
   const auto tolerance = [&] {
     const auto chamber = chamber_of({.record = "r.db",
                                      .line = "tcp://10.0.0.7",
-                                     .link = LinkKind::tcp,
+                                     .link = drivers::LinkKind::tcp,
                                      .word_order = {},
                                      .safe_set_point = {23},
                                      .switch_off = false,
@@ -195,7 +195,7 @@ TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
   for (const auto* line : {"virtual", "hid:1", "nonsense://"})
     EXPECT_FALSE(chamber_of({.record = "r.db",
                              .line = line,
-                             .link = LinkKind::tcp,
+                             .link = drivers::LinkKind::tcp,
                              .word_order = {},
                              .safe_set_point = {23},
                              .switch_off = false,
@@ -206,7 +206,7 @@ TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
 }
 
 TEST(MakeSafe, LeavesATraceThatReadsBack) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const MadeSafe trace{.at = std::chrono::seconds(1767225600),
                        .because = "the program that drove it hung",
                        .set_point = {23},
@@ -226,4 +226,4 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -10,14 +10,14 @@
 
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::watchdog {
 namespace {
 
 SafeState safe_state() {
   return {.record = "/var/lib/gyrotherm/rate.db",
           .line = "tcp://10.0.0.7:502",
-          .link = LinkKind::tcp,
-          .word_order = WordOrder::cdab,
+          .link = drivers::LinkKind::tcp,
+          .word_order = drivers::WordOrder::cdab,
           .safe_set_point = {23.5},
           .switch_off = true,
           .by_program = false,
@@ -55,7 +55,7 @@ TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
   auto written = safe_state();
   written.word_order = {};
   written.switch_off = false;
-  written.link = LinkKind::rtu_over_tcp;
+  written.link = drivers::LinkKind::rtu_over_tcp;
   written.safe_set_point = {-12.0625};
   written.map_text = "";
   const auto read = parse_safe_state(to_text(written), "text");
@@ -87,7 +87,7 @@ TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {
 }
 
 TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "run.db";
   ASSERT_TRUE(write_safe_state(written));
@@ -106,7 +106,7 @@ TEST(SafeStateFile, IsForOwnerAndGroupAndGoesWhenTheRunEnds) {
 
 /// Whoever writes it says which process is killed, and where a chamber is sent.
 TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "run.db";
   const auto path = safe_state_path(written.record);
@@ -121,7 +121,7 @@ TEST(SafeStateFile, OfAStrangerOrOpenToOthersIsRefused) {
 }
 
 TEST(SafeStateFile, WhatIsNoRegularFileIsRefusedAtOnce) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto path = folder / "run.db.safe-state";
   ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
   EXPECT_FALSE(read_safe_state(path)) << "nobody writes into it, and nobody waits for that";
@@ -132,7 +132,7 @@ TEST(SafeStateFile, WhatIsNoRegularFileIsRefusedAtOnce) {
 }
 
 TEST(SafeStateFile, APathThatIsNoTextIsRefused) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   auto written = safe_state();
   written.record = folder / "\xff.db";
   EXPECT_FALSE(write_safe_state(written));
@@ -144,4 +144,4 @@ TEST(SafeStateFile, APathThatIsNoTextIsRefused) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::watchdog

@@ -9,7 +9,7 @@
 
 #include "simulator/servers/session.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 [[nodiscard]] inline std::string ask(Session& session, std::string_view text) {
   std::vector<std::byte> reply;
@@ -17,4 +17,4 @@ namespace gyrotherm {
   return {reinterpret_cast<const char*>(reply.data()), reply.size()};
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

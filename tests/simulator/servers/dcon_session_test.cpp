@@ -4,7 +4,7 @@
 #include "tests/simulator/servers/asking.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 class DconSessionTest : public testing::Test {
@@ -14,8 +14,8 @@ class DconSessionTest : public testing::Test {
   VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
   DconSession session{laboratory,
                       {{.address = 0x04, .inputs = {0, 1, 2, 3, 4, 5, 6, 7}},
-                       {.address = 0x1F, .checksum = DconChecksum::on, .inputs = {8}}}};
-  const std::vector<TemperatureRange> ranges{8, *dcon_range(0x10)};
+                       {.address = 0x1F, .checksum = drivers::DconChecksum::on, .inputs = {8}}}};
+  const std::vector<drivers::TemperatureRange> ranges{8, *drivers::dcon_range(0x10)};
 };
 
 TEST_F(DconSessionTest, AModuleSaysHowItIsSetAndWhoItIs) {
@@ -36,8 +36,8 @@ TEST_F(DconSessionTest, GivesAllInputsOrOne) {
 TEST_F(DconSessionTest, ModulesOnOneLineAnswerAtTheirAddressesAlone) {
   EXPECT_EQ(ask(session, "$052\r"), "");
   EXPECT_EQ(ask(session, "#1F\r"), "") << "its checksum is missing";
-  const auto reply = ask(session, seal_dcon("#1F", DconChecksum::on) + "\r");
-  const auto line = unseal_dcon(std::string_view(reply).substr(0, reply.size() - 1), DconChecksum::on);
+  const auto reply = ask(session, seal_dcon("#1F", drivers::DconChecksum::on) + "\r");
+  const auto line = unseal_dcon(std::string_view(reply).substr(0, reply.size() - 1), drivers::DconChecksum::on);
   ASSERT_TRUE(line) << reply;
   const auto readings = decode_dcon_readings(*line, 0x1F, ranges);
   ASSERT_TRUE(readings);
@@ -55,4 +55,4 @@ TEST_F(DconSessionTest, KnowsAnInvalidCommandFromNone) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -4,11 +4,12 @@
 #include "simulator/servers/dcon_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
-  DconSession session(laboratory, {{.inputs = {0, 1}}, {.address = 2, .checksum = DconChecksum::on, .inputs = {}}});
+  DconSession session(laboratory,
+                      {{.inputs = {0, 1}}, {.address = 2, .checksum = drivers::DconChecksum::on, .inputs = {}}});
   std::vector<std::byte> reply;
   if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
   for (const char* command : {"\r#01", "\r$01", "\r#02"}) {
@@ -19,4 +20,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -4,7 +4,7 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
@@ -28,4 +28,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -4,7 +4,7 @@
 #include "simulator/servers/virtual_usb_temp.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
@@ -13,10 +13,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!device.write(std::as_bytes(std::span(data, size)))) std::abort();
   std::array<std::byte, 256> report{};
   const auto got = device.read(report, {});
-  if (got && (size == 0 || *got < 2 || *got > kMccLongestReport || report[0] != static_cast<std::byte>(data[0])))
+  if (got &&
+      (size == 0 || *got < 2 || *got > drivers::kMccLongestReport || report[0] != static_cast<std::byte>(data[0])))
     std::abort();
   if (device.read(report, {})) std::abort();
   return 0;
 }
 
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

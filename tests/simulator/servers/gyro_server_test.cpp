@@ -8,14 +8,16 @@
 #include "drivers/line/line_address.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr Duration kSoon = std::chrono::milliseconds(200);
 
-std::unique_ptr<ByteStream> connect(std::uint16_t port) { return make_stream(TcpLine{"127.0.0.1", port}, {}, kSoon); }
+std::unique_ptr<drivers::ByteStream> connect(std::uint16_t port) {
+  return make_stream(drivers::TcpLine{"127.0.0.1", port}, {}, kSoon);
+}
 
-std::string receive(ByteStream& line) {
+std::string receive(drivers::ByteStream& line) {
   std::array<std::byte, 4096> buffer{};
   const auto size = line.read(buffer, kSoon);
   return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
@@ -24,7 +26,7 @@ std::string receive(ByteStream& line) {
 /// What comes out of a pseudo-terminal, up to `count` bytes: the system hands them over a little later.
 std::string take(int descriptor, std::size_t count) {
   std::string taken;
-  const Deadline deadline(kSoon);
+  const drivers::Deadline deadline(kSoon);
   while (taken.size() < count && ready(descriptor, POLLIN, deadline)) {
     std::array<char, 4096> buffer{};
     const auto size = ::read(descriptor, buffer.data(), buffer.size());
@@ -35,7 +37,7 @@ std::string take(int descriptor, std::size_t count) {
 }
 
 TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
-  const auto stream = shipped_stream("vectornav");
+  const auto stream = tests::shipped_stream("vectornav");
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
   const auto port = port_of(*listener);
@@ -52,7 +54,7 @@ TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
 }
 
 TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
-  const auto stream = shipped_stream("kvh-17xx-b");
+  const auto stream = tests::shipped_stream("kvh-17xx-b");
   auto listener = listen_on_loopback(0);
   auto pty = open_pty();
   ASSERT_TRUE(listener && pty);
@@ -75,4 +77,4 @@ TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

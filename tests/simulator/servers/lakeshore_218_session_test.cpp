@@ -4,7 +4,7 @@
 #include "simulator/servers/lakeshore_218_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 class Lakeshore218SessionTest : public testing::Test {
@@ -25,7 +25,7 @@ TEST_F(Lakeshore218SessionTest, SaysWhoItIs) { EXPECT_EQ(ask("*IDN?\r\n"), "LSCI
 TEST_F(Lakeshore218SessionTest, GivesAllInputsInOrder) {
   const auto reply = ask("CRDG? 0\r\n");
   ASSERT_TRUE(reply.ends_with("\r\n"));
-  const auto readings = decode_crdg(reply.substr(0, reply.size() - 2));
+  const auto readings = drivers::decode_crdg(reply.substr(0, reply.size() - 2));
   ASSERT_TRUE(readings);
   for (std::size_t i = 0; i < 7; ++i) EXPECT_NEAR((*readings)[i]->value, reading_c(i), 0.0005) << i;
   EXPECT_NEAR((*readings)[7]->value, reading_c(8), 0.0005);
@@ -64,4 +64,4 @@ TEST(Lakeshore218Session, ReadsAnInputWithoutAThermometerAsZeroKelvin) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -6,26 +6,27 @@
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
 
 class ModbusSessionTest : public testing::Test {
  protected:
-  Result<Words> ask(const ModbusRequest& request) {
+  Result<Words> ask(const drivers::ModbusRequest& request) {
     std::vector<std::byte> reply;
     EXPECT_TRUE(session.feed(encode_request(request), reply));
     return decode_reply(request, reply);
   }
   Result<Words> read(const char* item) {
     const auto& found = *map.find(item);
-    return ask({7, map.link.modbus.unit, ModbusFunction::read_holding, found.address, word_count(found.type), {}});
+    return ask(
+        {7, map.link.modbus.unit, drivers::ModbusFunction::read_holding, found.address, word_count(found.type), {}});
   }
   Result<Words> write(const char* item, double value) {
     const auto& found = *map.find(item);
     const auto words = encode(found, value);
-    return ask({8, map.link.modbus.unit, ModbusFunction::write_multiple, found.address,
+    return ask({8, map.link.modbus.unit, drivers::ModbusFunction::write_multiple, found.address,
                 static_cast<std::uint16_t>(words.size()), words});
   }
   static void expect_exception(const Result<Words>& reply, const std::string& code) {
@@ -34,7 +35,7 @@ class ModbusSessionTest : public testing::Test {
     EXPECT_TRUE(reply.error().what.starts_with("exception " + code)) << reply.error().what;
   }
 
-  RegisterMap map = chamber_map("virtual");
+  drivers::RegisterMap map = chamber_map("virtual");
   VirtualLaboratory laboratory{laboratory_of_rig("virtual"), {}};
   ChamberRegisters registers{map, laboratory};
   ModbusSession session{registers};
@@ -73,14 +74,15 @@ TEST_F(ModbusSessionTest, TakesASetPointAndGivesItBack) {
 TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
   ASSERT_TRUE(write("control_mode", 1));
   EXPECT_TRUE(laboratory.is_on());
-  ASSERT_TRUE(ask({9, map.link.modbus.unit, ModbusFunction::write_single, map.find("control_mode")->address, 1, {0}}));
+  ASSERT_TRUE(
+      ask({9, map.link.modbus.unit, drivers::ModbusFunction::write_single, map.find("control_mode")->address, 1, {0}}));
   EXPECT_FALSE(laboratory.is_on());
   expect_exception(write("control_mode", 2), "3");
 }
 
 TEST_F(ModbusSessionTest, ReadsByFunctionFourWhatItReadsByThree) {
   const auto address = map.find("set_point")->address;
-  EXPECT_EQ(*ask({1, map.link.modbus.unit, ModbusFunction::read_input, address, 2, {}}), *read("set_point"));
+  EXPECT_EQ(*ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_input, address, 2, {}}), *read("set_point"));
 }
 
 TEST_F(ModbusSessionTest, RefusesASetPointThatThePlantCannotHold) {
@@ -91,8 +93,9 @@ TEST_F(ModbusSessionTest, RefusesASetPointThatThePlantCannotHold) {
 TEST_F(ModbusSessionTest, RefusesToWriteWhatIsReadOnly) { expect_exception(write("air_temperature", 20), "2"); }
 
 TEST_F(ModbusSessionTest, RefusesHalfASetPoint) {
-  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::write_single, map.find("set_point")->address, 1, {0}}),
-                   "2");
+  expect_exception(
+      ask({1, map.link.modbus.unit, drivers::ModbusFunction::write_single, map.find("set_point")->address, 1, {0}}),
+      "2");
 }
 
 TEST_F(ModbusSessionTest, WritesAllOrNothing) {
@@ -100,23 +103,23 @@ TEST_F(ModbusSessionTest, WritesAllOrNothing) {
   auto words = encode(*map.find("set_point"), 30);
   words.push_back(1);  // control_mode
   words.push_back(0);  // output, read-only
-  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::write_multiple, address, 4, words}), "2");
+  expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::write_multiple, address, 4, words}), "2");
   EXPECT_EQ(laboratory.set_point().value, 20);
   EXPECT_FALSE(laboratory.is_on());
 }
 
 TEST_F(ModbusSessionTest, RefusesRegistersThatTheMapDoesNotHave) {
-  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 5000, 1, {}}), "2");
-  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 107, 2, {}}), "2");
+  expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 5000, 1, {}}), "2");
+  expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 107, 2, {}}), "2");
 }
 
 TEST_F(ModbusSessionTest, RefusesACountOfZero) {
-  expect_exception(ask({1, map.link.modbus.unit, ModbusFunction::read_holding, 101, 0, {}}), "3");
+  expect_exception(ask({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 101, 0, {}}), "3");
 }
 
 TEST_F(ModbusSessionTest, IsSilentForAnotherUnit) {
   std::vector<std::byte> reply;
-  EXPECT_TRUE(session.feed(encode_request({1, 17, ModbusFunction::read_holding, 101, 2, {}}), reply));
+  EXPECT_TRUE(session.feed(drivers::encode_request({1, 17, drivers::ModbusFunction::read_holding, 101, 2, {}}), reply));
   EXPECT_TRUE(reply.empty());
 }
 
@@ -126,8 +129,9 @@ TEST_F(ModbusSessionTest, DropsAClientThatDoesNotSpeakModbus) {
 }
 
 TEST_F(ModbusSessionTest, TakesFramesInAnyPieces) {
-  auto bytes = encode_request({1, map.link.modbus.unit, ModbusFunction::read_holding, 103, 2, {}});
-  const auto second = encode_request({2, map.link.modbus.unit, ModbusFunction::read_holding, 101, 2, {}});
+  auto bytes = drivers::encode_request({1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 103, 2, {}});
+  const auto second =
+      drivers::encode_request({2, map.link.modbus.unit, drivers::ModbusFunction::read_holding, 101, 2, {}});
   bytes.insert(bytes.end(), second.begin(), second.end());
   std::vector<std::byte> at_once;
   ASSERT_TRUE(session.feed(bytes, at_once));
@@ -146,7 +150,7 @@ TEST(ChamberRegisters, ServesEveryItemOfEveryShippedMap) {
     for (const auto& item : map.items) {
       if (!item.readable) continue;
       Words words;
-      const auto function = item.read_function.value_or(ReadFunction::holding_registers);
+      const auto function = item.read_function.value_or(drivers::ReadFunction::holding_registers);
       EXPECT_TRUE(registers.read(function, item.address, word_count(item), words)) << name << " " << item.name;
       EXPECT_EQ(words.size(), word_count(item));
     }
@@ -160,37 +164,37 @@ TEST(ChamberRegisters, ReadsTheHolesOfOneBlockAsZero) {
   }
   VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   Words words;
-  EXPECT_TRUE(ChamberRegisters(map, laboratory).read(ReadFunction::holding_registers, 100, 12, words));
+  EXPECT_TRUE(ChamberRegisters(map, laboratory).read(drivers::ReadFunction::holding_registers, 100, 12, words));
   EXPECT_EQ(words[9], 0);
   EXPECT_EQ(words[10], 0x41A0);
   map.one_block = false;
-  EXPECT_FALSE(ChamberRegisters(map, laboratory).read(ReadFunction::holding_registers, 100, 12, words));
+  EXPECT_FALSE(ChamberRegisters(map, laboratory).read(drivers::ReadFunction::holding_registers, 100, 12, words));
 }
 
 /// What a unit answers on one of its links to a read of `count` registers.
-Result<Words> read_on(ChamberRegisters& registers, LinkKind kind, std::uint16_t address, std::uint16_t count) {
-  const ModbusRequest request{1, registers.unit(), ModbusFunction::read_holding, address, count, {}};
+Result<Words> read_on(ChamberRegisters& registers, drivers::LinkKind kind, std::uint16_t address, std::uint16_t count) {
+  const drivers::ModbusRequest request{1, registers.unit(), drivers::ModbusFunction::read_holding, address, count, {}};
   std::vector<std::byte> reply;
-  if (kind == LinkKind::tcp) {
+  if (kind == drivers::LinkKind::tcp) {
     EXPECT_TRUE(ModbusSession(registers).feed(encode_request(request), reply));
     return decode_reply(request, reply);
   }
   EXPECT_TRUE(ModbusRtuSession(registers, kind).feed(encode_rtu_request(request), reply));
-  return decode_rtu_answer(request, reply).and_then(words_of);
+  return decode_rtu_answer(request, reply).and_then(drivers::words_of);
 }
 
 TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
   const auto map = chamber_map("watlow_f4t");
   const auto celsius = static_cast<std::uint16_t>(map.find("communication_unit")->codes.at("celsius").front());
-  for (const auto in_use : {LinkKind::tcp, LinkKind::rtu}) {
+  for (const auto in_use : {drivers::LinkKind::tcp, drivers::LinkKind::rtu}) {
     VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
     ChamberRegisters registers(on_link(map, in_use).value(), laboratory);
-    EXPECT_EQ(read_on(registers, LinkKind::tcp, 6730, 1).value(), Words{celsius});
-    EXPECT_FALSE(read_on(registers, LinkKind::tcp, 14080, 1));
-    for (const auto rtu : {LinkKind::rtu, LinkKind::rtu_over_tcp}) {
+    EXPECT_EQ(read_on(registers, drivers::LinkKind::tcp, 6730, 1).value(), Words{celsius});
+    EXPECT_FALSE(read_on(registers, drivers::LinkKind::tcp, 14080, 1));
+    for (const auto rtu : {drivers::LinkKind::rtu, drivers::LinkKind::rtu_over_tcp}) {
       EXPECT_EQ(read_on(registers, rtu, 14080, 1).value(), Words{celsius});
       EXPECT_FALSE(read_on(registers, rtu, 6730, 1));
-      EXPECT_EQ(read_on(registers, rtu, 2782, 2).value(), read_on(registers, LinkKind::tcp, 2782, 2).value());
+      EXPECT_EQ(read_on(registers, rtu, 2782, 2).value(), read_on(registers, drivers::LinkKind::tcp, 2782, 2).value());
       EXPECT_FALSE(read_on(registers, rtu, 65535, 2)) << "does not begin anew at 0";
     }
   }
@@ -199,8 +203,8 @@ TEST(LinkAddresses, OfEachLinkAreThoseOfItsOwnMap) {
 /// An item of several registers that lies elsewhere, read together with what stands before and behind it there.
 TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
   auto map = chamber_map("virtual");
-  MapLink rtu = map.links.front();
-  rtu.kind = LinkKind::rtu;
+  drivers::MapLink rtu = map.links.front();
+  rtu.kind = drivers::LinkKind::rtu;
   rtu.modbus.unit = 9;
   map.links.push_back(rtu);
   for (auto& item : map.items)
@@ -210,16 +214,16 @@ TEST(LinkAddresses, AnItemThatLiesElsewhereIsReadAndWrittenThere) {
   const auto address = map.find("set_point")->address;
   const auto words = encode(*map.find("set_point"), 30);
   const auto write = [&](std::uint16_t at) {
-    const ModbusRequest request{1, 9, ModbusFunction::write_multiple, at, 2, words};
+    const drivers::ModbusRequest request{1, 9, drivers::ModbusFunction::write_multiple, at, 2, words};
     std::vector<std::byte> reply;
-    EXPECT_TRUE(ModbusRtuSession(registers, LinkKind::rtu).feed(encode_rtu_request(request), reply));
-    return decode_rtu_answer(request, reply).and_then(words_of).has_value();
+    EXPECT_TRUE(ModbusRtuSession(registers, drivers::LinkKind::rtu).feed(encode_rtu_request(request), reply));
+    return decode_rtu_answer(request, reply).and_then(drivers::words_of).has_value();
   };
   EXPECT_FALSE(write(address));
   EXPECT_TRUE(write(500));
   EXPECT_EQ(laboratory.set_point(), Celsius{30});
-  EXPECT_EQ(read_on(registers, LinkKind::tcp, address, 2).value(), words);
+  EXPECT_EQ(read_on(registers, drivers::LinkKind::tcp, address, 2).value(), words);
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

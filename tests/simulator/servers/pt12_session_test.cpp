@@ -4,7 +4,7 @@
 #include "tests/simulator/servers/asking.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 class Pt12SessionTest : public testing::Test {
@@ -23,7 +23,7 @@ TEST_F(Pt12SessionTest, SaysWhoItIsInAnyLetterCase) {
 TEST_F(Pt12SessionTest, GivesTwelveReadingsOrOne) {
   const auto reply = ask(session, "T?\r\n");
   ASSERT_TRUE(reply.ends_with("\r\n"));
-  const auto readings = decode_pt12_temperatures(reply.substr(0, reply.size() - 2));
+  const auto readings = drivers::decode_pt12_temperatures(reply.substr(0, reply.size() - 2));
   ASSERT_TRUE(readings) << text(readings.error());
   EXPECT_NEAR((*readings)[0]->value, reading_c(0), 5e-6);
   EXPECT_EQ((*readings)[1].error().kind, FaultKind::out_of_range);
@@ -40,4 +40,4 @@ TEST_F(Pt12SessionTest, DoesNotAnswerWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

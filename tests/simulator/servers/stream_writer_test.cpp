@@ -10,7 +10,7 @@
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kArcsecPerPulse = 0.1;
@@ -18,9 +18,9 @@ constexpr double kArcsecPerPulse = 0.1;
 /// A gyro of one stream that turns at about 10 °/h with noise, written to a driver on a line in memory.
 class BothEnds {
  public:
-  BothEnds(const FrameFormat& format, double frames_a_second)
+  BothEnds(const drivers::FrameFormat& format, double frames_a_second)
       : format_(format), rate_(frames_a_second), writer_(format, kArcsecPerPulse) {
-    auto made = std::make_unique<FakeStream>();
+    auto made = std::make_unique<tests::FakeStream>();
     line_ = made.get();
     line_->say(writer_.lead_in());
     gyro_ = make_framed_gyro(format, std::move(made), std::chrono::milliseconds(50));
@@ -39,7 +39,7 @@ class BothEnds {
 
   [[nodiscard]] double angle_arcsec() const { return static_cast<double>(pulses_) * kArcsecPerPulse; }
   [[nodiscard]] double arcsec_per_count() const {
-    return gyrotherm::arcsec_per_count(format_).value_or(kArcsecPerPulse);
+    return gyrotherm::drivers::arcsec_per_count(format_).value_or(kArcsecPerPulse);
   }
   [[nodiscard]] FrameCount frames() const { return gyro_->frames(); }
   /// What one step of the gyro's field is, in arcsec of one frame.
@@ -47,7 +47,7 @@ class BothEnds {
     const auto& field = *format_.gyro();
     if (is_real(field.type)) return 1e-5;
     const double step = field.scale.of(arcsec_per(field.unit, field.role).value_or(kArcsecPerPulse));
-    return field.role == FieldRole::rate ? step / rate_ : step;
+    return field.role == drivers::FieldRole::rate ? step / rate_ : step;
   }
 
  private:
@@ -62,17 +62,18 @@ class BothEnds {
     ++seconds_;
   }
 
-  FrameFormat format_;
+  drivers::FrameFormat format_;
   double rate_;
   StreamWriter writer_;
   RandomStream noise_{1, RandomPurpose::angle_noise};
-  FakeStream* line_{};
-  std::unique_ptr<Gyro> gyro_;
+  tests::FakeStream* line_{};
+  std::unique_ptr<drivers::Gyro> gyro_;
   std::int64_t pulses_{};
   double seconds_{};
 };
 
-void expect_exact_sum(const std::string& name, const FrameFormat& format, double frames_a_second, int seconds) {
+void expect_exact_sum(const std::string& name, const drivers::FrameFormat& format, double frames_a_second,
+                      int seconds) {
   SCOPED_TRACE(name);
   BothEnds ends(format, frames_a_second);
   const auto origin = ends.first_second();
@@ -93,31 +94,31 @@ void expect_exact_sum(const std::string& name, const FrameFormat& format, double
 }
 
 TEST(StreamWriter, AtOneFrameASecondEveryShippedStreamAddsUpExactly) {
-  for (const auto& name : shipped_streams())
-    expect_exact_sum(name, at_one_frame_a_second(shipped_stream(name).frame), 1, 300);
+  for (const auto& name : tests::shipped_streams())
+    expect_exact_sum(name, at_one_frame_a_second(tests::shipped_stream(name).frame), 1, 300);
 }
 
 TEST(StreamWriter, AtItsOwnRateEveryShippedStreamAddsUpExactly) {
-  for (const auto& name : shipped_streams()) {
-    const auto format = shipped_stream(name).frame;
+  for (const auto& name : tests::shipped_streams()) {
+    const auto format = tests::shipped_stream(name).frame;
     expect_exact_sum(name, format, format.rate_hz > 0 ? format.rate_hz : 1, 10);
   }
 }
 
 TEST(StreamWriter, FramesThatWentToNobodyAreNotMadeUpFor) {
   for (const auto* name : {"kvh-17xx-a", "hg4930", "kvh-dsp-3000-ascii"}) {
-    const auto format = at_one_frame_a_second(shipped_stream(name).frame);
+    const auto format = at_one_frame_a_second(tests::shipped_stream(name).frame);
     StreamWriter writer(format, kArcsecPerPulse);
-    FrameDecoder decoder(format);
+    drivers::FrameDecoder decoder(format);
     decoder.feed(writer.lead_in());
     writer.skip(1e6);
     decoder.feed(writer.next(1e6 + 100, 1'000'000, 1));
     const auto frame = decoder.take();
     ASSERT_TRUE(frame) << name;
     const auto& field = *format.gyro();
-    EXPECT_NEAR(frame->gyro.value() * arcsec_per(field.unit, field.role).value(), 10, 1e-4) << name;
+    EXPECT_NEAR(frame->gyro.value() * drivers::arcsec_per(field.unit, field.role).value(), 10, 1e-4) << name;
   }
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

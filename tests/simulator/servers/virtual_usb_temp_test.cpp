@@ -5,14 +5,14 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
-namespace gyrotherm {
+namespace gyrotherm::simulator {
 namespace {
 
 class VirtualUsbTempTest : public testing::Test {
  protected:
-  std::vector<std::byte> ask(const MccRequest& request) {
+  std::vector<std::byte> ask(const drivers::MccRequest& request) {
     EXPECT_TRUE(device.write(encode_mcc_request(request)));
-    std::vector<std::byte> report(kMccLongestReport);
+    std::vector<std::byte> report(drivers::kMccLongestReport);
     const auto size = device.read(report, {});
     report.resize(size.value_or(0));
     return report;
@@ -23,33 +23,34 @@ class VirtualUsbTempTest : public testing::Test {
 };
 
 TEST_F(VirtualUsbTempTest, ScansItsInputs) {
-  const auto scan = mcc_scan(0, 7);
-  const auto readings = decode_mcc_temperatures(scan, ask(scan));
+  const auto scan = drivers::mcc_scan(0, 7);
+  const auto readings = drivers::decode_mcc_temperatures(scan, ask(scan));
   ASSERT_TRUE(readings) << text(readings.error());
   const auto laboratory_c = laboratory.thermometers_as_measured_c();
   EXPECT_NEAR((*readings)[1]->value, laboratory_c[1], 2e-6);
   EXPECT_NEAR((*readings)[7]->value, laboratory_c[8], 2e-6);
   EXPECT_EQ((*readings)[2].error().kind, FaultKind::out_of_range);
-  const auto one = mcc_read_input(3);
+  const auto one = drivers::mcc_read_input(3);
   EXPECT_NEAR(decode_mcc_temperatures(one, ask(one)).value()[0]->value, laboratory_c[3], 2e-6);
 }
 
 TEST_F(VirtualUsbTempTest, KeepsWhatItsItemsAreSetTo) {
-  const auto sensor = mcc_read_item(5, MccItem::sensor);
+  const auto sensor = mcc_read_item(5, drivers::MccItem::sensor);
   EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{0}) << "platinum at first";
-  for (const auto& request : mcc_setup(5, MccThermocouple{MccThermocoupleType::t})) EXPECT_TRUE(ask(request).empty());
+  for (const auto& request : mcc_setup(5, drivers::MccThermocouple{drivers::MccThermocoupleType::t}))
+    EXPECT_TRUE(ask(request).empty());
   EXPECT_EQ(decode_mcc_bytes(sensor, ask(sensor)).value(), std::vector<std::uint8_t>{2});
-  EXPECT_TRUE(ask(mcc_set_item(2, MccItem::coefficient_0, 100.02f)).empty());
-  const auto coefficient = mcc_read_item(2, MccItem::coefficient_0);
+  EXPECT_TRUE(ask(mcc_set_item(2, drivers::MccItem::coefficient_0, 100.02f)).empty());
+  const auto coefficient = mcc_read_item(2, drivers::MccItem::coefficient_0);
   EXPECT_EQ(decode_mcc_numbers(coefficient, ask(coefficient)).value()[0], 100.02f);
 }
 
 TEST_F(VirtualUsbTempTest, CalibratesInNoTimeAndKnowsItsDate) {
-  EXPECT_TRUE(ask(mcc_request(MccCommand::calibrate)).empty());
-  const auto status = mcc_request(MccCommand::read_status);
-  EXPECT_FALSE(mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
-  const auto date = mcc_read_calibration_date();
-  EXPECT_TRUE(decode_mcc_date(decode_mcc_bytes(date, ask(date)).value()));
+  EXPECT_TRUE(ask(mcc_request(drivers::MccCommand::calibrate)).empty());
+  const auto status = mcc_request(drivers::MccCommand::read_status);
+  EXPECT_FALSE(drivers::mcc_calibrating(decode_mcc_bytes(status, ask(status)).value()[0]));
+  const auto date = drivers::mcc_read_calibration_date();
+  EXPECT_TRUE(drivers::decode_mcc_date(drivers::decode_mcc_bytes(date, ask(date)).value()));
 }
 
 TEST_F(VirtualUsbTempTest, IsSilentToWhatItDoesNotUnderstand) {
@@ -59,4 +60,4 @@ TEST_F(VirtualUsbTempTest, IsSilentToWhatItDoesNotUnderstand) {
 }
 
 }  // namespace
-}  // namespace gyrotherm
+}  // namespace gyrotherm::simulator

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What every subcommand is made of: options, and an action that ends in an exit code or a fault.
 #pragma once
 

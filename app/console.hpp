@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How the program speaks: data on stdout, messages and progress on stderr.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Ctrl-C, SIGTERM and a lost terminal (SIGHUP) end the program at once, unless a command asks to be told of them, so
 /// as to stop in order; nothing is done in the signal handler itself.
 #pragma once

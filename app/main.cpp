@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
 #include "app/command.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The way out of the program for text: its standard output, or its standard error. Whoever reads it may stop reading
 /// (Ctrl-S, a stalled connection, a full pipe, a file on a disk that hangs), and a run that drives a chamber must not
 /// wait for that.

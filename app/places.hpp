@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Where the shipped profiles are, and where a record goes that nobody named.
 #pragma once
 

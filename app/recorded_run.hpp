@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Records, as evidence: seen to be as they were written, and ready for analysis.
 #pragma once
 

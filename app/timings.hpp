@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Wall time of each stage of a long command; kept apart from results, because it varies from run to run.
 #pragma once
 

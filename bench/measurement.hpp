@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the benchmarks measure and how they say it: on stdout one line per figure, tab-separated: name, value, goal,
 /// "ok" or "short". Time is of one thread's processor for one thread, of the wall for more.
 #pragma once

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What find_package(gyrotherm) finds: each room with its headers, in an export of its own, so that who asks for COMPONENTS
 # record needs neither the instruments' libraries nor Eigen to be there.
 include(GNUInstallDirs)

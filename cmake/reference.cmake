@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The target reference: what doxygen makes of the rooms' headers, in BUILD/reference/html; any warning of it is an error.
 function(gyrotherm_reference)
   find_package(Doxygen REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # One library per room, or per floor of one: gyrotherm_room(NAME SOURCES a.cpp … USES other rooms … PRIVATE third parties …)
 # makes gyrotherm::NAME, which is installed for others to build on (package.cmake), unless it is one of the programs' own:
 # INTERNAL. The rooms in USES are public, third parties stay private to the room. A unity build compiles those of the

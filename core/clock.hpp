@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Time is handed in: an instant is monotonic time since the run started, paired with UTC.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Files of the operating system: open ones, whole ones that are read or replaced, and the entries of a folder. Whoever
 /// reads may be handed anything under a name, and whoever writes may find that somebody else has put something there:
 /// no function here waits for a pipe, reads a device, or writes through a link.

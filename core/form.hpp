@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a struct says of its own form in a file: a function `describe` names the key of each member, in the order of
 /// the file, and the same function writes the struct and reads it back.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Described structs (core/form.hpp) as JSON: json_of() and read_json(). It brings nlohmann's JSON along, so only what
 /// writes or reads a file includes it.
 #pragma once

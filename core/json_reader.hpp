@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Reads a JSON document key by key: the first mistake is kept with its path, and a neutral value is returned in its
 /// place, so that a parser reads straight on and asks verdict() once.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The process that runs, and its neighbours on the machine: its signals, its end by a broken law, the programs that
 /// were installed with it, and the users who own other processes.
 #pragma once

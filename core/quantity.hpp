@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Numbers that carry their physical meaning (points, amounts and rates), and how people write them.
 /// A point of temperature cannot be added to another; an amount can.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Random numbers that are the same on every machine: the standard's generator with our own mapping to numbers, since
 /// the standard's distributions differ between libraries.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How work ends. What the world may refuse returns a Result, and its Fault says where and what; this is the one way to
 /// fail. Long work tells through a ProgressSink how far it is, and is asked through it to stop.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What one second of the rig is made of. Plain structs, made in one place, never edited after.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The digest SHA-256 (FIPS 180-4), by which records, models and files are known.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Text from people, instruments and files: its characters, how a terminal, a log or a table may show it, and which
 /// known word a misspelt one is likely to mean.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Reads TOML for people: every mistake of a file is reported at once, each with file:line:column. TomlTable reads
 /// values; the functions below it read words that stand for values, bounded whole numbers, and files that are named.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The characters of TOML: those of a file are looked at before its grammar is read, so that what toml++ 3.3.0 could
 /// not bear does not come to it; those of a text that is written are escaped.
 #pragma once

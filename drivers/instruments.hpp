@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the rig sees of an instrument, whatever its protocol.
 #pragma once
 

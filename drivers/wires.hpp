@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The small interfaces below the drivers. Real lines, sockets to virtual instruments and in-memory fakes stand behind
 /// them. Every wait has a limit, `within`, on the clock of whoever made the wire.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A square array of numbers between 0 and 1 as shaded cells: the paper's Table 3.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Lines of equal value through a sampled field.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The project's one plot module: panels of lines over a common x axis, written as SVG text.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A picture of coloured points, and its bytes as PNG.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Writes SVG as text: the few shapes a figure needs, coordinates to a tenth of a pixel, so that equal figures are
 /// equal bytes.
 #pragma once

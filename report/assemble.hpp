@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Makes the report of an experiment from its records and what was trained on them.
 #pragma once
 

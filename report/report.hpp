@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The report of an experiment as data: every view of it, the file report.json first, is made of this alone.
 ///
 /// Equal inputs give equal bytes: nothing in it varies from run to run of the same experiment, so no wall time, no

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "report/style_sheet.hpp"
 
 namespace gyrotherm::report {

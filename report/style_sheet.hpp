@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The look of the HTML report, on screen and in print.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The views of a report: its figures, a page of HTML, and the folder that holds them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What each instrument is asked before a run, in lines for people; nothing is moved.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A rig assembled from its file: instruments on their lines, a io, a clock. Virtual and real rigs differ here and
 /// nowhere else.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A rig in words: which instruments, on which lines, with which calibrations and limits. One TOML file per rig.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A [[thermometer]] of a rig file: which instrument, on which line, with which calibrations.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The chamber: air that heater, cooler and wall pull at, a controller that follows its set point, and the controller's
 /// sensor.
 #pragma once

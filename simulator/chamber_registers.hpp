@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual chamber as its register map shows it: the words of its registers, its profile memory, and the program
 /// that it carries out by itself.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the temperatures inside a ring laser gyro make of its bias: one contribution per physical source, each fed by
 /// the gain arms, the mirrors and the block's mean, which no thermometer shows.
 #pragma once

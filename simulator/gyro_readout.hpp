@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the gyro makes of its rotation: an accumulated angle with noise, counted in whole pulses, and a clock of its
 /// own.
 #pragma once

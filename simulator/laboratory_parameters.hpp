@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Every number of the virtual laboratory, as the [virtual] table of a rig file gives it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyro of the reference simulation: a lumped thermal network, and a bias that is a function of its temperatures
 /// alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Draws one gyro of a type: the same body and the same bias law with other numbers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyro as the virtual laboratory needs it: a body in the chamber's air, with true temperatures and a true bias.
 #pragma once
 

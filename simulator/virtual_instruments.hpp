@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual instruments: servers on loopback that speak the real protocols over a world.
 #pragma once
 

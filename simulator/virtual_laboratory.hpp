@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual laboratory, one second at a time: a chamber's air, the gyro as a thermal body, its bias and its
 /// read-out. Reading has no side effects: every random number belongs to a step, so that a world is reproduced by its
 /// seed and the set points of its steps alone.

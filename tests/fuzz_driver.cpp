@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Runs a libFuzzer target without libFuzzer: files given as arguments, or N seeded random inputs (default 10000).
 #include <cstddef>
 #include <cstdint>

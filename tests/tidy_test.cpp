@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The house rules, held: who may include what, how large a file and a function may grow, which words are not used.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -213,8 +214,14 @@ TEST(House, EachRoomHasItsNamespace) {
     std::string last;  // before it others may stand: of what is declared there, or specialised
     for (const auto& line : source.lines)
       if (line.starts_with("namespace gyrotherm")) last = line;
-    if (!last.empty()) EXPECT_EQ(last, "namespace " + namespace_of(source) + " {") << source.at(0);
+    if (last.empty()) continue;
+    EXPECT_EQ(last, "namespace " + namespace_of(source) + " {") << source.at(0);
   }
+}
+
+TEST(House, EachSourceSaysItsLicence) {
+  for (const auto& source : all_sources())
+    EXPECT_EQ(source.lines.front(), "// SPDX-License-Identifier: Apache-2.0") << source.at(0);
 }
 
 TEST(House, FilesHaveOneSubject) {

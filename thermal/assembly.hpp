@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// From a mesh to matrices, straight into compressed rows: sums over bricks of integrals made once (hex20.hpp).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Solves a symmetric positive definite sparse system for one right-hand side after another: conjugate gradients, with
 /// algebraic multigrid (hypre's BoomerAMG) set up once as preconditioner, or with the diagonal where the program is
 /// built without hypre.

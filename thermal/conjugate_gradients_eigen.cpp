@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Without hypre: Eigen's conjugate gradients with the diagonal as preconditioner.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// With hypre: conjugate gradients preconditioned by one V-cycle of BoomerAMG, a single process.
 #define OMPI_SKIP_MPICXX 1
 #define MPICH_SKIP_MPICXX 1

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which value of a parameter gives a wanted difference between gain and non-gain areas. That is calibration: one
 /// number meets a whole family of parameters, and says nothing of which member is true.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A gyro's parts in space: every one a box or an upright convex prism.
 #pragma once
 

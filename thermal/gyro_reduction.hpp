@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// From a gyro file's model to its reduced model: mesh, matrices, reduction, errors measured on the same mesh.
 #pragma once
 

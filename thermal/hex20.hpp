@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The sum of a ThermalSystem's matrices for any coefficients, without looking for places twice.
 #pragma once
 

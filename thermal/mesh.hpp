@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyro as a structured grid of 20-node bricks whose lines lie on the faces of its boxes. A brick that a slanted or
 /// round face cuts takes each part by its share of the brick's volume, and keeps the direction across the face, so that
 /// its conductivity can be that of parts beside each other along the face and one behind the other across it

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The steady problem as an input file of CalculiX, on the identical mesh, for whoever wants to check it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "thermal/model_order_reduction.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The full heat equation → few states that answer alike, at every coefficient of air from −60 to 80 °C under both
 /// films, and of gaps that all conduct alike, as the worst of them does from cold to heat and up to 0.06 W/(m·K) at
 /// least.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How far a reduced model is from the full one in time: the two programs of its file's [error].
 #pragma once
 

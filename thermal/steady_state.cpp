@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "thermal/steady_state.hpp"
 
 #include <fmt/format.h>

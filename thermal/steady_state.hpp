@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The working gyro at rest in still or moving air: temperature everywhere, with the conductivity of the cabinet's air
 /// at the temperature that comes out.
 #pragma once

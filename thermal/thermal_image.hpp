@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The thermal image of the gyro: a plane through it with isotherms and thermometers, as the paper's Figures 1 and 2.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Reads every instrument of the rig once a second, and passes commands to the chamber: the one owner of all lines.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What was appended and is not yet acknowledged, within a bound.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Whether a record is as it was written: the chain over its rows, which shows an edit of one of them, and the manifest
 /// over its files (RUN.db.sha256), which shows any other. All functions are for any thread, on a database of its own.
 #pragma once

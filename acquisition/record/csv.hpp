@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Text tables: one line cut into fields, and a table of numbers that arrives in pieces.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Watches that the two files of a record being written, the database and its write-ahead log, are those that stand on
 /// the disk under their names, in the folder that stands under its own, and that nobody else writes them. A file
 /// unlinked by another program takes every commit and keeps none of them, while SQLite reports success.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Foreign records in: the map that says what a text table's columns are, the table's rows, and the record made of
 /// them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Makes entries durable whatever the disk does: one call is one transaction, and tells what came of it. One thread at
 /// a time.
 #pragma once

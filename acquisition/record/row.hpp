@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The rows of a record: what one call of Store puts in (the rows of a second, of a gap, or of an event that came
 /// alone), and how they come out of the file.
 #pragma once

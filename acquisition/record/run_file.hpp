@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The open file of a run: one connection with the settings that make a commit durable, and one prepared statement per
 /// kind of row. What may be written when is the business of Store and of import; here a row is a row.
 #pragma once

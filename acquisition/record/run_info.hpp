@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a record knows before its first sample: enough to analyse it, and to go on with it, without any other file.
 #pragma once
 

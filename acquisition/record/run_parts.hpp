@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A record whose file failed goes on in a second one beside it, and so on; each names the one before.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The tables of a record, schema gyrotherm-run/1.
 ///
 ///   meta     key → value: what the run knows before its first sample, and its outcome

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The few calls of SQLite that a record needs, owned, and failing with a Fault that names the file.
 #pragma once
 

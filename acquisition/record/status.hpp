@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Where a run stands: written beside the record after each sync, so that nobody needs to open a record being written.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The record of a run being written: one SQLite file, one connection, nothing acknowledged that is not synced
 /// (exclusive locking before WAL, synchronous FULL, each setting read back).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Overlapping Allan deviation, how the noise of a rate depends on the time it is averaged over, and the five noises of
 /// a gyro that are read from it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Means over 100 s (eq. 11 as corrected in errata 2): what everything after works on.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// From a record to matrices: temperatures calibrated, bias from counts with the exact interval and Earth rate removed.
 /// The only file of this room that knows records.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The inputs of a model: terms as a user writes them, their values over clusters, and their scaling.
 #pragma once
 

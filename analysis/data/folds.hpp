@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which clusters are held out together, and which are then learnt from: cycles, whole records, or consecutive blocks
 /// with a guard gap. Never clusters at random: neighbours are nearly copies of each other (docs/evaluation.md).
 #pragma once

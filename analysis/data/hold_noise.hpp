@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The noise of a gyro from the holds of its own record: the floor that no compensation can honestly go below, and the
 /// Allan deviation over the last hour of each hold.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The figures by which a residual is judged: eq. 11, what it hides, and how well it is known; and how bias and
 /// temperatures correlate.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Gaussian process regression (Rasmussen and Williams 2006): squared-exponential covariance with one length per input,
 /// which says which inputs matter, and a noise, all by marginal likelihood. One of the two modern methods beside the
 /// paper's; the only one here that gives a standard deviation with each prediction.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How the comparison methods choose: by the mean squared error on held-out folds, and by nothing else; and how their
 /// independent pieces of work share the threads.
 #pragma once

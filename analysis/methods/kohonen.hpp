@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The modified radial basis network of Ding et al., Sensors 14 (2014) 18711, ref. 12 of the paper: a self-organising
 /// map offers its nodes as centres, orthogonal least squares takes the few that explain the bias.
 ///

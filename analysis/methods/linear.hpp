@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Multiple linear regression by least squares.
 #pragma once
 

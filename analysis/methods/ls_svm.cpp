@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "analysis/methods/ls_svm.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Least-squares support vector machine (Suykens et al. 2002); for ring laser gyros: Wei, Li and Long, Measurement 44
 /// (2011) 1898, and Li et al., Opt. Express 23 (2015) 13320, refs. 15 and 24 of the paper.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One small face for every regression method: what it is called, how it chooses its hyper-parameters on held-out
 /// folds, how it fits, and what every fit ends in. The table of methods is in method.cpp; a new method is one file and
 /// one row.

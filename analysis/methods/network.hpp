@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Back-propagation network of one hidden layer: ŷ = v_0 + Σ_{k=1}^{h} v_k tanh(w_k0 + w_kᵀz), trained by
 /// Levenberg–Marquardt (Yang, Qin and You, Proc. SPIE 7544 (2010), ref. 7 of the paper).
 ///

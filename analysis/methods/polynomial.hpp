@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A polynomial in the temperature and its rate, by least squares: y = Σ_{k=0}^{m} a_k T^k (+ a_{m+1} Ṫ + a_{m+2} T Ṫ),
 /// the oldest compensation of ring laser gyros (Guo et al., Chin. Opt. Lett. 4 (2006) 576; Hong et al., IEEE LEOS 2008;
 /// refs. 3–5 of the paper).

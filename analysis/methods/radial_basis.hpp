@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Radial basis function network with k-means centres (Moody and Darken, Neural Comput. 1 (1989) 281): the network of
 /// Jin et al. 2008 and Yu et al. 2012 (refs. 8 and 10 of the paper) and what Ding et al., Sensors 14 (2014) 18711,
 /// compare theirs with.

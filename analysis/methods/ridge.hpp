@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Ridge regression on physics features: T, T², gradients, gradients times T, and the rate. One of the two modern
 /// methods beside the paper's (Hoerl and Kennard, Technometrics 12 (1970) 55).
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Stepwise regression by partial F tests (Efroymson 1960); for ring laser gyros: Zhang and Long, Opt. Tech. 32 (2006)
 /// 738, ref. 6 of the paper.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// ε-SVR tuned by particle swarm: the paper's own method (eqs. 1–10), and the filter that goes before it in `svr-flp`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a model takes in, from the words the user said to the terms of one training set.
 #pragma once
 

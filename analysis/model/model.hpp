@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A trained compensation model: what it takes in, how it computes, what is known of it, and what it predicts inside
 /// and outside the range in which it was trained. It is kept in one JSON file.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A model as others can run it: as C99 for a navigation computer (no allocation, no state of its own, nothing but
 /// <math.h>), and as LIBSVM's model file.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The model file: one description of every part, by which it is written and read.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which thermometers matter: what it costs to leave each out.
 #pragma once
 

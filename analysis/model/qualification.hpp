@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the experiment trains on its rate run and judges on both runs: the paper's two models, the one that is
 /// recommended for use, and every other method beside them.
 #pragma once

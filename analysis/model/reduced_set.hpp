@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Fewer vectors at a stated loss: a sum of Gaussians projected onto those of a few of its centres.
 ///
 /// In the space of the kernel the function f = Σ β_i k(x_i, ·) is nearest to the span of the centres kept, R, at

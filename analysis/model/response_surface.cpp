@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/response_surface.hpp"
 
 #include <Eigen/Eigenvalues>

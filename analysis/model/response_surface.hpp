@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A response surface of second order by ridge regression: the cheap learner by which inputs are chosen and
 /// thermometers are judged. Its cost is milliseconds, and on the virtual gyro its held-out error is the noise floor
 /// (docs/evaluation.md).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which of many inputs to take, learnt from one training set alone.
 #pragma once
 

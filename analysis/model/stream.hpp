@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Compensation as a stream: 1-Hz rows in, compensated bias out, memory bounded.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The paper's §3.3 from clusters to a model: correlate, select, scale, tune by swarm on held-out cycles, fit.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The inner loops of a sum of Gaussians, for AVX-512, for AVX2 and for any processor.
 #pragma once
 

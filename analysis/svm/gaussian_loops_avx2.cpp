@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compiled for AVX2 (see CMakeLists.txt), so nothing is included that the rest of the program would share compiled.
 #include "analysis/svm/gaussian_loops.hpp"
 

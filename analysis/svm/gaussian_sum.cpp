@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "analysis/svm/gaussian_sum.hpp"
 
 #include <Eigen/QR>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Sums of Gaussians at many points: what a support vector machine or a radial network predicts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The Gaussian kernel matrix of a training set, made row by row as the solvers ask for it, and the memory that they
 /// keep of it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The few hot loops of this room are compiled once per generation of x86-64, and the program takes the best one its
 /// processor has when it starts; elsewhere, and under a sanitiser (which cannot yet run at that moment), there is one
 /// version. Results agree to rounding between processors, and to the bit on one.

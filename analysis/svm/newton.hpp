@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A Cholesky factorisation for a few thousand unknowns, several times faster than a portable build of Eigen's.
 #pragma once
 

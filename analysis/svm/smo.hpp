@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Sequential minimal optimisation in n variables: two of them move at a time. Fast on easy trainings, and a good start
 /// of the hard ones. Works on a kernel in single precision, so its result is to be certified by others.
 #pragma once

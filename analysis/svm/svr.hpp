@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// ε-insensitive support vector regression with a Gaussian kernel, solved to certified optimality (errata 2.1, which
 /// replaces eqs. 1–7 of the paper).
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One training as the solvers see it, a point of it, and the judge of both (errata 2.1 of the paper; svr.hpp has the
 /// dual).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Particle swarm optimisation by eqs. 8–10 of the paper (with errata 2 for their order): inertia weight falling
 /// linearly, velocity limit before the move, positions clamped to the box with that velocity component set to zero.
 #pragma once

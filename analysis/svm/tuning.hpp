@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// C, σ and ε of an ε-SVR by particle swarm in log2 space; the fitness is the mean squared error on held-out folds.
 #pragma once
 

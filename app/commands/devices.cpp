@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What is plugged in, whether this user may open it, and what to do if not.
 #include <fcntl.h>
 #include <fmt/format.h>

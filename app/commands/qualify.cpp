@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The whole experiment: two runs, three models, a report.
 #include <fmt/format.h>
 

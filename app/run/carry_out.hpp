@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Conducts a run to its end: in real time on an event loop, on a virtual rig as fast as the machine allows.
 #pragma once
 

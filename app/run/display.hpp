@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What `run` and `resume` show of a run under way: a few lines, redrawn in place on a terminal, a plain one now and
 /// then elsewhere, none with --quiet.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What calls the tick: an event loop in real time, a plain loop in virtual time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm-thermal program: the finite-element model of a gyro, its image, its calibration, its reduction.
 #include "app/thermal/commands.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The thermal image of a steady state, as views through the gyro.
 #pragma once
 

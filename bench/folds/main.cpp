@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What each way of holding out says of one method on one record, beside a run that nothing has seen: clusters at
 /// random (which the program never offers), blocks without and with a guard, cycles, and cycles nested. The
 /// hyper-parameters are chosen anew by each of them. Random folds are 10, by a seeded shuffle.

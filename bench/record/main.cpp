@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// gyrotherm-record-bench FOLDER: what the record of the whole qualification costs, beside SQLite alone with the same
 /// rows. SQLite alone writes in one transaction; ours also chains every row, and checks what it reads.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a solution is worth, whoever made it: objective, duality gap and violation in double precision, from β and b
 /// alone. The kernel is made anew from coordinate differences with the library's exp; a solver's own figure is never
 /// reported.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// gyrotherm-svr-bench: one section of the benchmark per call. bench/svr/compare calls them all.
 #include <fmt/format.h>
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The data sets of the benchmark.
 
 make_sets.py FOLDER                the synthetic gyro sets

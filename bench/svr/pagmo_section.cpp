@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The tuning job as the peer runs it: pagmo's particle swarm over the same box, 20 particles and 30 generations.
 #include <fmt/format.h>
 

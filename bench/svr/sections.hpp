@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The sections of the benchmark. Each prints its figures; each fails only if it could not be run at all. A solver that
 /// misses its goal, or its certificate, is a figure and not a fault.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The two that are compared. LIBSVM (Chang and Lin), the standing peer, from any build of its shared library: cache
 /// 200 MB, shrinking, tolerance 1e-3; and our solver as the benchmark asks it, through the public face of analysis/
 /// alone.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What solvers are compared on: sets, how they are cut into folds, and the positions of a tuning job, kept as text so
 /// that every solver can be asked the same questions.
 #pragma once

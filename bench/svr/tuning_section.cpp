@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The tuning job: the paired replay, in which the same positions of a stored job go through LIBSVM and through our
 /// solver, one after the other at each position, so that both see the same state of the machine; and our whole job.
 #include <fmt/format.h>

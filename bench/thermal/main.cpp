@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// gyrotherm-thermal-bench: one section of the benchmark per call. bench/thermal/compare calls them all. CalculiX, the
 /// peer, is its program on the identical mesh, as a child of this one.
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/chamber/chamber_lock.hpp"
 
 #include <dirent.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One program drives a chamber: two locks of the operating system, which end with the program that holds them, however
 /// that ends.
 ///

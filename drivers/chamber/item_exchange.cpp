@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/chamber/item_exchange.hpp"
 
 #include <fmt/format.h>

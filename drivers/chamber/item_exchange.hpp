@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Items of a map, read and written over a line: with their decimals and unit as the controller has them set, and each
 /// write seen to take effect.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any chamber that a register map describes.
 #pragma once
 

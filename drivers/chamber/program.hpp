@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A profile as a controller carries it out by itself, the registers of its profile memory that hold it, and how they
 /// are written and started.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One item of a chamber's register map, and its value as words on the wire. Pure.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The register map of a Modbus chamber: a TOML file under profiles/chambers, used by the driver and, from the other
 /// end of the wire, by the virtual chamber. docs/chamber-maps.md describes the format.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The pieces of parse_register_map(), one per table of the file. Each notes its mistakes in the table's document.
 #pragma once
 

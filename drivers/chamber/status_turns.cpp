@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/chamber/status_turns.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which pieces of a chamber's status one reading asks for. What a chamber says of itself beside its air and set point
 /// may take many exchanges; on a slow line they do not fit into a second, and are asked for in turn. Pure.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/chamber/word_order_probe.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Which word orders make sense of what a unit holds: a setting of some controllers that their manuals are not sure of.
 /// Pure.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A gyro's line of text: words between separators, ended by a terminator, perhaps with a check in hexadecimal digits.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The check of a gyro's frame: what is summed up, how, and where the sum is kept.
 #pragma once
 

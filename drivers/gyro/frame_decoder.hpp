@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The fields of one frame: from its bytes or words to values, and back.
 #pragma once
 

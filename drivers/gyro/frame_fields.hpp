@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One field of a gyro's frame: where its bits lie, and what they mean.
 #pragma once
 

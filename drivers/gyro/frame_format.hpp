@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A gyro's framed stream, described in a file instead of in code: how frames are found in it (this header), what is in
 /// them (frame_fields.hpp), how they are checked (frame_check.hpp), and lines of text (ascii_line.hpp).
 #pragma once

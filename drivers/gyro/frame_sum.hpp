@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Frames added up to one interval: increments summed (never thinned out), the mean of rates, the wrapped difference of
 /// counts and angles; with what the interval lacks.
 #pragma once

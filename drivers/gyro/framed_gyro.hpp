@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A gyro's whole description: a TOML file under profiles/gyro-streams, with the port's settings, what to send before
 /// and after, and the frames.
 #pragma once

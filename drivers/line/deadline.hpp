@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The end of a wait on a line, by default on the steady clock, on which the kernel's waits run; a line in memory has a
 /// clock of its own, which it moves.
 #pragma once

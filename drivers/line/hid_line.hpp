@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// HID devices: which there are, and speaking to one.
 #pragma once
 

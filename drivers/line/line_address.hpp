@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Where an instrument is connected, as rig files say it, and the line that this stands for.
 #pragma once
 

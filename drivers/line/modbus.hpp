@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Modbus by the guarded exchange, on whatever line a unit is connected to.
 #pragma once
 

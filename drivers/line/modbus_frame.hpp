@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Modbus as bytes: requests and answers (the PDU), and the frames that carry them on TCP and on a serial line. Pure
 /// functions, shared by the client's guarded exchange and the virtual chamber's server. Modbus Application Protocol
 /// V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b, section 3.1.3; MODBUS over Serial Line V1.02, section 2.5.1.

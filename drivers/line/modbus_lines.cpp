@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/line/modbus_lines.hpp"
 
 #include <fcntl.h>

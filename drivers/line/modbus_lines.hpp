@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Modbus TCP with every reply compared to its request, and the only place that calls libmodbus.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Question and answer in lines of text, where the host alone asks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Thermocouple modules that speak DCON (ADAM-4018/4018+, ICP DAS I-7018, ADLINK 6018): text ↔ values, both ends of the
 /// line (I-7018 user's manual rev. B1.0, chapters 1.10 and 2; ADAM-4000 manuals).
 ///

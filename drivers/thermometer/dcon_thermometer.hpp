@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Thermocouple modules of the DCON family (ADAM-4018/4018+, ICP DAS I-7018, ADLINK 6018): eight thermometers each.
 #pragma once
 

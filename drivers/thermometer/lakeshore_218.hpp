@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Lake Shore 218: eight thermometers on one line.
 #pragma once
 

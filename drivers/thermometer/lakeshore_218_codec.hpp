@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Lake Shore 218 temperature monitor: text ↔ values, both ends of the line (user's manual pp. 6-10 to 6-29).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What sensors an MCC USB-TEMP or USB-TC can be told that it has, as requests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// MCC USB-TEMP and USB-TC, eight inputs over HID: reports ↔ values, both ends (formats of the vendor's public library
 /// uldaq 1.2.1 and of the USB-TEMP specification).
 ///

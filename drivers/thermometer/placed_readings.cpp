@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/thermometer/placed_readings.hpp"
 
 #include <fmt/format.h>

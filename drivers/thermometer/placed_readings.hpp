@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a sensor can report; a reading outside it is a fault, whatever the instrument says.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// RH Systems PT12: twelve platinum thermometers on one line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/thermometer/pt12_codec.hpp"
 
 #include <fmt/format.h>

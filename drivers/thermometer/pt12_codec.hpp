@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// RH Systems PT12, twelve platinum thermometers on one serial line: text ↔ values, both ends of the line (manual of
 /// 7/20/2021, chapter 5). Lines come without their CR LF.
 #pragma once

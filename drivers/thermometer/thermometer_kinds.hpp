@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The kinds of thermometers that gyrotherm has drivers for: one table. A new one is a row here, and its driver.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sequencer/interlocks/interlock_memory.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the interlocks remember from second to second: how temperatures have moved, and how long each interlock has
 /// stood. Values; any thread.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The conditions under which a run may go on. Pure: limits, what was seen, and what is remembered go in, a result
 /// comes out; it outranks the profile. Any thread.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The interlocks by name, and the tables of a rig file that say what they watch and how they react: [limits],
 /// [policy], [safe]. docs/interlocks.md describes every key. Values; any thread.
 #pragma once

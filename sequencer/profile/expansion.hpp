@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// From the profile as written to the flat list of holds and ramps that runs; a random program is drawn on the way, the
 /// same one from the same seed on every machine.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The profile's state machine: pure, one step per second, no clock and no I/O.
 ///
 // clang-format off

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The plan of an experiment: a TOML file, checked and expanded into a flat list of holds and ramps before anything
 /// moves.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The profile laid out in time, as it would run if every soak counted from its first second.
 #pragma once
 

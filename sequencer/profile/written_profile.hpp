@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The profile as it is written: a tree of segments, not yet expanded.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sequencer/run/chamber_lead.hpp"
 
 #include <fmt/format.h>

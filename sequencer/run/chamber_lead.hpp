@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Who leads the chamber along the profile: this program, set point by set point (HostLead), or the chamber's own
 /// controller, which was given the profile as a program (ControllerLead, in uploaded_program.hpp). A run has one from
 /// its start; the run controller calls it once a second, in the thread of the tick.

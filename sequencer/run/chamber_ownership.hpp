@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a program takes on when it drives a real chamber: the chamber is its own, and it is watched. On a virtual rig
 /// there is nothing to take on.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The socket beside a record by which other programs of this machine speak to the one that carries the run out, and
 /// the messages that go over it: one each way.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What operators ask of a run between two ticks, and what comes of it. Pure.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a new record knows before its first sample, from the program, the profile, the rig and the seed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One run of a profile on a rig: the tick, once a second: read, judge, step the procedure and the profile, command,
 /// store.
 #pragma once

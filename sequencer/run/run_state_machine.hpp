@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How a run is carried out, above the profile's own machine: pure, one step per second, no clock and no I/O. The words
 /// are those of ISA-88 and PackML.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How the chamber is made safe: the safe set point, read back, then, if the rig file says so, switched off; and, in a
 /// later second, the chamber's own word that it is so.
 #pragma once

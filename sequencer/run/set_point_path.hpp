@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The set points that a chamber is sent: never faster than the ramp limit, never beyond the limits, one at a time,
 /// each read back before the next.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A profile that the chamber's controller carries out by itself: what it is given, and the lead that watches it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/child_work.hpp"
 
 #include <fcntl.h>

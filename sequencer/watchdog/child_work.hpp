@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Work in a process of its own, so that whatever hangs in it hangs there alone: a line, a library, a disk.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A process that can be told from a later one with the same number.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// gyrotherm-make-safe: sends a chamber to its safe set point when the program that drives it has died or hangs. No
 /// event loop, no database, no Qt: the safe-state file, a connection to the chamber, a trace beside the record.
 ///

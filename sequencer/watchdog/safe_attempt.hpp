@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Making one chamber safe: its safe set point first, written and read back with nothing else asked on the way, for on
 /// a bad line each question more is one that may be lost; then a program of the controller's own ended, and
 /// conditioning too where the rig wants it.

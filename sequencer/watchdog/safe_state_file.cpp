@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The safe-state file: while a run may move a real chamber, all that another program needs to make that chamber safe.
 /// Beside the record; made by rename before the first command, removed when the run has ended in order.
 #pragma once

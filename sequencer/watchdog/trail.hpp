@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What make-safe leaves beside the record, by processes of its own: the disk may hang, and nothing waits for it.
 #pragma once
 

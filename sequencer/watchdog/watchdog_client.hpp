@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// How a program that drives a real chamber is watched: the safe-state file beside the record, a guard in a process of
 /// its own, and systemd's watchdog where there is one. Whatever of it goes missing is told, and put back.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The side of virtual thermocouple modules that speak DCON (I-7018 user's manual rev. B1.0, chapters 1.10 and 2).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual gyro's line: frames to whoever is connected.
 #pragma once
 

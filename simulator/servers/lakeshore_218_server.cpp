@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "simulator/servers/lakeshore_218_server.hpp"
 
 #include "core/quantity.hpp"

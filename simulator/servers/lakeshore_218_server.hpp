@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual Lake Shore 218's side of its command language (user's manual pp. 6-10 to 6-29).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual chamber's side of Modbus: its map's functions over the registers of its map, framed for TCP or for a
 /// serial line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual RH Systems PT12's side of its command language (manual of 7/20/2021, chapter 5).
 #pragma once
 

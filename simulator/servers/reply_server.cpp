@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "simulator/servers/reply_server.hpp"
 
 #include <sys/epoll.h>

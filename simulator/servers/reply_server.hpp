@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Serves the instruments that answer when asked: one thread over all their sockets.
 #pragma once
 

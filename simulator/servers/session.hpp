@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One client's conversation with a virtual instrument, as a function of bytes: no socket, no clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A virtual MCC USB-TEMP, in memory: what would be at the other end of its HID reports.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Seeded samples for the tests of the regression methods.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Public records of real gyros (MIT licences, not carried here), where the machine has them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Models small enough to write down.
 #pragma once
 

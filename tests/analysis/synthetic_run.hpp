@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Designed data for the tests of this room. They test code; they confirm nothing about gyros.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent Modbus client of a virtual F4T: chamber_peer.py tcp|rtu PORT|DEVICE WORD_ORDER.
 
 Reads the air, moves the set point to where the air then goes, and asks for what must be refused.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What a user can rely on at the command line: exit codes, places of mistakes, suggestions.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The compensation of rows as text: in bulk, one by one, and wrong.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// kill -9 in the middle of a run: what was acknowledged is there, and resume ends the run.
 #include <gtest/gtest.h>
 

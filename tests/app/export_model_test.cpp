@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Models made smaller and taken to other programs.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A hundred programs killed or stopped at random moments: the chamber is safe within 20 s. They mostly wait, so
 /// several go at the same time. GYROTHERM_TIMES sets another number.
 #include <fmt/format.h>

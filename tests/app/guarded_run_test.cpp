@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A run on a real rig: it is guarded, the chamber is its own, and other programs may speak to it.
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A disk that hangs, for a program that is started with this in LD_PRELOAD: as long as the file is there that
 /// GYROTHERM_HANG names, no sync comes back.
 #include <sys/syscall.h>

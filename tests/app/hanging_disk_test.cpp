@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A run on a real rig whose disk takes seconds, or forever, to answer.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What Ctrl-C, SIGTERM, a lost terminal and a reader that leaves do to the program.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// kill -9 at any moment, many times: nothing that was printed as acknowledged is lost, the run that resume ends has
 /// the same segments with no soak shortened, and up to the gap it is the run that was never killed.
 /// GYROTHERM_KILLS in the environment: how many that met a living run.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The whole experiment behind other instruments leads to the same analysis: minutes, not seconds.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual chamber in the hands of Modbus clients that are not ours: both framings, four word orders, exceptions.
 #include <fmt/format.h>
 #include <gtest/gtest.h>

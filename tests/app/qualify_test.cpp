@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The whole experiment in small: profiles of a few hours, a quick swarm.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the README shows is there: its commands, their options, its files.
 #include <gtest/gtest.h>
 

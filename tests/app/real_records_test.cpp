@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Real recordings through the program. They are not part of the project: GYROTHERM_SHARED names the folder that has
 /// them.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A virtual laboratory in a process of its own, and a real rig file of its lines.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Turns the virtual rig's file into a real one whose instruments are at the given lines (a number: a port of this machine)."""
 import re
 import sys

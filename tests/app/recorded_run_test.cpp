@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What reads records as evidence looks whether they are as they were written.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The table of promises names tests: each of them exists, and no promise is without a word.
 #include <gtest/gtest.h>
 

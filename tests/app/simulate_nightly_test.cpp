@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Real rigs on the virtual instruments: on pseudo-terminals, and at a stream's own rate. Each takes more than ten
 /// seconds.
 #include <gtest/gtest.h>

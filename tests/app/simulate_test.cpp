@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual instruments in the hands of clients that are not ours.
 #include <gtest/gtest.h>
 

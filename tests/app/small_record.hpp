@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A record of two thermometers and a gyro, small enough to be trained on at once.
 #pragma once
 

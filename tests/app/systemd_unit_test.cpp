@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The unit that is shipped: systemd understands it, and it is well shut in.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The thermal image, as a user asks for it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What `verify` tells beside its figures.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The experiment at full length with the full swarm: minutes, not seconds.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text is either read or refused with a place, whatever is asked of it.
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an attack is, and what it has at hand: a laboratory, a real program, a folder, and a list of what went wrong."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Thermometers and single channels that are lost: named at once, and the run waits where it needs them (D1)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Disks that do not answer (H4), by a library that holds every sync, and by a frozen file system."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can happen to a record's files while they are written (H3)."""
 from __future__ import annotations
 

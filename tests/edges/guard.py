@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A program that dies while its chamber has a fault, too: the guard tries until the chamber has confirmed (H1)."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Instruments of our own on lines of their own, that break on command and remember what was done to them.
 
 A Watlow F4T (data map 1) with a small thermal plant, on Modbus TCP, on RTU frames over TCP or on RTU at a

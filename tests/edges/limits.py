@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What passes its limit while readings are lost, or by a profile of the controller's own."""
 from __future__ import annotations
 

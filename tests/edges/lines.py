@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Chamber lines that lose, delay and garble frames, or are lost for good (C2)."""
 from __future__ import annotations
 

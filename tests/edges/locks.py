@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Other users, other folders, other names: nobody keeps a chamber hot, no two programs drive it (H2, P17, M10).
 
 Each attack has a /run and a /tmp of its own, so that it meets nothing of this machine's.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A guard that is not there, or cannot do its work, is noticed and put back (M7)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The real programs as processes: started on files, pipes and terminals, spoken to, killed, and swept up afterwards."""
 from __future__ import annotations
 

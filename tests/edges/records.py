@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a run has left on the disk, read by Python's own SQLite and judged against what the laboratory had served.
 
 A record is copied before it is opened, and never while it is being written.

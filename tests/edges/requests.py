@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several words to a run within one second (C3)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rig files and profiles for the laboratory's instruments."""
 from __future__ import annotations
 

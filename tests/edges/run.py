@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Breaks the real program at its edges, and judges by what the chamber was sent and what the record kept.
 
     run.py GYROTHERM [NAME…] [--jobs N] [--long] [--hanging-disk LIBRARY] [--keep] [--list]

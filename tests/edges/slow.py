@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A controller that takes its time for each answer (M6)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts that fail: a record that cannot be written, a start that breaks off half-way (M4), limits of the controller
 that the profile does not know (M9)."""
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What others learn of a run and say to it while it does not answer; hostile texts and files; modes (M8 and lesser)."""
 from __future__ import annotations
 

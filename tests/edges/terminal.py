@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Outputs that take nothing any more: terminals, pipes, closed sessions (C1, M2, M5)."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Holds the verifier of these attacks: whatever is taken from, added to or changed in a record, it finds."""
 from __future__ import annotations
 

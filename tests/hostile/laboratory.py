@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The program, honest files of every kind, and one hostile input with what is done with it."""
 import hashlib
 import os

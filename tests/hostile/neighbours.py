@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Links, pipes and devices in the place of files, and what stands beside a record."""
 import os
 

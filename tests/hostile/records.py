@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hostile records: flipped, cut, edited, with a journal beside them, or none at all."""
 import json
 import os

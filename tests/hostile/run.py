@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Hands files of strangers to the program: each is either read or refused with one message, in seconds, in a bounded
 memory, and nothing but what was asked for is touched.
 

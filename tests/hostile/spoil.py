@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How honest bytes are made hostile ones."""
 
 def spoiled(draw, content, most=3):

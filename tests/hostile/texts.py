@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hostile TOML: profiles, rigs, maps and models of a gyro that somebody else wrote."""
 import os
 import sqlite3

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mutants of the rules by which a run is carried out: its states, its interlocks, its ways to and from the profile."""
 
 

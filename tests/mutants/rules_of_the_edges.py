@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mutants of the rules that hold where the program ends: its outputs, its locks, its guard, its files, a chamber's line."""
 from rules_of_a_run import shown_by
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Breaks one rule of safety at a time and shows that a named test notices.
 
     tests/mutants/run.py BUILD [PART-OF-A-NAME]

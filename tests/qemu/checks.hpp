@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Checks inside the emulated machine, which has no test framework: each says what it found.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Inside the emulated machine: the driver of the USB-TEMP, on hidapi and the kernel's hidraw as they are, with two
 /// devices of which the one it wants is unplugged and comes back.
 #include <unistd.h>

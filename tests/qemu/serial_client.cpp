@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Inside the emulated machine: the serial line, on libserialport as it is, and the Lake Shore 218 at its other end.
 #include <chrono>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Inside the emulated machine: a USB-TEMP that the kernel takes for a real HID device.
 ///   usb_temp_device SERIAL [UNPLUG_AFTER_MS PLUG_IN_AFTER_MS]
 /// The device's real report descriptor is not public: the lengths of its reports here are ours. The kernel drops an

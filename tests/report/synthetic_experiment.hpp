@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A small made-up experiment for the tests of the report: shaped like the real one, made by hand, the same every time.
 #pragma once
 

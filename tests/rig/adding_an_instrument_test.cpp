@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The files on the page docs/adding-an-instrument.md are read, and run on the virtual laboratory.
 #include <gtest/gtest.h>
 

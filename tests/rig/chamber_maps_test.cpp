@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Each shipped register map, on each of its links, drives the virtual rig through the qualification profile shortened
 // to an hour: client and virtual unit read the same file.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The same laboratory behind other instruments gives the same record.
 #include <gtest/gtest.h>
 

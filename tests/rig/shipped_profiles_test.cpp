@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Published frames of chamber controllers, and frames that their manuals' rules give: what the client sends with the
 // shipped maps, byte for byte.
 #include <gtest/gtest.h>

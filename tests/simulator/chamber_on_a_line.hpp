@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A chamber of a register map from both ends: the driver, the guarded exchange with the pace of the map's link on a
 /// virtual clock, frames, the virtual unit, the world.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "simulator/chamber_plant.hpp"
 
 #include <gtest/gtest.h>

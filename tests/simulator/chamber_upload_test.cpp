@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program goes into the controller's own memory, is compared, started, and carried out by the virtual unit: for each
 // shipped map with a profile memory, on each of its framings, at the pace of its link on a virtual clock.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What the default rig promises of its gyro: over the four rate cycles, in the chamber's air, free of noise.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The bias physics, each contribution by what its source says of it.
 #include "simulator/gyro_bias.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The reference simulation's bias, free of noise, at scale 1.
 #include "simulator/lumped_gyro.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/simulator/shipped_rigs.hpp"
 
 #include <algorithm>

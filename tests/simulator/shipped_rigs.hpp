@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The shipped virtual rigs and the rate cycles of the qualification, for the tests of this room.
 #pragma once
 

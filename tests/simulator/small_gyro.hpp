@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A reduced gyro of nine nodes, for tests whose subject is not the finite elements: A…H on a ring of Zerodur, and the
 /// shell around them. Left and right are alike.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The anchors of the reference simulation: set point = air, each cycle started at rest at 20 °C, the value of a second
 /// taken before its step.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A rig on the bench: one chamber with a little air, nine thermometers, a gyro, and a record in memory; each breaks on
 /// command. Real classes behind the same doors, so that the run is the one that drives real rigs.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A virtual rig, a profile and a record in a folder of their own, for tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A file system for SQLite that fails on command, and whose power can be cut.
 #pragma once
 

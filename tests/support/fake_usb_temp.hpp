@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A USB-TEMP in memory, behind the reports it is spoken to in; it works until it is told to break.
 #pragma once
 

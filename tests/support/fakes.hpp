@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Wires in memory that work until they are told to break.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The shipped descriptions of gyro streams, and bytes written in hexadecimal.
 #pragma once
 

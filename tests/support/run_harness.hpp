@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A run of a profile, a second at a time in virtual time: what all tests of whole runs have in common. Its back ends
 /// are a rig (on the bench, on a plant in memory, or virtual behind its sockets) and a store.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A line in memory on a virtual clock, which only waiting moves: what is sent on it arrives when it is told to.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Plain statistics of a series, for the tests of this room.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The finite elements against known answers.
 #include "thermal/assembly.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The solver against CalculiX on the identical mesh, and the meshes against each other. These take minutes.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text is either a gyro whose parts fit together or refused with a place.
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text is either a reduced model that a twin can live on, or refused with a place.
 #include <fmt/format.h>
 

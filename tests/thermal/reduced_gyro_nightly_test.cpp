@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The reduced model against the finite elements it is made of, in time and over coefficients. Minutes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// profiles/gyros/*.reduced.toml, each beside the gyro file it was made from.
 #include <filesystem>
 #include <string>

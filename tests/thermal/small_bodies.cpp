@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/thermal/small_bodies.hpp"
 
 #include <gtest/gtest.h>

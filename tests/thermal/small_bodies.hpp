@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Bodies small enough to be known exactly, and the shipped gyros.
 #pragma once
 

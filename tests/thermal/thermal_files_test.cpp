@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What is written for other programs: ParaView's and CalculiX's files.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyro's heat equation on few states, affine in the same coefficients as the full one (thermal_system.hpp):
 ///   dx/dt + (K₀ + Σ_m c_m K_m) x = (B₀ + Σ_m c_m B_m) u,   y = L x.
 /// Made once from the full model and kept as a file beside the gyro's, with the hash of what it was made from and its

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "thermal/reduced/reduced_transient.hpp"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The working gyro as a thermal body, one second at a time: the reduced finite-element model with the conductivity of
 /// its air following its temperature.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The gyro's heat equation after discretisation, affine in the coefficients that depend on temperature and on the air
 /// around the cabinet:
 ///   C dT/dt + (K₀ + Σ_m c_m K_m) T = (B₀ + Σ_m c_m B_m) u,   y = L T,   T in °C.

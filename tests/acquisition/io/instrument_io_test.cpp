@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "acquisition/io/instrument_io.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Whoever edits a record leaves a trace.
 #include "acquisition/record/chain.hpp"
 

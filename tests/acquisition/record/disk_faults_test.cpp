@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Disks that fail, fill up, are locked or lose their power at any operation: nothing acknowledged is lost, and what is
 /// in memory goes to the disk when there is one again.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What other programs may do to the files of a record that is being written: every second that was acknowledged stays.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

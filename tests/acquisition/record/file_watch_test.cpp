@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Logs as SQLite writes them, and with a byte of another value.
 #include "acquisition/record/file_watch.hpp"
 

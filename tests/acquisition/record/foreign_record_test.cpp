@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A record may come from anywhere: reading one changes nothing, runs nothing, and ends.
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a foreign table: rows of equal length whose numbers are finite and whose time increases, or a fault
 /// with its place.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as an import map: a map or a fault, never a crash.
 #include <cstddef>
 #include <cstdint>

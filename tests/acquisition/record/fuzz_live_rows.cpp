@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as live rows: whole rows of finite or missing numbers, or a fault with its place; the same however the
 /// bytes are cut.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Public recordings, if GYROTHERM_SHARED names the folder that holds `data/`; their reference numbers are in its
 /// README.
 #include <gtest/gtest.h>

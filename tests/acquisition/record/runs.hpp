@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Small runs for the tests of the record.
 #pragma once
 

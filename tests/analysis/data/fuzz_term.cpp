@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A term is typed by people: whatever they type, a term or a fault comes out, and a term reads itself back.
 #include <array>
 #include <cstddef>

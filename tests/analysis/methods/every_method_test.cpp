@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What holds for every method of the table.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A model file is foreign bytes: whatever they are, a model or a fault comes out, and a model writes itself the same
 /// twice.
 #include <cstddef>

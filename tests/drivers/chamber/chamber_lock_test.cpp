@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// One program drives a chamber.
 #include "drivers/chamber/chamber_lock.hpp"
 

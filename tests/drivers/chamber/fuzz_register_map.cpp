@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text as a register map, alone, as the tail of a good one, and as edits of the shipped ones; then any words as
 /// the registers of a map that was accepted, and as its profile memory.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/chamber/modbus_chamber.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What one reading of a chamber asks for beside its air and set point.
 #include "drivers/chamber/status_turns.hpp"
 

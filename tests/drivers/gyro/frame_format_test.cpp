@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/gyro/frame_format.hpp"
 
 #include <fmt/format.h>

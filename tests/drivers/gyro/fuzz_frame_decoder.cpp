@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a gyro's stream, in every shipped description, and as the description of its frames.
 #include <cstdlib>
 #include <string>

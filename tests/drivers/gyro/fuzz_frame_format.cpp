@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text as the description of a gyro's frames, alone and inside a good one; what is accepted is used.
 #include <algorithm>
 #include <string>

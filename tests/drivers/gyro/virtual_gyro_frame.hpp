@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The frame of the virtual gyro, as profiles/rigs/virtual.toml describes it.
 #pragma once
 

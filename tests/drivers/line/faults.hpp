@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A unit whose registers tell when they were asked, and a seeded choice of what goes wrong with its answers.
 #pragma once
 

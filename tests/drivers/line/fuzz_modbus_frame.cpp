@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a reply and as a request; what decodes must encode to the same bytes.
 #include <algorithm>
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a request and as a reply; what decodes must encode to the same bytes. Half of the inputs get a CRC that
 /// fits, or hardly any would pass it.
 #include <algorithm>

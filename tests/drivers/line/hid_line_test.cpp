@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be told of HID without a device; with one: tests/qemu.
 #include "drivers/line/hid_line.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A server on loopback for tests of the real sockets: one connection at a time, one answer a request.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guarded exchange of RTU frames against a unit whose answers are delayed, doubled, cut off, falsified, preceded
 // and followed by others', or lost. The law: what is returned as good is what the last request was answered with.
 //

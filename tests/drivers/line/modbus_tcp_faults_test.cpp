@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guarded exchange of Modbus TCP frames against a unit whose answers are delayed, doubled, cut off, falsified in
 // any field that says what they answer, mixed with others' or lost, also across connections, as gateways do. The law:
 // what is returned as good is what the last request was answered with.

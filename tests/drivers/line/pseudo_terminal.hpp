@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A pair of pseudo-terminals: the test holds one end, the driver opens the other.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The serial line as far as pseudo-terminals go, which have no baud rate and no parity. The settings are tried on two
 // UARTs of an emulated machine: tests/qemu.
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Stands between a client and a real server, on sockets or pseudo-terminals and in real time, and spoils some answers:
 /// lost, late, doubled, cut off, falsified, after another's, in pieces.
 #pragma once

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An independent Modbus server: pymodbus_server.py tcp | pymodbus_server.py rtu DEVICE. Prints READY and its port.
 
 Unit 1. Register a holds (a * 40503) mod 65536; 3000 to 3999 take what is written; 2000 on holds -40.25 in four word orders; a read at

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Our client against a server that is not ours: on sockets, on pseudo-terminals, and with a relay between that spoils
 // answers. Every word that is returned as good is compared with what the server holds.
 #include <arpa/inet.h>

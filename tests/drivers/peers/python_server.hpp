@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// tests/drivers/peers/pymodbus_server.py as a child process.
 #pragma once
 

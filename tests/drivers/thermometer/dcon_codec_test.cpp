@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/thermometer/dcon_codec.hpp"
 
 #include <fmt/format.h>

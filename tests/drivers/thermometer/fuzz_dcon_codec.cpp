@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text as an answer, with and without a checksum; what decodes is readings that can be.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text as a reply; what decodes is eight readings that can be.
 #include <cstdlib>
 

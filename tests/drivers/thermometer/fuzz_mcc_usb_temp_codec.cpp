@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a request and as a reply; a request that decodes encodes to the same bytes.
 #include <algorithm>
 #include <cstdlib>

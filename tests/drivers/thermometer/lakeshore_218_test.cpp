@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "drivers/thermometer/lakeshore_218.hpp"
 
 #include <gtest/gtest.h>

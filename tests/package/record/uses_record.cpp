@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Somebody else's program: opens a record that is not there, and is told so.
 #include <cstdio>
 

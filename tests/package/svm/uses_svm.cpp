@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Somebody else's program: learns a parabola from its installed headers and libraries.
 #include <cstdio>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The real run on the virtual plant, its record kept by the real store: for breaking one thing and looking at
 /// what follows, a second at a time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/sequencer/faults/broken_things.hpp"
 
 namespace gyrotherm::faults {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What breaks in the virtual rig, one thing at a time: in an instrument, on a line, on the disk, in the clock.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The chamber's end of its Modbus line, by TCP or RTU frames: what breaks there, and a protocol of what was asked.
 #pragma once
 

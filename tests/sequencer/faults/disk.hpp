@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The disk of a simulated run, and the record on it. Where the schedule has injected faults of the disk, the record is
 /// a file on one that breaks on command, and the real store's work for it is done second by second; else it is the
 /// store that writes inside its calls.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// docs/interlocks.md, shown: of each cause one thing is broken in the virtual instruments, on a line, on the disk or
 /// in the clock, while the real run runs; that cause acts and no other, and what the table promises follows.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/sequencer/faults/fault_injector.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Carries out what a schedule says, on the plant.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What each second of a simulated run must obey, whatever goes wrong: judged from outside, by what the chamber was
 /// really sent and what the record was really given.
 #pragma once

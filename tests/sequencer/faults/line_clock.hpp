@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The time of one line in memory: who waits on it keeps nobody else waiting, as with a worker of its own.
 #pragma once
 

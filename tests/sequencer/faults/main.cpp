@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Carries out fault schedules: fault_schedules [--profile FILE] [--first SEED] [--count N] [--none] [--show SEED]
 /// [--replay FILE --first SEED] [--reduce]; exit code 1 if a law was broken.
 #include <fmt/format.h>

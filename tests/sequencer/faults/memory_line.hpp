@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A line in memory that carries bytes, and what can be wrong with it. The simulator's sessions answer at its other
 /// end.
 #pragma once

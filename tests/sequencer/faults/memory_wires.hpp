@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The wires of one program's life: they end in the plant, which outlives it.
 #pragma once
 

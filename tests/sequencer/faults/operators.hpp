@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The operators of a simulated run: what they ask of the run, and what they were promised.
 #pragma once
 

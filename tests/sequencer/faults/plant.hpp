@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The virtual laboratory as it stands beside the program: it goes on while no program runs, and breaks on command.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A record that is watched: the real store does the work, and what it was given is remembered.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What goes wrong in a simulated run, and when: a list that a seed draws, that can be written down and read back, and
 /// cut short.
 #pragma once

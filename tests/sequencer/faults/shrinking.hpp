@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Makes a failing schedule as short as it can be and still fail.
 #pragma once
 

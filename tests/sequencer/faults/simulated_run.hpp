@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What simulated runs share: a profile, a rig, and what its world is made of.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any text is either a profile that can be planned, described and begun, or refused with a place.
 #include <algorithm>
 #include <cstddef>

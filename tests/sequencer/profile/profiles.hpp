@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Profiles for the laws of the sequencer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Every experiment in profiles/ parses, suits an ordinary chamber, and runs to its end.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A run on a rig in which one thing breaks: what it commands, when it waits, and how it ends.
 #include <gtest/gtest.h>
 

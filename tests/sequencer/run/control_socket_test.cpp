@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What other programs may say to the one that carries a run out.
 #include "sequencer/run/control_socket.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Each cause by itself: what raises it, what it asks for, and that nothing less does.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a message of `tell`: one line that means something, or a fault; what is read is written and read back
 /// the same.
 #include <cstddef>

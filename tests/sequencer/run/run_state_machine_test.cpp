@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "sequencer/run/run_state_machine.hpp"
 
 #include <gtest/gtest.h>

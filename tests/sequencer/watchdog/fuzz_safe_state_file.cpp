@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes as a safe-state file or a trace: read, or a fault with its place; what is read is written and read back
 /// the same.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The guard's watch over a pipe, and telling one process from another.
 #include "sequencer/watchdog/guard.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Making a chamber safe: what counts as confirmed, how often and how long it is tried.
 #include "sequencer/watchdog/safe_attempt.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The safe-state file: its words, its place, what is refused.
 #include "sequencer/watchdog/safe_state_file.hpp"
 

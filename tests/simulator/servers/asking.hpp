@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// A text session in a test's hand.
 #pragma once
 

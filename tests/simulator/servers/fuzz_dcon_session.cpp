@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes to the virtual thermocouple modules: no crash, and every reply is a whole line.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes to the virtual Lake Shore 218: no crash, and every reply is a whole line.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any bytes, in any pieces, to the virtual chamber: no crash, and the set point stays one that the plant can hold.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Any report to the virtual USB-TEMP: no crash, and a reply is one of its own commands and no longer than it may be.
 #include <cstdlib>
 

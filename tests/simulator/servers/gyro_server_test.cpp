@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "simulator/servers/gyro_server.hpp"
 
 #include <fcntl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Every shipped gyro stream from both ends: what the virtual gyro writes, the driver adds up to the same angle.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "simulator/servers/virtual_usb_temp.hpp"
 
 #include <gtest/gtest.h>

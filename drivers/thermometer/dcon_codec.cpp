@@ -76,11 +76,6 @@ Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksu
 
 std::string dcon_read_all(std::uint8_t address) { return address_text('#', address); }
 
-std::string dcon_read_input(std::uint8_t address, int input) {
-  assert(input >= 0 && input < static_cast<int>(kDconInputs));
-  return fmt::format("{}{}", address_text('#', address), input);
-}
-
 std::string dcon_ask(std::uint8_t address, std::string_view what) { return address_text('$', address).append(what); }
 
 Result<std::string_view> decode_dcon_answer(std::string_view line, std::uint8_t address) {
@@ -101,12 +96,6 @@ Result<DconConfiguration> decode_dcon_configuration(std::string_view text) {
 
 std::string encode_dcon_configuration(const DconConfiguration& configuration) {
   return fmt::format("{:02X}{:02X}{:02X}", configuration.type, configuration.baud, configuration.format);
-}
-
-Result<std::uint8_t> decode_dcon_bits(std::string_view text) {
-  const auto bits = parse_hex(text);
-  if (!bits) return corrupted(text, "two hexadecimal digits");
-  return *bits;
 }
 
 Result<std::uint8_t> decode_dcon_type(std::string_view text, int input) {

@@ -30,9 +30,8 @@ enum class DconChecksum { off, on };
 /// `line` without its checksum. Fails with corrupted if that is not the line's own.
 [[nodiscard]] Result<std::string_view> unseal_dcon(std::string_view line, DconChecksum checksum);
 
-/// "#AA", asking for all inputs; "#AAN", for one (0 to 7).
+/// "#AA", asking for all inputs.
 [[nodiscard]] std::string dcon_read_all(std::uint8_t address);
-[[nodiscard]] std::string dcon_read_input(std::uint8_t address, int input);
 /// "$AA" and what to tell: "2" the configuration, "8Ci" the type of input i (modules whose inputs have a type each),
 /// "M" the name, "F" the firmware, "3" the cold junction, "6" which inputs are enabled, "B" which are open (not on
 /// I-7018).
@@ -55,10 +54,6 @@ struct DconConfiguration {
 /// Fails with corrupted if `text` is not six upper-case hexadecimal digits.
 [[nodiscard]] Result<DconConfiguration> decode_dcon_configuration(std::string_view text);
 [[nodiscard]] std::string encode_dcon_configuration(const DconConfiguration& configuration);
-
-/// "BB" of the answers to "$AA6" and "$AAB": bit n is input n. Fails with corrupted if `text` is not two upper-case
-/// hexadecimal digits.
-[[nodiscard]] Result<std::uint8_t> decode_dcon_bits(std::string_view text);
 
 /// "CiRTT" of the answer to "$AA8Ci" → the type of input i. Fails with corrupted.
 [[nodiscard]] Result<std::uint8_t> decode_dcon_type(std::string_view text, int input);

@@ -56,15 +56,13 @@ Result<Celsius> to_celsius(double value, std::size_t input) {
   return within(kPlatinum, {value}, place);
 }
 
-tl::unexpected<Fault> corrupted(std::string_view query, std::string_view line, std::string_view expected) {
-  return failure(FaultKind::corrupted, std::string(query), fmt::format("\"{}\" is not {}", line, expected));
-}
-
 }  // namespace
 
 Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line) {
   const auto items = split_at_commas(line);
-  const auto wrong = [&] { return corrupted("T?", line, fmt::format("{} readings", kPt12Inputs)); };
+  const auto wrong = [&] {
+    return failure(FaultKind::corrupted, "T?", fmt::format("\"{}\" is not {} readings", line, kPt12Inputs));
+  };
   if (items.size() != kPt12Inputs) return wrong();
   std::vector<Result<Celsius>> readings;
   readings.reserve(kPt12Inputs);
@@ -74,26 +72,6 @@ Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view l
     readings.push_back(to_celsius(*value, readings.size() + 1));
   }
   return readings;
-}
-
-Result<Celsius> decode_pt12_temperature(std::string_view line, std::size_t input) {
-  const auto value = parse_number(without_blanks(line));
-  if (!value) return corrupted(fmt::format("T{}?", input), line, "a reading");
-  return to_celsius(*value, input);
-}
-
-Result<std::vector<std::size_t>> decode_pt12_connected(std::string_view line) {
-  std::vector<std::size_t> inputs;
-  if (without_blanks(line).empty()) return inputs;
-  for (const auto item : split_at_commas(line)) {
-    std::size_t input{};
-    const auto [end, error] = std::from_chars(item.data(), item.data() + item.size(), input);
-    const bool ascends = input > (inputs.empty() ? 0 : inputs.back()) && input <= kPt12Inputs;
-    if (error != std::errc{} || end != item.data() + item.size() || !ascends)
-      return corrupted("CONNECTED?", line, "a list of inputs");
-    inputs.push_back(input);
-  }
-  return inputs;
 }
 
 std::string encode_pt12_temperatures(std::span<const std::optional<double>> celsius) {

@@ -21,11 +21,6 @@ inline constexpr std::size_t kPt12Inputs = 12;
 /// thermometer has (IEC 60751: −200 to 850 °C). Inputs are named "T1" to "T12". Fails with corrupted if the line is not
 /// twelve numbers.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line);
-/// The one reading of `Tn?`, n = `input` from 1.
-[[nodiscard]] Result<Celsius> decode_pt12_temperature(std::string_view line, std::size_t input);
-/// "1, 2, 3, 8" → the numbers of the inputs that have a probe, ascending, of `CONNECTED?`; none if the line is empty.
-/// Fails with corrupted if they are anything else.
-[[nodiscard]] Result<std::vector<std::size_t>> decode_pt12_connected(std::string_view line);
 
 /// The instrument's side; an absent reading is an input without a probe.
 [[nodiscard]] std::string encode_pt12_temperatures(std::span<const std::optional<double>> celsius);

@@ -88,18 +88,6 @@ TEST(RegisterMap, KnowsTheWatlowF4T) {
   EXPECT_EQ(map->find(map->control->active)->address, 2814);
 }
 
-TEST(RegisterMap, OfAnOldRecordIsStillRead) {
-  const auto old = std::filesystem::path(GYROTHERM_SOURCE_DIR) / "tests/drivers/chamber/first-f4t-map.toml";
-  const auto map = parse_register_map(content(old), "old.db (chamber map)");
-  ASSERT_TRUE(map) << text(map.error());
-  ASSERT_EQ(map->links.size(), 1u);
-  EXPECT_EQ(map->link.kind, LinkKind::tcp);
-  EXPECT_EQ(map->link.modbus.port, 502);
-  EXPECT_EQ(map->control->on, 10);
-  EXPECT_EQ(map->find("alarm")->codes.at("none_88"), std::vector<std::int64_t>{88});
-  EXPECT_TRUE(map->sequences.empty());
-}
-
 TEST(RegisterMap, TheUserOverridesTheDefaultWordOrder) {
   const auto map = parse_register_map(content(kChambers / "watlow_f4t.toml"), "watlow_f4t.toml", WordOrder::abcd);
   ASSERT_TRUE(map) << text(map.error());

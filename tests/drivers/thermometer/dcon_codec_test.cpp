@@ -18,7 +18,6 @@ constexpr double kValues[] = {5.123, 4.153, 7.234, -2.356, 10.000, -5.133, 2.345
 TEST(DconCodec, AsksInTwoHexadecimalDigits) {
   EXPECT_EQ(dcon_read_all(0x04), "#04");
   EXPECT_EQ(dcon_read_all(0xFE), "#FE");
-  EXPECT_EQ(dcon_read_input(0x03, 2), "#032");
   EXPECT_EQ(dcon_ask(0x0A, "2"), "$0A2");
 }
 
@@ -108,11 +107,6 @@ TEST(DconCodec, ReadsTheConfiguration) {
   EXPECT_EQ(encode_dcon_configuration(other), "1006C1");
   for (const char* wrong : {"", "10060", "1006000", "1006g0", "1006c1", "+10600"})
     EXPECT_EQ(decode_dcon_configuration(wrong).error().kind, FaultKind::corrupted) << wrong;
-}
-
-TEST(DconCodec, ReadsWhichInputs) {
-  EXPECT_EQ(decode_dcon_answer("!015A", 1).and_then(decode_dcon_bits).value(), 0b01011010);
-  for (const char* wrong : {"", "5", "5a", "5AA"}) EXPECT_FALSE(decode_dcon_bits(wrong)) << wrong;
 }
 
 TEST(DconCodec, ReadsTheTypeOfOneInput) {

@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try_readings(values, 1);
   if (unseal_dcon(seal_dcon(values, DconChecksum::on), DconChecksum::on) != std::string_view(values)) std::abort();
 
-  if (const auto rest = decode_dcon_answer(line, 4)) (void)decode_dcon_bits(*rest), (void)decode_dcon_type(*rest, 0);
+  if (const auto rest = decode_dcon_answer(line, 4)) (void)decode_dcon_type(*rest, 0);
   if (const auto configuration = decode_dcon_configuration(line))
     if (encode_dcon_configuration(*configuration) != line) std::abort();
   return 0;

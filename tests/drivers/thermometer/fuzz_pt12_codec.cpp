@@ -12,12 +12,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (reading && !(reading->value >= -200 && reading->value <= 850)) std::abort();
   };
   const auto decode_all = [&](std::string_view text) {
-    check(decode_pt12_temperature(text, 1));
     if (const auto readings = decode_pt12_temperatures(text)) {
       if (readings->size() != kPt12Inputs) std::abort();
       for (const auto& reading : *readings) check(reading);
     }
-    if (const auto inputs = decode_pt12_connected(text); inputs && inputs->size() > kPt12Inputs) std::abort();
   };
   decode_all(line);
   // The same bytes by an alphabet of which readings are made.

@@ -18,6 +18,7 @@
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/limits.hpp"
 #include "simulator/servers/gyro_server.hpp"
+#include "simulator/simulated_unit.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -111,6 +112,8 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
   const auto line = drivers::parse_line(rig.chamber_line);
   if (!map || !line) return map;
+  if (rig.simulated)
+    if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
   auto linked = on_line(std::move(*map), *line, wanted);
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
   return linked;

@@ -27,14 +27,14 @@ int image_address(const drivers::RegisterItem& item) {
   return item.address + (coil ? kCoils : 0);
 }
 
-RegisterImage::RegisterImage(const drivers::RegisterMap& map) : map_(map) {
+RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit) : map_(map) {
   if (map.identity && map.identity->pattern.empty()) set_value(*map.find(map.identity->item), map.identity->value);
-  for (const auto& [name, value] : map.simulated.initial) set_value(*map.find(name), value);
+  for (const auto& [name, value] : unit.initial) set_value(*map.find(name), value);
   const auto set_text = [this](const drivers::RegisterItem& item, std::string_view text) {
     const auto words = encode_text(item.text, text);
     for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
   };
-  for (const auto& [name, text] : map.simulated.initial_texts) set_text(*map.find(name), text);
+  for (const auto& [name, text] : unit.initial_texts) set_text(*map.find(name), text);
   if (!map.identity || map.identity->pattern.empty()) return;
   auto text = map.identity->pattern;
   std::erase(text, '*');
@@ -180,16 +180,20 @@ Celsius ProgramRun::next_set_point(Celsius air) {
 }
 
 ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory)
-    : map_(std::move(map)), laboratory_(laboratory), image_(map_), memory_(map_, image_) {
+    : map_(std::move(map)),
+      unit_(read_simulated_unit(map_, map_.name).value()),
+      laboratory_(laboratory),
+      image_(map_, unit_),
+      memory_(map_, image_) {
   find_live_items();
   find_addresses();
-  if (map_.simulated.turns_on.empty() && !map_.control) laboratory_.switch_on(true);
+  if (unit_.turns_on.empty() && !map_.control) laboratory_.switch_on(true);
 }
 
 void ChamberRegisters::find_live_items() {
-  const auto& unit = map_.simulated;
+  const auto& unit = unit_;
   for (const auto& item : map_.items) {
-    const auto add = [&](Role role, const drivers::SimulatedUnit::Shows* shows = nullptr) {
+    const auto add = [&](Role role, const SimulatedUnit::Shows* shows = nullptr) {
       live_.push_back({&item, role, shows});
     };
     const auto shows = std::ranges::find_if(unit.shows, [&](const auto& one) { return one.item == item.name; });
@@ -228,7 +232,7 @@ bool ChamberRegisters::serves(int address) const {
   return (address >= hole_begin_ && address < hole_end_) || served_.contains(address) || memory_.holds(address);
 }
 
-double ChamberRegisters::shown(const drivers::SimulatedUnit::Shows& shows) const {
+double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
   const auto state = [&]() -> std::string {
     switch (run_.stage()) {
       case ProgramRun::Stage::ramping: return "ramping";
@@ -318,7 +322,7 @@ tl::expected<ChamberRegisters::Assignment, ModbusException> ChamberRegisters::as
 tl::expected<void, ModbusException> ChamberRegisters::write(drivers::WriteFunction function, std::uint16_t address,
                                                             std::span<const std::uint16_t> words) {
   const bool coil = function == drivers::WriteFunction::coil;
-  if (map_.simulated.ignores_blocks_elsewhere && is_block(function) && !memory_.holds(address)) return {};
+  if (unit_.ignores_blocks_elsewhere && is_block(function) && !memory_.holds(address)) return {};
   if (words.size() > map_.link.modbus.write_at_most) return tl::unexpected(ModbusException::illegal_value);
   std::vector<Assignment> assignments;
   for (std::size_t done = 0; done < words.size();) {
@@ -342,7 +346,7 @@ void ChamberRegisters::apply(const Assignment& assignment) {
 }
 
 void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double value) {
-  const auto& unit = map_.simulated;
+  const auto& unit = unit_;
   if (item.name == "set_point") laboratory_.command({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);  // it is kept inside, and shows zero
@@ -369,7 +373,7 @@ void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double val
 void ChamberRegisters::start_program() {
   auto program = memory_.program(laboratory_.set_point());
   if (!program) return;
-  const auto* step = map_.find(map_.simulated.program_step);
+  const auto* step = map_.find(unit_.program_step);
   const int first = step ? static_cast<int>(image_.value(*step)) - map_.memory->first_step : 0;
   laboratory_.switch_on(true);
   run_.start(std::move(*program), first);

@@ -13,6 +13,7 @@
 
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "simulator/simulated_unit.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::simulator {
@@ -20,7 +21,7 @@ namespace gyrotherm::simulator {
 class RegisterImage {
  public:
   /// `map` outlives it. Holds the map's fingerprint and initial values, zeros otherwise.
-  explicit RegisterImage(const drivers::RegisterMap& map);
+  RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit);
 
   [[nodiscard]] std::uint16_t word(int address) const;
   void set_word(int address, std::uint16_t word) { words_[address] = word; }
@@ -114,12 +115,13 @@ enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_addres
 /// which nothing switches it on describes a chamber that is on. Any other item keeps what is written to it.
 class ChamberRegisters {
  public:
-  /// `world` must outlive this.
+  /// `world` must outlive this. The map's [simulated] table has been found to be good.
   ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
   [[nodiscard]] const drivers::RegisterMap& map() const { return map_; }
   [[nodiscard]] std::uint8_t unit() const { return map_.link.modbus.unit; }
+  [[nodiscard]] bool is_silent_when_wrong() const { return unit_.silent_exceptions; }
 
   /// Appends `count` words to `words`. Fails with illegal_value if the map reads fewer at once, or illegal_address at a
   /// register that is none of the map's (inside a map's one block such a hole reads 0).
@@ -139,7 +141,7 @@ class ChamberRegisters {
   struct Live {
     const drivers::RegisterItem* item{};
     Role role{};
-    const drivers::SimulatedUnit::Shows* shows{};
+    const SimulatedUnit::Shows* shows{};
   };
   struct Assignment {
     const drivers::RegisterItem* item{};  ///< nothing: a word of the profile memory
@@ -152,7 +154,7 @@ class ChamberRegisters {
   void find_addresses();
   [[nodiscard]] bool serves(int address) const;
   [[nodiscard]] std::vector<std::uint16_t> live_words(const Live& live) const;
-  [[nodiscard]] double shown(const drivers::SimulatedUnit::Shows& shows) const;
+  [[nodiscard]] double shown(const SimulatedUnit::Shows& shows) const;
   [[nodiscard]] tl::expected<Assignment, ModbusException> assignment(int address, std::span<const std::uint16_t> words,
                                                                      bool coil) const;
   [[nodiscard]] bool accepts(const drivers::RegisterItem& item, double value) const;
@@ -161,6 +163,7 @@ class ChamberRegisters {
   void start_program();
 
   drivers::RegisterMap map_;
+  SimulatedUnit unit_;
   VirtualLaboratory& laboratory_;
   RegisterImage image_;
   MemoryImage memory_;

@@ -191,7 +191,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   read_limits(parsed->table("limits"), map);
   read_forbidden(*parsed, defaults, map);
   if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
-  read_simulated(parsed->table("simulated"), map);
+  parsed->ignore("simulated");  // the simulator reads it
   check_required(*parsed, map);
   check_block(link, map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));

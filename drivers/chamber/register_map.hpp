@@ -153,26 +153,6 @@ struct Forbidden {
   std::string why;
 };
 
-/// What the virtual chamber needs to know beside the items: what switches it on, and what it shows then.
-struct SimulatedUnit {
-  struct Shows {
-    std::string item;
-    std::map<std::string, double>
-        values;  ///< by state: "off", "on", "running" (or "ramping", "soaking"), "held", "done"
-  };
-  std::vector<Condition> turns_on, turns_off;  ///< by writing this
-  std::vector<Condition> starts_program, holds_program, resumes_program, ends_program;
-  std::vector<Condition> creates_program;                ///< by writing this the memory is emptied
-  std::vector<Condition> stores_program, loads_program;  ///< by writing this the edit window is kept, or comes back
-  std::string program_number, program_step;              ///< items that say which program and step is started
-  std::vector<Shows> shows;
-  std::vector<std::pair<std::string, double>> initial;
-  std::vector<std::pair<std::string, std::string>> initial_texts;
-  bool silent_exceptions{};           ///< no reply where others answer with an exception
-  bool ignores_blocks_elsewhere{};    ///< function 16 outside the profile memory is acknowledged and does nothing
-  std::vector<std::string> when_off;  ///< items that hold their first sentinel while the unit is off
-};
-
 struct RegisterMap {
   std::string name;
   std::string vendor;
@@ -194,7 +174,6 @@ struct RegisterMap {
   SetPointLimits limits;
   std::vector<Forbidden> forbidden;
   std::optional<ProfileMemory> memory;
-  SimulatedUnit simulated;
   std::string text;  ///< the file, as read
 
   [[nodiscard]] const RegisterItem* find(std::string_view item) const;

@@ -45,6 +45,5 @@ void read_limits(const TomlTable& table, RegisterMap& map);
 void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, RegisterMap& map);
 void read_sequences(const TomlTable& table, RegisterMap& map);
 void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterMap& map);
-void read_simulated(const TomlTable& table, RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

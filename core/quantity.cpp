@@ -10,6 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "core/text.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -17,12 +19,6 @@ struct Quantity {
   double value;
   std::string unit;
 };
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 /// The leading number of a text and what follows it up to the next digit or the end.
 std::optional<Quantity> take_quantity(std::string_view& text) {

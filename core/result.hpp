@@ -3,6 +3,7 @@
 /// fail. Long work tells through a ProgressSink how far it is, and is asked through it to stop.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -26,23 +27,19 @@ enum class FaultKind {
   usage,         ///< the command line is wrong
 };
 
+/// The word at the place of an enumerator; there is one for each up to `Last`, and for any other value "unknown".
+template <auto Last, std::size_t N>
+[[nodiscard]] constexpr const char* word_in(const char* const (&words)[N], decltype(Last) value) {
+  static_assert(N == static_cast<std::size_t>(Last) + 1);
+  const auto place = static_cast<std::size_t>(value);
+  return place < N ? words[place] : "unknown";
+}
+
 /// The kind as the record and JSON spell it: "timeout", "bad_file", …
 [[nodiscard]] constexpr const char* name(FaultKind kind) {
-  switch (kind) {
-    case FaultKind::timeout: return "timeout";
-    case FaultKind::disconnected: return "disconnected";
-    case FaultKind::refused: return "refused";
-    case FaultKind::corrupted: return "corrupted";
-    case FaultKind::out_of_range: return "out_of_range";
-    case FaultKind::mismatch: return "mismatch";
-    case FaultKind::interlock: return "interlock";
-    case FaultKind::bad_file: return "bad_file";
-    case FaultKind::storage: return "storage";
-    case FaultKind::numeric: return "numeric";
-    case FaultKind::interrupted: return "interrupted";
-    case FaultKind::usage: return "usage";
-  }
-  return "unknown";
+  return word_in<FaultKind::usage>({"timeout", "disconnected", "refused", "corrupted", "out_of_range", "mismatch",
+                                    "interlock", "bad_file", "storage", "numeric", "interrupted", "usage"},
+                                   kind);
 }
 
 struct Fault {

@@ -4,63 +4,25 @@
 namespace gyrotherm {
 
 const char* name(ChamberActivity activity) {
-  switch (activity) {
-    case ChamberActivity::unknown: return "unknown";
-    case ChamberActivity::off: return "off";
-    case ChamberActivity::running: return "running";
-    case ChamberActivity::program: return "program";
-    case ChamberActivity::ramping: return "ramping";
-    case ChamberActivity::soaking: return "soaking";
-    case ChamberActivity::waiting: return "waiting";
-    case ChamberActivity::holding: return "holding";
-    case ChamberActivity::done: return "done";
-    case ChamberActivity::alarm: return "alarm";
-    case ChamberActivity::door_open: return "door open";
-    case ChamberActivity::emergency_stop: return "emergency stop";
-    case ChamberActivity::power_failure: return "power failure";
-  }
-  return "unknown";
+  return word_in<ChamberActivity::power_failure>(
+      {"unknown", "off", "running", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm", "door open",
+       "emergency stop", "power failure"},
+      activity);
 }
 
 const char* name(Phase phase) {
-  switch (phase) {
-    case Phase::ramping: return "ramping";
-    case Phase::holding: return "holding";
-    case Phase::waiting_for_soak: return "waiting for soak";
-    case Phase::overdue: return "overdue";
-    case Phase::complete: return "complete";
-  }
-  return "unknown";
+  return word_in<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);
 }
 
 const char* name(RunState state) {
-  switch (state) {
-    case RunState::execute: return "execute";
-    case RunState::suspended: return "suspended";
-    case RunState::held: return "held";
-    case RunState::aborting: return "aborting";
-    case RunState::aborted: return "aborted";
-    case RunState::stopped: return "stopped";
-    case RunState::complete: return "complete";
-  }
-  return "unknown";
+  return word_in<RunState::complete>({"execute", "suspended", "held", "aborting", "aborted", "stopped", "complete"},
+                                     state);
 }
 
 const char* name(EventKind kind) {
-  switch (kind) {
-    case EventKind::started: return "started";
-    case EventKind::resumed: return "resumed";
-    case EventKind::segment: return "segment";
-    case EventKind::fault: return "fault";
-    case EventKind::recovered: return "recovered";
-    case EventKind::interlock: return "interlock";
-    case EventKind::note: return "note";
-    case EventKind::interrupted: return "interrupted";
-    case EventKind::finished: return "finished";
-    case EventKind::state: return "state";
-    case EventKind::command: return "command";
-  }
-  return "unknown";
+  return word_in<EventKind::command>({"started", "resumed", "segment", "fault", "recovered", "interlock", "note",
+                                      "interrupted", "finished", "state", "command"},
+                                     kind);
 }
 
 bool carries_out_program(ChamberActivity activity) {

@@ -16,6 +16,9 @@ namespace gyrotherm {
 
 [[nodiscard]] bool is_utf8(std::string_view text);
 
+/// The text without the characters of `blanks` at its ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
+
 /// Whether plain() shows line ends and tabulators as text or keeps them.
 enum class Blanks { escaped, kept };
 

@@ -19,7 +19,6 @@
 #include "core/toml_text.hpp"
 
 namespace gyrotherm {
-
 namespace {
 
 constexpr std::size_t kMostMistakes = 100;  ///< that are told of one file
@@ -72,6 +71,12 @@ struct TomlTable::Node {
   const toml::table* table = nullptr;  ///< null: an absent table
   toml::source_position at{};
   std::set<std::string, std::less<>> asked;
+
+  /// Where the key is, or the table if it has none of that name.
+  [[nodiscard]] toml::source_position at_key(std::string_view key) const {
+    const auto* node = table && !key.empty() ? table->get(key) : nullptr;
+    return node ? node->source().begin : at;
+  }
 };
 
 TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
@@ -150,16 +155,16 @@ constexpr const char* kExpectArray = "expected an array";
 
 /// Reads one key with a converter; notes a missing key (when there is no fallback) or a value that does not convert.
 template <class T, class Convert>
-T read(const TomlTable& self, const toml::table* table, std::string_view key, const T* fallback, const char* expected,
-       Convert convert) {
+T read(const TomlTable& self, const toml::table* table, std::string_view key, const std::optional<T>& fallback,
+       const char* expected, Convert convert) {
   const auto* node = find(table, key);
   if (!node) {
     if (!fallback) self.mistake("", fmt::format("missing key \"{}\", {}", key, expected));
-    return fallback ? *fallback : T{};
+    return fallback.value_or(T{});
   }
   if (const auto value = convert(*node)) return *value;
   self.mistake(key, fmt::format("\"{}\" is not what it should be, {}", key, expected));
-  return fallback ? *fallback : T{};
+  return fallback.value_or(T{});
 }
 
 template <class T, class Convert>
@@ -227,34 +232,22 @@ bool TomlTable::is_list(std::string_view key) const {
   return node && node->is_array();
 }
 
-double TomlTable::number(std::string_view key) const {
-  return read<double>(*this, ask(key).table, key, nullptr, kExpectNumber, as_number);
+double TomlTable::number(std::string_view key, std::optional<double> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectNumber, as_number);
 }
-double TomlTable::number(std::string_view key, double fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectNumber, as_number);
+std::int64_t TomlTable::integer(std::string_view key, std::optional<std::int64_t> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectInteger, as_integer);
 }
-std::int64_t TomlTable::integer(std::string_view key) const {
-  return read<std::int64_t>(*this, ask(key).table, key, nullptr, kExpectInteger, as_integer);
+bool TomlTable::boolean(std::string_view key, std::optional<bool> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectBoolean, as_boolean);
 }
-std::int64_t TomlTable::integer(std::string_view key, std::int64_t fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectInteger, as_integer);
-}
-bool TomlTable::boolean(std::string_view key) const {
-  return read(*this, ask(key).table, key, static_cast<const bool*>(nullptr), kExpectBoolean, as_boolean);
-}
-bool TomlTable::boolean(std::string_view key, bool fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectBoolean, as_boolean);
-}
-std::string TomlTable::text(std::string_view key) const {
-  return read<std::string>(*this, ask(key).table, key, nullptr, kExpectText, as_text);
-}
-std::string TomlTable::text(std::string_view key, std::string fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectText, as_text);
+std::string TomlTable::text(std::string_view key, const std::optional<std::string>& fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectText, as_text);
 }
 
 std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed,
                               std::string fallback) const {
-  const auto value = fallback.empty() ? text(key) : text(key, std::move(fallback));
+  const auto value = text(key, fallback.empty() ? std::nullopt : std::optional(std::move(fallback)));
   if (value.empty() || std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   const auto near = nearest(value, allowed);
   mistake(key, fmt::format("\"{}\" is none of {}{}", value, fmt::join(allowed, ", "),
@@ -267,27 +260,22 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
     mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
 }
 
-Duration TomlTable::duration(std::string_view key) const {
-  return read<Duration>(*this, ask(key).table, key, nullptr, kExpectDuration, as_duration);
+Duration TomlTable::duration(std::string_view key, std::optional<Duration> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectDuration, as_duration);
 }
-Duration TomlTable::duration(std::string_view key, Duration fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectDuration, as_duration);
-}
-Celsius TomlTable::celsius(std::string_view key) const {
-  return read<Celsius>(*this, ask(key).table, key, nullptr, kExpectCelsius, as_quantity<Celsius>(kCelsius));
-}
-Celsius TomlTable::celsius(std::string_view key, Celsius fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+Celsius TomlTable::celsius(std::string_view key, std::optional<Celsius> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
 }
 Kelvins TomlTable::kelvins(std::string_view key, Kelvins fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectKelvins, as_quantity<Kelvins>(kKelvins));
+  return read(*this, ask(key).table, key, std::optional(fallback), kExpectKelvins, as_quantity<Kelvins>(kKelvins));
 }
-CelsiusPerMinute TomlTable::rate(std::string_view key) const {
-  return read<CelsiusPerMinute>(*this, ask(key).table, key, nullptr, kExpectRate,
-                                as_quantity<CelsiusPerMinute>(kRates));
+CelsiusPerMinute TomlTable::rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
+  return read(*this, ask(key).table, key, fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
 }
-CelsiusPerMinute TomlTable::rate(std::string_view key, CelsiusPerMinute fallback) const {
-  return read(*this, ask(key).table, key, &fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+CelsiusPerMinute TomlTable::positive_rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
+  const auto found = rate(key, fallback);
+  if (!(found > CelsiusPerMinute{0})) mistake(key, "expected more than 0 °C/min");
+  return found;
 }
 
 std::vector<double> TomlTable::numbers(std::string_view key) const {
@@ -347,14 +335,10 @@ std::vector<std::string> TomlTable::keys() const {
 
 void TomlTable::ignore(std::string_view key) const { node_->asked.emplace(key); }
 
-std::string TomlTable::place(std::string_view key) const {
-  const auto* node = key.empty() ? nullptr : find(node_->table, key);
-  return document_->place(node ? node->source().begin : node_->at);
-}
+std::string TomlTable::place(std::string_view key) const { return document_->place(node_->at_key(key)); }
 
 void TomlTable::mistake(std::string_view key, std::string what) const {
-  const auto* node = key.empty() ? nullptr : find(node_->table, key);
-  document_->mistakes.note({node ? node->source().begin : node_->at, std::move(what)});
+  document_->mistakes.note({node_->at_key(key), std::move(what)});
 }
 
 Result<void> TomlTable::verdict() const {

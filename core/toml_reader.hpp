@@ -34,14 +34,11 @@ class TomlTable {
   [[nodiscard]] bool is_table(std::string_view key) const;
   [[nodiscard]] bool is_list(std::string_view key) const;
 
-  [[nodiscard]] double number(std::string_view key) const;
-  [[nodiscard]] double number(std::string_view key, double fallback) const;
-  [[nodiscard]] std::int64_t integer(std::string_view key) const;
-  [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback) const;
-  [[nodiscard]] bool boolean(std::string_view key) const;
-  [[nodiscard]] bool boolean(std::string_view key, bool fallback) const;
-  [[nodiscard]] std::string text(std::string_view key) const;
-  [[nodiscard]] std::string text(std::string_view key, std::string fallback) const;
+  /// Without a `fallback` the key is required.
+  [[nodiscard]] double number(std::string_view key, std::optional<double> fallback = {}) const;
+  [[nodiscard]] std::int64_t integer(std::string_view key, std::optional<std::int64_t> fallback = {}) const;
+  [[nodiscard]] bool boolean(std::string_view key, std::optional<bool> fallback = {}) const;
+  [[nodiscard]] std::string text(std::string_view key, const std::optional<std::string>& fallback = {}) const;
   /// Reads a text that must be one of `allowed`; of another one the mistake suggests the nearest.
   [[nodiscard]] std::string choice(std::string_view key, const std::vector<std::string>& allowed,
                                    std::string fallback = "") const;
@@ -50,16 +47,16 @@ class TomlTable {
   void expect(std::string_view key, std::string_view value) const;
 
   /// Reads a duration, which is text: "2 h", "90 s", "1 h 30 min", "500 ms".
-  [[nodiscard]] Duration duration(std::string_view key) const;
-  [[nodiscard]] Duration duration(std::string_view key, Duration fallback) const;
+  [[nodiscard]] Duration duration(std::string_view key, std::optional<Duration> fallback = {}) const;
   /// Reads "-40 °C" or a bare number in °C.
-  [[nodiscard]] Celsius celsius(std::string_view key) const;
-  [[nodiscard]] Celsius celsius(std::string_view key, Celsius fallback) const;
+  [[nodiscard]] Celsius celsius(std::string_view key, std::optional<Celsius> fallback = {}) const;
   /// Reads "2 K", "2 °C" or a bare number in kelvins.
   [[nodiscard]] Kelvins kelvins(std::string_view key, Kelvins fallback) const;
   /// Reads "5 °C/min" or a bare number in °C/min.
-  [[nodiscard]] CelsiusPerMinute rate(std::string_view key) const;
-  [[nodiscard]] CelsiusPerMinute rate(std::string_view key, CelsiusPerMinute fallback) const;
+  [[nodiscard]] CelsiusPerMinute rate(std::string_view key, std::optional<CelsiusPerMinute> fallback = {}) const;
+  /// The same; what is not above zero is a mistake.
+  [[nodiscard]] CelsiusPerMinute positive_rate(std::string_view key,
+                                               std::optional<CelsiusPerMinute> fallback = {}) const;
 
   /// Lists and tables are empty where the key is absent.
   [[nodiscard]] std::vector<double> numbers(std::string_view key) const;
@@ -96,6 +93,23 @@ class TomlTable {
 /// Words of a file, and the value that each stands for.
 template <class T, std::size_t N>
 using Vocabulary = std::array<std::pair<const char*, T>, N>;
+
+/// One word for each enumerator from `First` to `Last`, in their order.
+template <auto First, auto Last, class... Words>
+[[nodiscard]] constexpr auto words_in_order(Words... words) {
+  using T = decltype(First);
+  auto value = static_cast<int>(First);
+  static_assert(sizeof...(Words) == static_cast<int>(Last) - static_cast<int>(First) + 1);
+  return Vocabulary<T, sizeof...(Words)>{{std::pair<const char*, T>(words, static_cast<T>(value++))...}};
+}
+
+/// The word that stands for `value`; "" if none does.
+template <class T, std::size_t N>
+[[nodiscard]] constexpr const char* word_of(const Vocabulary<T, N>& words, T value) {
+  for (const auto& [word, meaning] : words)
+    if (meaning == value) return word;
+  return "";
+}
 
 /// Reads a word at `key` and returns the value that it stands for; any other word is a mistake. Without a `fallback`
 /// the key is required.

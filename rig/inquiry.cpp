@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/chamber/word_order_probe.hpp"
+#include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm::rig {
 namespace {

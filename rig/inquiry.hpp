@@ -28,8 +28,8 @@ struct RoundTrips {
 /// of the effort.
 [[nodiscard]] std::string in_words(const drivers::ChamberEffort& effort);
 
-/// Which word orders make sense of the unit's air temperature and set point (word_order_probe.hpp); empty where the map
-/// leaves nothing to find.
+/// Which word orders make sense of the unit's air temperature and set point; empty where the map leaves
+/// nothing to find.
 [[nodiscard]] Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
 /// Who it is, one reading, and how long ten take. Fails with the first fault.
 [[nodiscard]] Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock);

@@ -17,8 +17,8 @@
 #include "drivers/line/line_address.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/limits.hpp"
+#include "simulator/chamber_registers.hpp"
 #include "simulator/servers/gyro_server.hpp"
-#include "simulator/simulated_unit.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -73,20 +73,14 @@ void check_safe_set_point(const TomlTable& table, const char* key, const RigFile
     table.mistake(key, "the safe set point is outside what the chamber can do");
 }
 
-CelsiusPerMinute read_fastest(const TomlTable& table, const char* key) {
-  const auto rate = table.rate(key);
-  if (!(rate > CelsiusPerMinute{0})) table.mistake(key, "expected more than 0 °C/min");
-  return rate;
-}
-
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
   rig.chamber_limits = {
       .lowest = table.celsius("lowest"),
       .highest = table.celsius("highest"),
-      .fastest_heating = read_fastest(table, "fastest_heating"),
-      .fastest_cooling = read_fastest(table, "fastest_cooling"),
+      .fastest_heating = table.positive_rate("fastest_heating"),
+      .fastest_cooling = table.positive_rate("fastest_cooling"),
   };
   rig.safe_set_point = table.celsius("safe_set_point");
   rig.limiter = read_limiter(table, rig.chamber_limits.lowest, rig.chamber_limits.highest);

@@ -10,30 +10,19 @@
 #include "core/toml_reader.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
-#include "drivers/thermometer/lakeshore_218_codec.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/pt12.hpp"
-#include "drivers/thermometer/pt12_codec.hpp"
 
 namespace gyrotherm::rig {
 namespace {
 
 enum class SensorKind { rtd, thermocouple, thermistor, semiconductor };
-constexpr Vocabulary<SensorKind, 4> kKinds{{{"rtd", SensorKind::rtd},
-                                            {"thermocouple", SensorKind::thermocouple},
-                                            {"thermistor", SensorKind::thermistor},
-                                            {"semiconductor", SensorKind::semiconductor}}};
+constexpr auto kKinds =
+    words_in_order<SensorKind::rtd, SensorKind::semiconductor>("rtd", "thermocouple", "thermistor", "semiconductor");
 constexpr Vocabulary<drivers::MccWires, 2> kWires{
     {{"2-wire", drivers::MccWires::two_wire_two_sensors}, {"4-wire", drivers::MccWires::four_wire}}};
 using Type = drivers::MccThermocoupleType;
-constexpr Vocabulary<Type, 8> kTypes{{{"J", Type::j},
-                                      {"K", Type::k},
-                                      {"T", Type::t},
-                                      {"E", Type::e},
-                                      {"R", Type::r},
-                                      {"S", Type::s},
-                                      {"B", Type::b},
-                                      {"N", Type::n}}};
+constexpr auto kTypes = words_in_order<Type::j, Type::n>("J", "K", "T", "E", "R", "S", "B", "N");
 
 float number(const TomlTable& table, const char* key) { return static_cast<float>(table.number(key)); }
 float number(const TomlTable& table, const char* key, float fallback) {

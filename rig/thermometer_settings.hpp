@@ -13,7 +13,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
-#include "drivers/thermometer/dcon_codec.hpp"
+#include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
 

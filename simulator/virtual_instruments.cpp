@@ -10,13 +10,10 @@
 #include <utility>
 
 #include "simulator/chamber_registers.hpp"
-#include "simulator/servers/dcon_server.hpp"
 #include "simulator/servers/gyro_server.hpp"
-#include "simulator/servers/lakeshore_218_server.hpp"
 #include "simulator/servers/modbus_server.hpp"
-#include "simulator/servers/pt12_server.hpp"
 #include "simulator/servers/reply_server.hpp"
-#include "simulator/servers/virtual_usb_temp.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 
 namespace gyrotherm::simulator {
 namespace {

@@ -65,14 +65,7 @@ double code(const MemoryCell& cell, const char* meaning) {
   return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
 }
 
-const char* word(StepKind kind) {
-  switch (kind) {
-    case StepKind::ramp: return "ramp";
-    case StepKind::soak: return "soak";
-    case StepKind::end: return "end";
-  }
-  return "";
-}
+const char* word(StepKind kind) { return word_of(kStepKinds, kind); }
 
 double Content::value(const MemoryCell& cell, int index) const {
   const ProgramStep none;

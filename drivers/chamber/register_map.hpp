@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,7 +63,6 @@ enum class StepKind { ramp, soak, end };
 
 /// Where the value of a cell comes from.
 enum class CellSource {
-  constant,
   name,             ///< of the program
   number,           ///< of the program
   step_count,       ///< the end step included, where there is one
@@ -77,11 +77,12 @@ enum class CellSource {
   total_seconds,    ///< the whole time
   guaranteed_soak,  ///< whether time counts only inside the band: codes "off" and "on"
   soak_band,        ///< K
+  constant,         ///< of the cell
 };
 
 struct MemoryCell {
   std::uint16_t at{};  ///< register of its block
-  CellSource source{};
+  CellSource source = CellSource::constant;
   double constant{};
   RegisterItem form;  ///< type, order, scale, codes
 };
@@ -196,21 +197,16 @@ struct RegisterMap {
 [[nodiscard]] const char* name(LinkKind kind);
 [[nodiscard]] const char* name(Confidence confidence);
 
-inline constexpr Vocabulary<WordOrder, 4> kWordOrders{
-    {{"abcd", WordOrder::abcd}, {"cdab", WordOrder::cdab}, {"badc", WordOrder::badc}, {"dcba", WordOrder::dcba}}};
-inline constexpr Vocabulary<LinkKind, 3> kLinkKinds{
-    {{"tcp", LinkKind::tcp}, {"rtu", LinkKind::rtu}, {"rtu_over_tcp", LinkKind::rtu_over_tcp}}};
-inline constexpr Vocabulary<ReadFunction, 4> kReadFunctions{{{"coils", ReadFunction::coils},
-                                                             {"discrete_inputs", ReadFunction::discrete_inputs},
-                                                             {"holding_registers", ReadFunction::holding_registers},
-                                                             {"input_registers", ReadFunction::input_registers}}};
+inline constexpr auto kWordOrders = words_in_order<WordOrder::abcd, WordOrder::dcba>("abcd", "cdab", "badc", "dcba");
+inline constexpr auto kLinkKinds = words_in_order<LinkKind::tcp, LinkKind::rtu_over_tcp>("tcp", "rtu", "rtu_over_tcp");
+inline constexpr auto kReadFunctions = words_in_order<ReadFunction::coils, ReadFunction::input_registers>(
+    "coils", "discrete_inputs", "holding_registers", "input_registers");
 inline constexpr Vocabulary<WriteFunction, 3> kWriteFunctions{{{"coil", WriteFunction::coil},
                                                                {"one_register", WriteFunction::one_register},
                                                                {"registers", WriteFunction::registers}}};
-inline constexpr Vocabulary<Confidence, 4> kConfidences{{{"verified", Confidence::verified},
-                                                         {"manual", Confidence::manual},
-                                                         {"secondary", Confidence::secondary},
-                                                         {"unverified", Confidence::unverified}}};
+inline constexpr auto kStepKinds = words_in_order<StepKind::ramp, StepKind::end>("ramp", "soak", "end");
+inline constexpr auto kConfidences =
+    words_in_order<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
 
 // How sure a register map is of what the program uses of it. Pure.
 
@@ -234,5 +230,35 @@ struct Doubt {
 /// What a controller may make of a set point: its register's resolution or, if that is more, what the map tolerates; a
 /// tenth of a kelvin at least.
 [[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
+
+// Which word orders make sense of what a unit holds: a setting of some controllers that their manuals are not sure of.
+
+struct OrderFinding {
+  WordOrder order{};
+  double air_c{}, set_point_c{};  ///< as this order reads them; NaN where it reads no number
+  bool plausible{};               ///< both are numbers that a chamber can have, and neither is next to nothing
+};
+
+/// All four orders of the two items' words, the items' own first. Empty for items of one register: there is no order to
+/// find. A value below 10⁻⁴ of a degree that is not zero is the trace of a wrong order, not a temperature.
+[[nodiscard]] std::vector<OrderFinding> probe_word_order(const RegisterItem& air,
+                                                         std::span<const std::uint16_t> air_words,
+                                                         const RegisterItem& set_point,
+                                                         std::span<const std::uint16_t> set_point_words);
+
+/// For people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or what to change.
+[[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
+
+[[nodiscard]] const char* name(WordOrder order);
+
+// Pieces of parse_register_map() for the reader of the map's [simulated] table. Mistakes are noted in the table.
+
+/// The item that `key` names; nothing, and a mistake, if there is none.
+[[nodiscard]] const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
+                                             const std::string& name);
+/// The first code of that meaning, a flag's bit as a mask.
+[[nodiscard]] std::optional<double> code_of(const RegisterItem& item, const std::string& meaning);
+/// { register, is | is_not | bits | above }
+[[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

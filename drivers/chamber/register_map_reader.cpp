@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/chamber/register_map_reader.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,28 +6,29 @@
 #include <chrono>
 #include <cmath>
 #include <set>
+#include <utility>
+
+#include "core/toml_reader.hpp"
+#include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
+/// What an item has where it does not say.
+struct ItemDefaults {
+  WordOrder order = WordOrder::abcd;
+  std::int64_t address_base = 0;
+  std::optional<ReadFunction> read_function;
+  std::optional<WriteFunction> write_function;
+};
+
 constexpr double kFinestOfFloat = 0.001;
 constexpr std::int64_t kMostOfOneKind = 256;
 
-constexpr Vocabulary<RegisterType, 8> kTypes{{{"u16", RegisterType::u16},
-                                              {"s16", RegisterType::s16},
-                                              {"u32", RegisterType::u32},
-                                              {"s32", RegisterType::s32},
-                                              {"f32", RegisterType::f32},
-                                              {"bits", RegisterType::bits},
-                                              {"text", RegisterType::text},
-                                              {"date_time", RegisterType::date_time}}};
-constexpr Vocabulary<DatePart, 7> kDateParts{{{"year", DatePart::year},
-                                              {"month", DatePart::month},
-                                              {"day", DatePart::day},
-                                              {"weekday", DatePart::weekday},
-                                              {"hour", DatePart::hour},
-                                              {"minute", DatePart::minute},
-                                              {"second", DatePart::second}}};
+constexpr auto kTypes = words_in_order<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
+                                                                                   "bits", "text", "date_time");
+constexpr auto kDateParts =
+    words_in_order<DatePart::year, DatePart::second>("year", "month", "day", "weekday", "hour", "minute", "second");
 
 void read_text_form(const TomlTable& table, TextForm& form) {
   form.characters = bounded<std::uint16_t>(table, "characters", table.integer("characters"), 1, 125);
@@ -98,6 +97,26 @@ void read_codes(const TomlTable& table, RegisterItem& item) {
   item.otherwise = table.text("otherwise", "");
 }
 
+/// The address at `key` as it is on the wire.
+std::uint16_t read_address(const TomlTable& table, const char* key, std::int64_t base) {
+  return bounded<std::uint16_t>(table, key, table.integer(key) - base, 0, 65535);
+}
+
+/// Type, order, scale, unit and codes alone: what says how one value is written.
+void read_form(const TomlTable& table, WordOrder order, RegisterItem& item) {
+  item.type = one_of(kTypes, table, "type");
+  item.order = table.has("order") ? one_of(kWordOrders, table, "order") : order;
+  if (item.type == RegisterType::text) read_text_form(table, item.text);
+  if (item.type == RegisterType::date_time) read_date_form(table, item.date);
+  if (item.type == RegisterType::bits) read_bits(table, item);
+  read_scale(table, item);
+  item.fahrenheit = table.choice("unit", {"°C", "°F"}, "°C") == "°F";
+  item.step = table.boolean("difference", false);
+  item.decimals = table.text("decimals", "");
+  item.unit = table.text("unit_register", "");
+  read_codes(table, item);
+}
+
 void read_functions(const TomlTable& table, const ItemDefaults& defaults, RegisterItem& item) {
   item.read_function = defaults.read_function;
   item.write_function = defaults.write_function;
@@ -112,7 +131,7 @@ void read_access(const TomlTable& table, RegisterItem& item) {
   item.self_clearing = access == "command";
   item.seen_in = table.text("seen_in", "");
   if (table.has("tolerance")) item.tolerance = table.number("tolerance");
-  item.seen_within = table.duration("within", {});
+  item.seen_within = table.duration("within", Duration{});
   item.seen_later = table.boolean("seen_later", false);
   if (item.seen_later && item.name != "set_point")
     table.mistake("seen_later", "only the set point is read again by itself");
@@ -209,22 +228,9 @@ void check_sizes(const TomlTable& table, const RegisterItem& item, const Registe
                                         word_count(item), link.modbus.read_at_most));
 }
 
-constexpr Vocabulary<CellSource, 15> kSources{{{"name", CellSource::name},
-                                               {"number", CellSource::number},
-                                               {"step_count", CellSource::step_count},
-                                               {"step", CellSource::step},
-                                               {"kind", CellSource::kind},
-                                               {"start", CellSource::start},
-                                               {"target", CellSource::target},
-                                               {"rate", CellSource::rate},
-                                               {"hours", CellSource::hours},
-                                               {"minutes", CellSource::minutes},
-                                               {"seconds", CellSource::seconds},
-                                               {"total_seconds", CellSource::total_seconds},
-                                               {"guaranteed_soak", CellSource::guaranteed_soak},
-                                               {"soak_band", CellSource::soak_band},
-                                               {"constant", CellSource::constant}}};
-constexpr Vocabulary<StepKind, 3> kKinds{{{"ramp", StepKind::ramp}, {"soak", StepKind::soak}, {"end", StepKind::end}}};
+constexpr auto kSources = words_in_order<CellSource::name, CellSource::constant>(
+    "name", "number", "step_count", "step", "kind", "start", "target", "rate", "hours", "minutes", "seconds",
+    "total_seconds", "guaranteed_soak", "soak_band", "constant");
 
 void check_codes(const TomlTable& table, const MemoryCell& cell) {
   const auto must_have = [&](std::initializer_list<const char*> names) {
@@ -253,7 +259,7 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
   block.address = read_address(table, "address", defaults.address_base);
   if (table.has("write_function")) block.function = one_of(kWriteFunctions, table, "write_function");
   for (const auto& word : table.texts("for"))
-    for (const auto& [known, kind] : kKinds)
+    for (const auto& [known, kind] : kStepKinds)
       if (word == known) block.kinds.push_back(kind);
   if (block.kinds.size() != table.texts("for").size()) table.mistake("for", "expected ramp, soak or end");
   block.select = table.boolean("select", false);
@@ -308,7 +314,7 @@ void read_value(const TomlTable& table, const RegisterMap& map, const RegisterIt
   } else if (table.has("date_of")) {
     step.source = SequenceStep::Source::date;
     step.date_of = table.text("date_of");
-    step.duration = table.duration("later", {});
+    step.duration = table.duration("later", Duration{});
     const auto* clock = named_item(map, table, "date_of", step.date_of);
     if ((clock && clock->type != RegisterType::date_time) || (item && item->type != RegisterType::date_time))
       table.mistake("date_of", "both registers must be of type date_time");
@@ -338,26 +344,6 @@ SequenceStep read_step(const TomlTable& table, const RegisterMap& map) {
   return step;
 }
 
-}  // namespace
-
-std::uint16_t read_address(const TomlTable& table, const char* key, std::int64_t base) {
-  return bounded<std::uint16_t>(table, key, table.integer(key) - base, 0, 65535);
-}
-
-void read_form(const TomlTable& table, WordOrder order, RegisterItem& item) {
-  item.type = one_of(kTypes, table, "type");
-  item.order = table.has("order") ? one_of(kWordOrders, table, "order") : order;
-  if (item.type == RegisterType::text) read_text_form(table, item.text);
-  if (item.type == RegisterType::date_time) read_date_form(table, item.date);
-  if (item.type == RegisterType::bits) read_bits(table, item);
-  read_scale(table, item);
-  item.fahrenheit = table.choice("unit", {"°C", "°F"}, "°C") == "°F";
-  item.step = table.boolean("difference", false);
-  item.decimals = table.text("decimals", "");
-  item.unit = table.text("unit_register", "");
-  read_codes(table, item);
-}
-
 void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap& map) {
   std::set<std::string> names;
   const auto tables = file.tables("register");
@@ -381,13 +367,13 @@ void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterM
   memory.stride = bounded<std::uint16_t>(table, "stride", table.integer("stride", 0), 0, 1000);
   memory.ramps_by_rate = table.choice("ramps_by", {"time", "rate"}, "time") == "rate";
   memory.end_step = table.boolean("end_step", false);
-  memory.end_time = table.duration("end_time", {});
+  memory.end_time = table.duration("end_time", Duration{});
   memory.longest_step = table.duration("longest_step");
   memory.finest = table.duration("finest", std::chrono::seconds(1));
   if (memory.finest <= Duration{} || memory.longest_step < memory.finest)
     table.mistake("longest_step", "expected a longest step that is not shorter than \"finest\", and both positive");
-  memory.pause = table.duration("pause", {});
-  memory.recovery = table.duration("recovery", {});
+  memory.pause = table.duration("pause", Duration{});
+  memory.recovery = table.duration("recovery", Duration{});
   memory.number_from = table.text("number_from", "");
   if (!memory.number_from.empty()) (void)named_item(map, table, "number_from", memory.number_from);
   memory.confidence = one_of(kConfidences, table, "confidence", "unverified");
@@ -406,6 +392,329 @@ void read_sequences(const TomlTable& table, RegisterMap& map) {
     for (const auto& step : table.tables(name)) steps.push_back(read_step(step, map));
     if (steps.empty()) table.mistake(name, fmt::format("\"{}\" has no steps", name));
   }
+}
+
+void check_required(const TomlTable& file, const RegisterMap& map) {
+  const auto* air = map.find("air_temperature");
+  const auto* set_point = map.find("set_point");
+  if (!air) file.mistake("", "missing [[register]] named \"air_temperature\"");
+  if (!set_point) file.mistake("", "missing [[register]] named \"set_point\"");
+  if (air && !air->readable) file.mistake("", "register \"air_temperature\" cannot be read");
+  if (set_point && !set_point->writable) file.mistake("", "register \"set_point\" must have access = \"rw\" or \"w\"");
+  const auto is_number = [](const RegisterItem* item) {
+    return !item || (item->type != RegisterType::text && item->type != RegisterType::date_time);
+  };
+  if (!is_number(air) || !is_number(set_point))
+    file.mistake("", "registers \"air_temperature\" and \"set_point\" must be numbers");
+}
+
+void check_block(const TomlTable& link, const RegisterMap& map) {
+  if (!map.one_block) return;
+  int first = 0x10000, end = 0;
+  for (const auto& name :
+       {std::string("air_temperature"), std::string("set_point"), map.identity ? map.identity->item : ""}) {
+    const auto* item = map.find(name);
+    if (!item) continue;
+    first = std::min<int>(first, item->address);
+    end = std::max(end, item->address + word_count(*item));
+    if (!item->readable) link.mistake("one_block", fmt::format("register \"{}\" cannot be read", name));
+  }
+  for (const auto& one : map.links)
+    if (end - first > one.modbus.read_at_most)
+      link.mistake("one_block", fmt::format("the block spans {} registers, expected at most {}", end - first,
+                                            one.modbus.read_at_most));
+}
+
+constexpr int kMostReadAtOnce = 125, kMostWrittenAtOnce = 123;
+
+/// A duration of zero or more that `link` may set anew.
+void read_time(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
+
+void read_serial(const TomlTable& link, SerialFormat& serial) {
+  if (!link.has("serial")) return;
+  const auto format = parse_serial_format(link.text("serial"));
+  if (format)
+    serial = *format;
+  else
+    link.mistake("serial", format.error().what);
+}
+
+/// What both [link] and the table of one link may say; the latter has the last word.
+void read_settings(const TomlTable& link, ModbusLink& modbus) {
+  modbus.unit = bounded<std::uint8_t>(link, "unit", link.integer("unit", modbus.unit), 0, 255);
+  modbus.port = bounded<std::uint16_t>(link, "port", link.integer("port", modbus.port), 1, 65535);
+  read_time(link, "timeout", modbus.timeout);
+  constexpr Duration kLongest = std::chrono::seconds(2);  // three of them are less than the guard's patience
+  if (modbus.timeout <= Duration::zero() || modbus.timeout > kLongest)
+    link.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
+  read_time(link, "minimum_period", modbus.minimum_period);
+  read_time(link, "after_write", modbus.after_write);
+  read_time(link, "gap", modbus.gap);
+  const auto limit = [&](const char* key, std::uint16_t& value, int most) {
+    value = bounded<std::uint16_t>(link, key, link.integer(key, value), 1, most);
+  };
+  limit("read_at_most", modbus.read_at_most, kMostReadAtOnce);
+  limit("write_at_most", modbus.write_at_most, kMostWrittenAtOnce);
+  modbus.answers_reads_by_either_function =
+      link.boolean("answers_reads_by_either_function", modbus.answers_reads_by_either_function);
+  modbus.loop_back = link.boolean("loop_back", modbus.loop_back);
+  read_serial(link, modbus.serial);
+}
+
+void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
+  const auto names = link.table("exceptions");
+  for (const auto& key : names.keys()) {
+    const auto code = bounded<std::uint8_t>(names, key.c_str(), names.integer(key), 1, 255);
+    modbus.exception_names[code] = key;
+  }
+  if (!link.has("busy_exceptions")) return;
+  modbus.busy_exceptions.clear();
+  for (const double code : link.numbers("busy_exceptions"))
+    modbus.busy_exceptions.push_back(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
+}
+
+constexpr Vocabulary<ChamberActivity, 13> kActivities{{{"off", ChamberActivity::off},
+                                                       {"running", ChamberActivity::running},
+                                                       {"program", ChamberActivity::program},
+                                                       {"ramping", ChamberActivity::ramping},
+                                                       {"soaking", ChamberActivity::soaking},
+                                                       {"waiting", ChamberActivity::waiting},
+                                                       {"holding", ChamberActivity::holding},
+                                                       {"done", ChamberActivity::done},
+                                                       {"alarm", ChamberActivity::alarm},
+                                                       {"door_open", ChamberActivity::door_open},
+                                                       {"emergency_stop", ChamberActivity::emergency_stop},
+                                                       {"power_failure", ChamberActivity::power_failure},
+                                                       {"unknown", ChamberActivity::unknown}}};
+constexpr auto kSeverities = words_in_order<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
+
+std::vector<std::int64_t> every_code(const RegisterItem& item) {
+  std::vector<std::int64_t> all;
+  for (const auto& [name, codes] : item.codes) all.insert(all.end(), codes.begin(), codes.end());
+  return all;
+}
+
+/// The codes or bits of one meaning of the item.
+void add_meaning(const TomlTable& table, const char* key, const RegisterItem& item, const std::string& meaning,
+                 Condition& condition) {
+  if (const auto codes = item.codes.find(meaning); codes != item.codes.end()) {
+    condition.codes.insert(condition.codes.end(), codes->second.begin(), codes->second.end());
+  } else if (const auto flag = item.flags.find(meaning); flag != item.flags.end()) {
+    condition.bits |= 1U << flag->second;
+  } else if (!meaning.empty() && meaning == item.otherwise) {
+    condition.codes = every_code(item);
+    condition.not_these = true;
+  } else {
+    table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", item.name, meaning));
+  }
+}
+
+std::vector<std::string> one_or_more(const TomlTable& table, const char* key) {
+  if (table.is_list(key)) return table.texts(key);
+  return {table.text(key)};
+}
+
+void read_numbers(const TomlTable& table, Condition& condition) {
+  for (const double bit : table.numbers("bits")) {
+    if (bit < 0 || bit > 31)
+      table.mistake("bits", fmt::format("bit {} is none of 0 to 31", bit));
+    else
+      condition.bits |= 1U << static_cast<unsigned>(bit);
+  }
+  if (table.has("above")) condition.above = table.number("above");
+}
+
+ItemDefaults read_item_defaults(const TomlTable& link, std::optional<WordOrder> word_order) {
+  ItemDefaults defaults;
+  defaults.order = one_of(kWordOrders, link, "word_order", "abcd");
+  if (word_order) defaults.order = *word_order;
+  defaults.address_base = link.integer("address_base", 0);
+  if (defaults.address_base < 0 || defaults.address_base > 400001)
+    link.mistake("address_base", "expected the number that the file gives to the first register: 0, 1, 40001 …");
+  if (link.has("read_function")) defaults.read_function = one_of(kReadFunctions, link, "read_function");
+  if (link.has("write_function")) defaults.write_function = one_of(kWriteFunctions, link, "write_function");
+  return defaults;
+}
+
+void read_links(const TomlTable& link, RegisterMap& map) {
+  ModbusLink common;
+  read_settings(link, common);
+  read_exceptions(link, common);
+  map.one_block = link.boolean("one_block", false);
+  map.holes = link.boolean("holes", false);
+  map.status_every = bounded<int>(link, "status_every", link.integer("status_every", 1), 0, 3600);
+  const auto add = [&](LinkKind kind, const TomlTable* own) {
+    MapLink made{.kind = kind, .modbus = common};
+    made.modbus.framing = kind == LinkKind::tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
+    if (own) {
+      read_settings(*own, made.modbus);
+      made.clients_at_most = bounded<int>(*own, "clients_at_most", own->integer("clients_at_most", 0), 0, 1000);
+    }
+    map.links.push_back(std::move(made));
+  };
+  for (const auto& [word, kind] : kLinkKinds) {
+    if (!link.has(word)) continue;
+    const auto own = link.table(word);
+    add(kind, &own);
+  }
+  if (map.links.empty()) add(LinkKind::tcp, nullptr);
+  if (const auto usual = link.text("usual", name(map.links.front().kind)); !usual.empty()) {
+    const auto found = std::ranges::find_if(map.links, [&](const auto& one) { return usual == name(one.kind); });
+    if (found == map.links.end())
+      link.mistake("usual", fmt::format("this file has no [link.{}]", usual));
+    else
+      std::rotate(map.links.begin(), found, found + 1);
+  }
+  map.link = map.links.front();
+  map.link.kind = LinkKind::tcp;  // of the addresses, until on_link() is asked
+}
+
+void read_identity(const TomlTable& table, RegisterMap& map) {
+  Fingerprint print;
+  print.item = table.text("register");
+  const auto* item = named_item(map, table, "register", print.item);
+  const bool is_text = item && item->type == RegisterType::text;
+  if (is_text)
+    print.pattern = table.text("pattern");
+  else
+    print.value = table.number("value");
+  if (!is_text) print.mask = bounded<std::uint32_t>(table, "mask", table.integer("mask", 0xFFFFFFFF), 1, 0xFFFFFFFF);
+  if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", item->name));
+  map.identity = std::move(print);
+}
+
+void read_control(const TomlTable& table, RegisterMap& map) {
+  ControlMode control;
+  control.commanded = table.text("commanded");
+  control.active = table.text("active", control.commanded);
+  const auto* commanded = named_item(map, table, "commanded", control.commanded);
+  (void)named_item(map, table, "active", control.active);
+  if (commanded && !commanded->writable)
+    table.mistake("commanded", fmt::format("register \"{}\" is not writable", commanded->name));
+  const auto code = [&](const char* key) -> std::int64_t {
+    const auto name = table.text(key, key);
+    if (!commanded) return 0;
+    if (const auto found = code_of(*commanded, name)) return static_cast<std::int64_t>(*found);
+    table.mistake(key, fmt::format("register \"{}\" has no code named \"{}\"", commanded->name, name));
+    return 0;
+  };
+  control.on = code("on");
+  control.off = code("off");
+  map.control = std::move(control);
+}
+
+void read_states(const TomlTable& file, RegisterMap& map) {
+  for (const auto& table : file.tables("state"))
+    map.states.push_back({one_of(kActivities, table, "activity"), read_condition(table, map)});
+}
+
+void read_alarms(const TomlTable& file, RegisterMap& map) {
+  for (const auto& table : file.tables("alarm"))
+    map.alarms.push_back(
+        {one_of(kSeverities, table, "severity", "warning"), table.text("text", ""), read_condition(table, map)});
+}
+
+void read_limits(const TomlTable& table, RegisterMap& map) {
+  auto& limits = map.limits;
+  if (table.has("lowest")) limits.lowest = table.celsius("lowest");
+  if (table.has("highest")) limits.highest = table.celsius("highest");
+  if (limits.lowest && limits.highest && *limits.lowest >= *limits.highest)
+    table.mistake("lowest", "the lowest set point is not below the highest");
+  const auto item = [&](const char* key) {
+    const auto name = table.text(key, "");
+    const auto* found = name.empty() ? nullptr : named_item(map, table, key, name);
+    if (found && !found->readable) table.mistake(key, fmt::format("register \"{}\" cannot be read", name));
+    return name;
+  };
+  limits.lowest_item = item("lowest_register");
+  limits.highest_item = item("highest_register");
+  limits.fastest = table.rate("fastest", CelsiusPerMinute{});
+  limits.every = table.duration("every", Duration{});
+}
+
+void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, RegisterMap& map) {
+  for (const auto& table : file.tables("forbidden")) {
+    Forbidden range;
+    range.first = read_address(table, "first", defaults.address_base);
+    range.last = table.has("last") ? read_address(table, "last", defaults.address_base) : range.first;
+    range.why = table.text("why");
+    if (range.last < range.first) table.mistake("last", "\"last\" is below \"first\"");
+    for (const auto& item : map.items)
+      if (item.writable && item.address <= range.last && item.address + word_count(item) > range.first)
+        table.mistake("first", fmt::format("register \"{}\" lies here and is writable", item.name));
+    map.forbidden.push_back(std::move(range));
+  }
+}
+
+}  // namespace
+
+const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
+                               const std::string& name) {
+  const auto* item = map.find(name);
+  if (!item) table.mistake(key, fmt::format("no register is named \"{}\"", name));
+  return item;
+}
+
+std::optional<double> code_of(const RegisterItem& item, const std::string& meaning) {
+  if (const auto code = item.codes.find(meaning); code != item.codes.end() && !code->second.empty())
+    return static_cast<double>(code->second.front());
+  if (const auto flag = item.flags.find(meaning); flag != item.flags.end())
+    return static_cast<double>(std::uint32_t{1} << flag->second);
+  return std::nullopt;
+}
+
+Condition read_condition(const TomlTable& table, const RegisterMap& map) {
+  Condition condition;
+  condition.item = table.text("register");
+  const auto* item = named_item(map, table, "register", condition.item);
+  const bool negated = table.has("is_not");
+  const char* key = negated ? "is_not" : "is";
+  if (table.has(key)) condition.meanings = one_or_more(table, key);
+  if (item && !item->readable && item->type == RegisterType::text)
+    table.mistake("register", fmt::format("register \"{}\" is no number", item->name));
+  for (const auto& meaning : condition.meanings)
+    if (item) add_meaning(table, key, *item, meaning, condition);
+  if (negated) condition.not_these = !condition.not_these;
+  read_numbers(table, condition);
+  const bool says = !condition.meanings.empty() || condition.bits != 0 || condition.above;
+  if (!says && item && !item->flags.empty())
+    for (const auto& [name, bit] : item->flags) condition.bits |= 1U << bit;
+  else if (!says)
+    table.mistake("", "expected \"is\", \"is_not\", \"bits\" or \"above\"");
+  return condition;
+}
+
+Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
+                                       std::optional<WordOrder> word_order) {
+  const auto parsed = TomlTable::parse(text, file);
+  if (!parsed) return failure(parsed.error());
+
+  RegisterMap map;
+  map.text = text;
+  (void)parsed->choice("schema", {"gyrotherm-chamber/1"});
+  map.name = parsed->text("name");
+  map.vendor = parsed->text("vendor");
+  map.model = parsed->text("model", map.name);
+  map.firmware = parsed->text("firmware", "");
+  map.source = parsed->text("source");
+  const auto link = parsed->table("link");
+  read_links(link, map);
+  const auto defaults = read_item_defaults(link, word_order);
+  read_items(*parsed, defaults, map);
+  if (parsed->has("identity")) read_identity(parsed->table("identity"), map);
+  if (parsed->has("control")) read_control(parsed->table("control"), map);
+  read_sequences(parsed->table("sequence"), map);
+  read_states(*parsed, map);
+  read_alarms(*parsed, map);
+  read_limits(parsed->table("limits"), map);
+  read_forbidden(*parsed, defaults, map);
+  if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
+  parsed->ignore("simulated");  // the simulator reads it
+  check_required(*parsed, map);
+  check_block(link, map);
+  if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
+  const auto usual = map.links.front().kind;
+  return on_link(std::move(map), usual);
 }
 
 }  // namespace gyrotherm::drivers

@@ -132,34 +132,15 @@ void choose_axis(const TomlTable& table, const std::string& wanted, FrameFormat&
 
 constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
 
-constexpr Vocabulary<FieldRole, 9> kRoles{{{"pulse_count", FieldRole::pulse_count},
-                                           {"increment", FieldRole::increment},
-                                           {"rate", FieldRole::rate},
-                                           {"integrated_angle", FieldRole::integrated_angle},
-                                           {"sequence", FieldRole::sequence},
-                                           {"timestamp", FieldRole::timestamp},
-                                           {"status", FieldRole::status},
-                                           {"temperature", FieldRole::temperature},
-                                           {"value", FieldRole::value}}};
-constexpr Vocabulary<FieldType, 12> kFieldTypes{{{"u8", FieldType::u8},
-                                                 {"u16", FieldType::u16},
-                                                 {"u24", FieldType::u24},
-                                                 {"u32", FieldType::u32},
-                                                 {"u64", FieldType::u64},
-                                                 {"i8", FieldType::i8},
-                                                 {"i16", FieldType::i16},
-                                                 {"i24", FieldType::i24},
-                                                 {"i32", FieldType::i32},
-                                                 {"i64", FieldType::i64},
-                                                 {"f32", FieldType::f32},
-                                                 {"f64", FieldType::f64}}};
-constexpr Vocabulary<FieldType, 4> kWordTypes{{{"hexadecimal", FieldType::hexadecimal},
-                                               {"signed_hexadecimal", FieldType::signed_hexadecimal},
-                                               {"integer", FieldType::integer},
-                                               {"decimal", FieldType::decimal}}};
+constexpr auto kRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
+    "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
+constexpr auto kFieldTypes = words_in_order<FieldType::u8, FieldType::f64>("u8", "u16", "u24", "u32", "u64", "i8",
+                                                                           "i16", "i24", "i32", "i64", "f32", "f64");
+constexpr auto kWordTypes = words_in_order<FieldType::hexadecimal, FieldType::decimal>(
+    "hexadecimal", "signed_hexadecimal", "integer", "decimal");
 constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
-constexpr Vocabulary<StatusMeaning, 3> kMeanings{
-    {{"invalid", StatusMeaning::invalid}, {"warning", StatusMeaning::warning}, {"reject", StatusMeaning::reject}}};
+constexpr auto kMeanings =
+    words_in_order<StatusMeaning::invalid, StatusMeaning::reject>("invalid", "warning", "reject");
 
 /// Where the bits are.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
@@ -337,11 +318,7 @@ FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
   return format;
 }
 
-const char* name(FieldRole role) {
-  for (const auto& [word, value] : kRoles)
-    if (value == role) return word;
-  return "";
-}
+const char* name(FieldRole role) { return word_of(kRoles, role); }
 
 std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
                                               const char* what) {

@@ -2,15 +2,241 @@
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 
 #include <fmt/chrono.h>
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
+#include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
 
+#include "drivers/checksum.hpp"
 #include "drivers/line/deadline.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm::drivers {
+namespace {
+
+constexpr unsigned kSharedItems = 0x10;  ///< items below are shared by the two inputs of a converter
+constexpr unsigned kItems = 0x1C;
+constexpr std::size_t kLongestMemory[] = {62, 60};  ///< bytes at once, by the microcontroller that is asked
+constexpr std::size_t kMemory = 256;
+
+/// What a command takes and what its reply holds, in bytes.
+struct Layout {
+  MccCommand command;
+  std::size_t arguments;
+  std::size_t reply;  ///< the least; a scan, memory and an item may hold more
+};
+constexpr Layout kLayouts[] = {
+    {MccCommand::port_direction, 1, 0}, {MccCommand::bit_direction, 2, 0}, {MccCommand::read_port, 0, 1},
+    {MccCommand::write_port, 1, 0},     {MccCommand::read_bit, 1, 1},      {MccCommand::write_bit, 2, 0},
+    {MccCommand::read_input, 2, 4},     {MccCommand::scan, 3, 4},          {MccCommand::read_memory, 4, 1},
+    {MccCommand::blink, 0, 0},          {MccCommand::reset, 0, 0},         {MccCommand::read_status, 0, 1},
+    {MccCommand::set_item, 3, 0},       {MccCommand::read_item, 2, 1},     {MccCommand::calibrate, 0, 0},
+    {MccCommand::read_burnout, 1, 1},
+};
+
+const Layout* layout_of(std::uint8_t command) {
+  const auto* found = std::ranges::find(kLayouts, static_cast<MccCommand>(command), &Layout::command);
+  return found == std::end(kLayouts) ? nullptr : found;
+}
+
+/// Reference, measured currents and voltages, coefficients.
+bool holds_number(unsigned sub) { return (sub >= 0x04 && sub <= 0x0A) || (sub >= 0x14 && sub < kItems); }
+bool is_item(unsigned sub) { return sub <= 0x0A || (sub >= kSharedItems && sub < kItems); }
+
+std::uint8_t item_of(std::uint8_t input, MccItem item) {
+  const auto sub = static_cast<unsigned>(item);
+  return static_cast<std::uint8_t>(sub < kSharedItems ? sub : sub + input % 2);
+}
+
+void append(std::vector<std::uint8_t>& bytes, float number) {
+  const auto bits = std::bit_cast<std::uint32_t>(number);
+  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<std::uint8_t>(bits >> shift));
+}
+
+std::string place(MccCommand command) { return fmt::format("report {:02X}", static_cast<unsigned>(command)); }
+
+std::string input_name(std::uint8_t input) {
+  if (input >= kMccColdJunction0) return fmt::format("CJC{}", input - kMccColdJunction0);
+  return fmt::format("input {}", input);
+}
+
+/// What is wrong with the arguments, or nothing.
+std::optional<std::string> objection(const MccRequest& request) {
+  const auto& a = request.arguments;
+  const auto units = [](unsigned code) { return code <= 1; };
+  const auto input = [](unsigned code) { return code < kMccInputs; };
+  switch (request.command) {
+    case MccCommand::read_input:
+      if (!input(a[0]) && a[0] != kMccColdJunction0 && a[0] != kMccColdJunction1)
+        return fmt::format("there is no input {:02X}", a[0]);
+      if (!units(a[1])) return fmt::format("there are no units {}", a[1]);
+      break;
+    case MccCommand::scan:
+      if (!input(a[1]) || a[0] > a[1]) return fmt::format("inputs {} to {} cannot be scanned", a[0], a[1]);
+      if (!units(a[2])) return fmt::format("there are no units {}", a[2]);
+      break;
+    case MccCommand::read_memory: {
+      const std::size_t address = a[0] | a[1] << 8, micro = a[2], count = a[3];
+      if (micro > 1 || count == 0 || count > kLongestMemory[micro] || address + count > kMemory)
+        return fmt::format("{} bytes of memory {} from {:02X} cannot be read", count, micro, address);
+      break;
+    }
+    case MccCommand::set_item:
+    case MccCommand::read_item:
+      if (a[0] >= kMccInputs / 2 || !is_item(a[1])) return fmt::format("there is no item {} {:02X}", a[0], a[1]);
+      break;
+    default: break;
+  }
+  return std::nullopt;
+}
+
+Result<Celsius> to_celsius(float number, std::uint8_t input, const MccRanges& ranges) {
+  const auto invalid = [&](const char* what) {
+    return failure(FaultKind::out_of_range, input_name(input), fmt::format("{} ({})", what, number));
+  };
+  const float whole = std::trunc(number);
+  if (whole == kMccOpen) return invalid("open thermocouple");
+  if (whole == kMccNotReady) return invalid("not ready");
+  if (whole == kMccDisabled) return invalid("disabled, or a float error");
+  return within(input < kMccInputs ? ranges[input] : kMccWidest, {number}, input_name(input));
+}
+
+}  // namespace
+
+MccRequest mcc_request(MccCommand command, std::initializer_list<std::uint8_t> arguments) {
+  MccRequest request{command, arguments};
+  assert(decode_mcc_request(encode_mcc_request(request)) == request);
+  return request;
+}
+
+MccRequest mcc_read_input(std::uint8_t input, MccUnits units) {
+  return mcc_request(MccCommand::read_input, {input, static_cast<std::uint8_t>(units)});
+}
+
+MccRequest mcc_scan(std::uint8_t first, std::uint8_t last, MccUnits units) {
+  return mcc_request(MccCommand::scan, {first, last, static_cast<std::uint8_t>(units)});
+}
+
+MccRequest mcc_read_memory(std::uint8_t address, std::uint8_t count) {
+  return mcc_request(MccCommand::read_memory, {address, 0, 0, count});
+}
+
+MccRequest mcc_read_item(std::uint8_t input, MccItem item) {
+  return mcc_request(MccCommand::read_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item)});
+}
+
+MccRequest mcc_set_item(std::uint8_t input, MccItem item, std::uint8_t value) {
+  return mcc_request(MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item), value});
+}
+
+MccRequest mcc_set_item(std::uint8_t input, MccItem item, float value) {
+  MccRequest request{MccCommand::set_item, {static_cast<std::uint8_t>(input / 2), item_of(input, item)}};
+  assert(holds_number(request.arguments[1]));
+  append(request.arguments, value);
+  return request;
+}
+
+std::vector<std::byte> encode_mcc_request(const MccRequest& request) {
+  return encode_mcc_bytes(request.command, request.arguments);
+}
+
+Result<MccRequest> decode_mcc_request(std::span<const std::byte> report) {
+  const auto* layout = report.empty() ? nullptr : layout_of(byte_at(report, 0));
+  if (layout == nullptr) return failure(FaultKind::corrupted, "report", "no command of a USB-TEMP");
+  auto length = layout->arguments;
+  if (layout->command == MccCommand::set_item && report.size() > 2 && holds_number(byte_at(report, 2)))
+    length += sizeof(float) - 1;
+  if (report.size() <= length || report.size() > kMccLongestReport)
+    return failure(FaultKind::corrupted, place(layout->command),
+                   fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));
+  MccRequest request{layout->command, {}};
+  for (std::size_t i = 1; i <= length; ++i) request.arguments.push_back(byte_at(report, i));
+  if (std::ranges::any_of(report.subspan(length + 1), [](std::byte padding) { return padding != std::byte{0}; }))
+    return failure(FaultKind::corrupted, place(layout->command), "more than its arguments");
+  if (const auto objected = objection(request)) return failure(FaultKind::refused, place(layout->command), *objected);
+  return request;
+}
+
+std::size_t mcc_reply_length(const MccRequest& request) {
+  const auto& a = request.arguments;
+  if (request.command == MccCommand::scan) return sizeof(float) * (1u + a[1] - a[0]);
+  if (request.command == MccCommand::read_memory) return a[3];
+  if (request.command == MccCommand::read_item && holds_number(a[1])) return sizeof(float);
+  const auto* layout = layout_of(static_cast<std::uint8_t>(request.command));
+  assert(layout != nullptr);
+  return layout->reply;
+}
+
+Result<std::vector<std::uint8_t>> decode_mcc_bytes(const MccRequest& request, std::span<const std::byte> report) {
+  const auto length = mcc_reply_length(request);
+  const auto corrupted = [&](std::string what) {
+    return failure(FaultKind::corrupted, place(request.command), std::move(what));
+  };
+  if (report.empty()) return corrupted("empty");
+  if (const auto id = byte_at(report, 0); static_cast<MccCommand>(id) != request.command)
+    return corrupted(fmt::format("report {:02X} came instead", id));
+  if (report.size() <= length || report.size() > kMccLongestReport)
+    return corrupted(fmt::format("{} bytes, expected {} to {}", report.size(), length + 1, kMccLongestReport));
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(length);
+  for (const auto byte : report.subspan(1, length)) bytes.push_back(std::to_integer<std::uint8_t>(byte));
+  return bytes;
+}
+
+Result<std::vector<float>> decode_mcc_numbers(const MccRequest& request, std::span<const std::byte> report) {
+  assert(mcc_reply_length(request) % sizeof(float) == 0);
+  return decode_mcc_bytes(request, report).map([](const std::vector<std::uint8_t>& bytes) {
+    std::vector<float> numbers;
+    for (std::size_t i = 0; i + sizeof(float) <= bytes.size(); i += sizeof(float)) {
+      std::uint32_t bits = 0;
+      for (std::size_t k = sizeof(float); k-- > 0;) bits = bits << 8 | bytes[i + k];
+      numbers.push_back(std::bit_cast<float>(bits));
+    }
+    return numbers;
+  });
+}
+
+Result<std::vector<Result<Celsius>>> decode_mcc_temperatures(const MccRequest& request,
+                                                             std::span<const std::byte> report,
+                                                             const MccRanges& ranges) {
+  assert(request.command == MccCommand::scan || request.command == MccCommand::read_input);
+  assert(request.arguments.back() == static_cast<std::uint8_t>(MccUnits::celsius));
+  return decode_mcc_numbers(request, report).map([&](const std::vector<float>& numbers) {
+    std::vector<Result<Celsius>> temperatures;
+    temperatures.reserve(numbers.size());
+    for (auto input = request.arguments.front(); const float number : numbers)
+      temperatures.push_back(to_celsius(number, input++, ranges));
+    return temperatures;
+  });
+}
+
+Result<std::chrono::local_seconds> decode_mcc_date(std::span<const std::uint8_t> bytes) {
+  using std::chrono::hours, std::chrono::minutes, std::chrono::seconds, std::chrono::local_days;
+  if (bytes.size() == 6) {
+    const std::chrono::year_month_day day{std::chrono::year(2000 + bytes[0]), std::chrono::month(bytes[1]),
+                                          std::chrono::day(bytes[2])};
+    if (day.ok() && bytes[3] < 24 && bytes[4] < 60 && bytes[5] < 60)
+      return local_days(day) + hours(bytes[3]) + minutes(bytes[4]) + seconds(bytes[5]);
+  }
+  return failure(FaultKind::corrupted, "calibration date", fmt::format("{:02X} is no time", fmt::join(bytes, " ")));
+}
+
+std::vector<std::byte> encode_mcc_bytes(MccCommand command, std::span<const std::uint8_t> bytes) {
+  std::vector<std::byte> report{static_cast<std::byte>(command)};
+  for (const auto byte : bytes) report.push_back(std::byte{byte});
+  return report;
+}
+
+std::vector<std::byte> encode_mcc_numbers(MccCommand command, std::span<const float> numbers) {
+  std::vector<std::uint8_t> bytes;
+  for (const float number : numbers) append(bytes, number);
+  return encode_mcc_bytes(command, bytes);
+}
 
 namespace {
 

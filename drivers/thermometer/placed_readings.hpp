@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a sensor can report; a reading outside it is a fault, whatever the instrument says.
+/// Readings of thermometers: as text, within what a sensor can report (whatever the instrument says), and with the
+/// instrument's own place in front of their faults.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,13 +31,31 @@ struct TemperatureRange {
       fmt::format("{} °C cannot be, expected {} to {} °C", reading.value, range.lowest.value, range.highest.value));
 }
 
-// An instrument's own place in front of its faults.
+/// A sign, digits with or without a point, and nothing else.
+[[nodiscard]] inline std::optional<double> signed_decimal(std::string_view text) {
+  if (text.size() < 2 || (text[0] != '+' && text[0] != '-')) return std::nullopt;
+  const auto digits = text.substr(1);
+  if (digits.find_first_not_of("0123456789.") != std::string_view::npos) return std::nullopt;
+  double value{};
+  const auto* const last = digits.data() + digits.size();
+  const auto [end, error] = std::from_chars(digits.data(), last, value, std::chars_format::fixed);
+  if (error != std::errc{} || end != last) return std::nullopt;
+  return text[0] == '-' ? -value : value;
+}
 
 /// "thermometer 2 input 3": the place of the instrument, then that within it.
-[[nodiscard]] Fault at_instrument(const std::string& place, Fault fault);
+[[nodiscard]] inline Fault at_instrument(const std::string& place, Fault fault) {
+  fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
+  return fault;
+}
 
 /// The readings with their faults so placed; if there is no answer, its fault for each of the `inputs`.
-[[nodiscard]] std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t inputs,
-                                                       Result<std::vector<Result<Celsius>>> answer);
+[[nodiscard]] inline std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t inputs,
+                                                              Result<std::vector<Result<Celsius>>> answer) {
+  if (!answer) return {inputs, failure(at_instrument(place, std::move(answer.error())))};
+  for (auto& reading : *answer)
+    if (!reading) reading.error() = at_instrument(place, std::move(reading.error()));
+  return std::move(*answer);
+}
 
 }  // namespace gyrotherm::drivers

@@ -7,10 +7,10 @@
 
 #include "core/toml_reader.hpp"
 #include "drivers/line/line_address.hpp"
-#include "drivers/thermometer/dcon_codec.hpp"
-#include "drivers/thermometer/lakeshore_218_codec.hpp"
-#include "drivers/thermometer/mcc_usb_temp_codec.hpp"
-#include "drivers/thermometer/pt12_codec.hpp"
+#include "drivers/thermometer/dcon_thermometer.hpp"
+#include "drivers/thermometer/lakeshore_218.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/pt12.hpp"
 
 namespace gyrotherm::drivers {
 

@@ -24,12 +24,6 @@ Kelvins read_band(const TomlTable& table, std::string_view key, Kelvins fallback
   return band;
 }
 
-CelsiusPerMinute read_rate(const TomlTable& table, std::string_view key, CelsiusPerMinute fallback) {
-  const auto rate = table.rate(key, fallback);
-  if (!(rate > CelsiusPerMinute{0})) table.mistake(key, "expected more than 0 °C/min");
-  return rate;
-}
-
 void read_range(const TomlTable& table, const std::string& prefix, Celsius& lowest, Celsius& highest) {
   lowest = table.celsius(prefix + "lowest", lowest);
   highest = table.celsius(prefix + "highest", highest);
@@ -112,8 +106,8 @@ InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string
   const auto needed = table.integer("thermometers_needed", limits.thermometers_needed);
   limits.thermometers_needed =
       bounded<int>(table, "thermometers_needed", needed, 1, std::max<int>(1, static_cast<int>(channels.size())));
-  limits.air_fastest = read_rate(table, "air_fastest", limits.air_fastest);
-  limits.thermometers_fastest = read_rate(table, "thermometers_fastest", limits.thermometers_fastest);
+  limits.air_fastest = table.positive_rate("air_fastest", limits.air_fastest);
+  limits.thermometers_fastest = table.positive_rate("thermometers_fastest", limits.thermometers_fastest);
   limits.disagreement = read_band(table, "disagreement", limits.disagreement);
   limits.chamber_disagreement = read_band(table, "chamber_disagreement", limits.chamber_disagreement);
   limits.follow_band = read_band(table, "follow_band", limits.follow_band);

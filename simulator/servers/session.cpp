@@ -17,20 +17,14 @@
 #include <system_error>
 #include <utility>
 
-namespace gyrotherm::simulator {
+#include "core/text.hpp"
 
+namespace gyrotherm::simulator {
 namespace {
 
 constexpr std::size_t kLongestCommand = 64;
 
 }  // namespace
-
-std::string_view without_blanks(std::string_view text) {
-  constexpr std::string_view kBlanks = " \r\n";
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 bool TextSession::feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) {
   for (const auto byte : bytes) {
@@ -42,7 +36,7 @@ bool TextSession::feed(std::span<const std::byte> bytes, std::vector<std::byte>&
         line_too_long_ = true;
       continue;
     }
-    const auto text = line_too_long_ ? std::string{} : answer(without_blanks(line_));
+    const auto text = line_too_long_ ? std::string{} : answer(trimmed(line_, kBlanks));
     const auto answered = std::as_bytes(std::span(text));
     reply.insert(reply.end(), answered.begin(), answered.end());
     line_.clear();

@@ -50,7 +50,8 @@ class TextSession : public Session {
   bool line_too_long_{};  ///< what is left of it is skipped
 };
 
-[[nodiscard]] std::string_view without_blanks(std::string_view text);
+/// Around a command and its argument.
+inline constexpr std::string_view kBlanks = " \r\n";
 
 // The few calls the virtual instruments need for their lines: sockets on loopback, pseudo-terminals; never blocking.
 

@@ -70,9 +70,10 @@ TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
 TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
   const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value();
   for (const auto* path :
-       {"drivers/thermometer/pt12_codec.hpp", "drivers/thermometer/pt12.cpp", "rig/thermometer_settings.cpp",
-        "simulator/servers/pt12_server.cpp", "simulator/virtual_instruments.cpp",
-        "tests/drivers/gyro/frame_stream_test.cpp", "docs/chamber-maps.md", "profiles/gyro-streams/"}) {
+       {"drivers/thermometer/pt12.hpp", "drivers/thermometer/pt12.cpp", "drivers/thermometer/thermometer_kinds.hpp",
+        "rig/thermometer_settings.cpp", "simulator/servers/virtual_thermometers.cpp",
+        "simulator/virtual_instruments.cpp", "tests/drivers/gyro/frame_stream_test.cpp", "docs/chamber-maps.md",
+        "profiles/gyro-streams/"}) {
     EXPECT_NE(page.find(path), std::string::npos) << path;
     EXPECT_TRUE(std::filesystem::exists(std::string(GYROTHERM_SOURCE_DIR "/") + path)) << path;
   }

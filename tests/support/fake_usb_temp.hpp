@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/thermometer/mcc_usb_temp_codec.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::tests {

@@ -8,7 +8,6 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
-#include "drivers/chamber/word_order_probe.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/thermometer/dcon_codec.hpp"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
+
+#include "drivers/thermometer/dcon_thermometer.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

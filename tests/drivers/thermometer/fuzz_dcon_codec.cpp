@@ -2,7 +2,7 @@
 /// Any text as an answer, with and without a checksum; what decodes is readings that can be.
 #include <cstdlib>
 
-#include "drivers/thermometer/dcon_codec.hpp"
+#include "drivers/thermometer/dcon_thermometer.hpp"
 
 namespace gyrotherm::drivers {
 

@@ -2,7 +2,7 @@
 /// Any text as a reply; what decodes is eight readings that can be.
 #include <cstdlib>
 
-#include "drivers/thermometer/lakeshore_218_codec.hpp"
+#include "drivers/thermometer/lakeshore_218.hpp"
 
 namespace gyrotherm::drivers {
 

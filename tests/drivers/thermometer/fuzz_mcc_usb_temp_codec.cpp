@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "drivers/thermometer/mcc_usb_temp_codec.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
 
 namespace gyrotherm::drivers {
 

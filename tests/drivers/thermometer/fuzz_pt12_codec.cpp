@@ -2,7 +2,7 @@
 /// Any text as an answer; what decodes is readings that can be.
 #include <cstdlib>
 
-#include "drivers/thermometer/pt12_codec.hpp"
+#include "drivers/thermometer/pt12.hpp"
 
 namespace gyrotherm::drivers {
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/thermometer/mcc_usb_temp_codec.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/thermometer/pt12_codec.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "drivers/thermometer/pt12.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

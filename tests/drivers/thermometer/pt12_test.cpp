@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/thermometer/pt12_codec.hpp"
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/random.hpp"
-#include "simulator/servers/lakeshore_218_server.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 
 namespace gyrotherm::faults {
 namespace {

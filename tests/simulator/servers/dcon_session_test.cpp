@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "simulator/servers/dcon_server.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/servers/asking.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 

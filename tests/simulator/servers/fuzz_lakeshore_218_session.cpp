@@ -2,7 +2,7 @@
 /// Any bytes to the virtual Lake Shore 218: no crash, and every reply is a whole line.
 #include <cstdlib>
 
-#include "simulator/servers/lakeshore_218_server.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm::simulator {

@@ -2,7 +2,7 @@
 /// Any bytes to the virtual PT12: no crash, and every reply is a whole line.
 #include <cstdlib>
 
-#include "simulator/servers/pt12_server.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm::simulator {

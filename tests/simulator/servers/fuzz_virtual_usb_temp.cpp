@@ -2,7 +2,7 @@
 /// Any report to the virtual USB-TEMP: no crash, and a reply is one of its own commands and no longer than it may be.
 #include <cstdlib>
 
-#include "simulator/servers/virtual_usb_temp.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm::simulator {

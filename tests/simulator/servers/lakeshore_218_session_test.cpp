@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "simulator/servers/lakeshore_218_server.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm::simulator {

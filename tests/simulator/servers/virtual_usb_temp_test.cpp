@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulator/servers/virtual_usb_temp.hpp"
-
 #include <gtest/gtest.h>
 
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 
 namespace gyrotherm::simulator {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "drivers/thermometer/dcon_thermometer.hpp"
+#include "drivers/thermometer/lakeshore_218.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/pt12.hpp"
+#include "drivers/wires.hpp"
+#include "simulator/servers/session.hpp"
+#include "simulator/virtual_laboratory.hpp"
+
+namespace gyrotherm::simulator {
+
+/// The virtual Lake Shore 218 (user's manual pp. 6-10 to 6-29). Answers *IDN?, CRDG? and KRDG? (no argument or 0: all
+/// eight inputs; 1…8: one), three decimals. Anything else has no reply, as on the instrument. An input without a
+/// thermometer reads 0 K.
+class Lakeshore218Session final : public TextSession {
+ public:
+  using Inputs = simulator::Inputs<drivers::kLakeshore218Inputs>;
+
+  /// `laboratory` must outlive this.
+  Lakeshore218Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
+      : TextSession('\n'), laboratory_(laboratory), inputs_(inputs) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+  [[nodiscard]] std::string readings(std::string_view argument, double zero_c) const;
+
+  const VirtualLaboratory& laboratory_;
+  Inputs inputs_;
+};
+
+/// One thermocouple module that speaks DCON (I-7018 user's manual rev. B1.0, chapters 1.10 and 2), as it is set.
+struct DconModule {
+  std::uint8_t address = 1;
+  std::uint8_t type = 0x10;  ///< of its thermocouples: 0E, 0F, 10 or 11 for J, K, T, E
+  drivers::DconChecksum checksum = drivers::DconChecksum::off;
+  Inputs<drivers::kDconInputs> inputs;
+};
+
+/// Modules on one line. Each answers #AA and #AAN in engineering units with two decimals, $AA2, $AA6, $AAM and $AAF at
+/// its address; another command after $AA is invalid (?AA); anything else has no reply. An input without a thermometer
+/// is an open wire: over range.
+class DconSession final : public TextSession {
+ public:
+  /// `laboratory` must outlive this.
+  DconSession(const VirtualLaboratory& laboratory, std::vector<DconModule> modules)
+      : TextSession('\r'), laboratory_(laboratory), modules_(std::move(modules)) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+  [[nodiscard]] std::string answer(const DconModule& module, std::string_view command) const;
+  [[nodiscard]] std::string readings(const DconModule& module, std::string_view which) const;
+
+  const VirtualLaboratory& laboratory_;
+  std::vector<DconModule> modules_;
+};
+
+/// The virtual RH Systems PT12 (manual of 7/20/2021, chapter 5). Answers ID?, SN?, T?, T1? to T12? and CONNECTED?, in
+/// any letter case, five decimals. Anything else has no reply. An input without a thermometer reads NaN.
+class Pt12Session final : public TextSession {
+ public:
+  using Inputs = simulator::Inputs<drivers::kPt12Inputs>;
+
+  /// `laboratory` must outlive this.
+  Pt12Session(const VirtualLaboratory& laboratory, const Inputs& inputs)
+      : TextSession('\r'), laboratory_(laboratory), inputs_(inputs) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+  [[nodiscard]] std::string connected() const;
+
+  const VirtualLaboratory& laboratory_;
+  Inputs inputs_;
+};
+
+/// A virtual MCC USB-TEMP, in memory: what would be at the other end of its HID reports. Keeps what its items are set
+/// to, at first a platinum thermometer of 100 Ω at each input; calibrates in no time. An input without a thermometer is
+/// disabled. What it does not understand has no reply.
+class VirtualUsbTemp final : public drivers::HidReports {
+ public:
+  using Inputs = simulator::Inputs<drivers::kMccInputs>;
+
+  /// Both must outlive this; `laboratory_guard` is held while the world is read.
+  VirtualUsbTemp(const VirtualLaboratory& laboratory, std::mutex& laboratory_guard, const Inputs& inputs);
+
+  [[nodiscard]] Result<std::string> open() override { return std::string("USB-TEMP 0VIRTUAL"); }
+  [[nodiscard]] Result<void> write(std::span<const std::byte> report) override;
+  /// Nothing comes later: without a reply it times out at once.
+  [[nodiscard]] Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
+
+ private:
+  using Item = std::pair<std::uint8_t, std::uint8_t>;  ///< converter and what of it
+  void obey(const drivers::MccRequest& request);
+  void reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes);
+  [[nodiscard]] float temperature(std::size_t input);
+  [[nodiscard]] std::vector<std::uint8_t> item(const drivers::MccRequest& request) const;
+
+  const VirtualLaboratory& laboratory_;
+  std::mutex& laboratory_guard_;
+  Inputs inputs_;
+  std::map<Item, std::vector<std::uint8_t>> items_;
+  std::deque<std::vector<std::byte>> replies_;
+};
+
+}  // namespace gyrotherm::simulator

@@ -66,7 +66,9 @@ enum class ChamberActivity {
 };
 
 /// Whether it says that the controller carries out a program of its own, which overrules a set point.
-[[nodiscard]] bool carries_out_program(ChamberActivity activity);
+[[nodiscard]] constexpr bool carries_out_program(ChamberActivity activity) {
+  return activity >= ChamberActivity::program && activity <= ChamberActivity::holding;
+}
 
 enum class AlarmSeverity { note, warning, stop };
 
@@ -132,9 +134,19 @@ struct RunStanding {
   auto operator<=>(const RunStanding&) const = default;
 };
 
-[[nodiscard]] const char* name(ChamberActivity activity);
-[[nodiscard]] const char* name(Phase phase);
-[[nodiscard]] const char* name(RunState state);
+[[nodiscard]] inline const char* name(ChamberActivity activity) {
+  return word_in<ChamberActivity::power_failure>(
+      {"unknown", "off", "running", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm", "door open",
+       "emergency stop", "power failure"},
+      activity);
+}
+[[nodiscard]] inline const char* name(Phase phase) {
+  return word_in<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);
+}
+[[nodiscard]] inline const char* name(RunState state) {
+  return word_in<RunState::complete>({"execute", "suspended", "held", "aborting", "aborted", "stopped", "complete"},
+                                     state);
+}
 
 void describe(auto& form, Like<RunStanding> auto& standing) {
   form("state", one_of(standing.state, kRunStates));
@@ -158,7 +170,11 @@ enum class EventKind {
   state,    ///< the run's state changed, and why
   command,  ///< of an operator, with who it was
 };
-[[nodiscard]] const char* name(EventKind kind);
+[[nodiscard]] inline const char* name(EventKind kind) {
+  return word_in<EventKind::command>({"started", "resumed", "segment", "fault", "recovered", "interlock", "note",
+                                      "interrupted", "finished", "state", "command"},
+                                     kind);
+}
 
 /// What an event is about, where it is about one thing.
 struct EventSubject {

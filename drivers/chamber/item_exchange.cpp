@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMostDecimals = 6;
 
-const RegisterItem& named(const RegisterMap& map, const std::string& name) {
+const RegisterItem& named(const RegisterMap& map, std::string_view name) {
   const auto* found = map.find(name);
   assert(found && "parse_register_map() lets no such map pass");
   return *found;
@@ -68,11 +68,7 @@ double finest_step(const RegisterItem& item) {
   return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
 }
 
-const RegisterItem& ItemExchange::item(std::string_view name) const {
-  const auto* found = map_.find(name);
-  assert(found && "parse_register_map() lets no such map pass");
-  return *found;
-}
+const RegisterItem& ItemExchange::item(std::string_view name) const { return named(map_, name); }
 
 std::vector<const RegisterItem*> ItemExchange::needed_by(std::span<const RegisterItem* const> items) const {
   std::vector<const RegisterItem*> context;

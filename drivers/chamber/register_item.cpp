@@ -109,29 +109,18 @@ int weekday(const CivilTime& time) {
   return static_cast<int>(std::chrono::weekday(sys_days(year(time.year) / time.month / time.day)).c_encoding());
 }
 
+/// Where a part is kept, in the order of DatePart; the weekday is nowhere.
+constexpr int CivilTime::*kParts[] = {&CivilTime::year, &CivilTime::month,  &CivilTime::day,   nullptr,
+                                      &CivilTime::hour, &CivilTime::minute, &CivilTime::second};
+
 int part(const DateForm& form, const CivilTime& time, DatePart which) {
-  switch (which) {
-    case DatePart::year: return time.year - form.century;
-    case DatePart::month: return time.month;
-    case DatePart::day: return time.day;
-    case DatePart::weekday: return weekday(time);
-    case DatePart::hour: return time.hour;
-    case DatePart::minute: return time.minute;
-    case DatePart::second: return time.second;
-  }
-  return 0;
+  if (which == DatePart::weekday) return weekday(time);
+  return time.*kParts[static_cast<std::size_t>(which)] - (which == DatePart::year ? form.century : 0);
 }
 
 void take(const DateForm& form, CivilTime& time, DatePart which, int value) {
-  switch (which) {
-    case DatePart::year: time.year = value + form.century; return;
-    case DatePart::month: time.month = value; return;
-    case DatePart::day: time.day = value; return;
-    case DatePart::weekday: return;
-    case DatePart::hour: time.hour = value; return;
-    case DatePart::minute: time.minute = value; return;
-    case DatePart::second: time.second = value; return;
-  }
+  if (which == DatePart::weekday) return;
+  time.*kParts[static_cast<std::size_t>(which)] = value + (which == DatePart::year ? form.century : 0);
 }
 
 bool is_in_the_calendar(const CivilTime& t) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/gyro/frame_check.hpp"
-
 #include <fmt/format.h>
 
 #include <bit>
@@ -8,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/toml_reader.hpp"
-#include "drivers/gyro/frame_fields.hpp"
+#include "drivers/gyro/frame_format.hpp"
 
 namespace gyrotherm::drivers {
 

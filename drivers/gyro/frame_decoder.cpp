@@ -1,15 +1,100 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/gyro/frame_decoder.hpp"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
+#include <charconv>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "drivers/gyro/frame_format.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
+
+std::span<const std::byte> bytes_in(std::string_view text) { return std::as_bytes(std::span(text)); }
+
+bool digits_pass(const FrameCheck& check, std::string_view covered, std::string_view digits) {
+  const auto from = static_cast<std::size_t>(check.from);
+  if (digits.size() != 2 * byte_count(check) || covered.size() <= from) return false;
+  std::uint32_t stored{};
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), stored, 16);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return false;
+  return stored == check_value(check, bytes_in(covered.substr(from)));
+}
+
+std::vector<std::string_view> words_between(const LineFormat& format, std::string_view line) {
+  std::vector<std::string_view> words;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const auto end = std::min(line.find_first_of(format.separators, begin), line.size());
+    if (end > begin || !format.merges) words.push_back(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+/// None where the header is not as long as it should be.
+std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
+  if (format.header_words == 0) return words_between(format, line);
+  const auto end = line.find(format.header_end);
+  if (end == std::string_view::npos) return {};
+  auto words = words_between(format, line.substr(0, end));
+  if (words.size() != format.header_words) return {};
+  const auto rest = words_between(format, line.substr(end + format.header_end.size()));
+  words.insert(words.end(), rest.begin(), rest.end());
+  return words;
+}
+
+/// Where the first terminator begins.
+std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<const std::byte> bytes) {
+  const auto wanted = bytes_in(format.terminator);
+  const auto found = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
+  if (found == bytes.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - bytes.begin());
+}
+
+/// The words of a line without its terminator; nothing if it begins otherwise, has another count of words or fails the
+/// check. They point into `line`.
+std::optional<std::vector<std::string_view>> split_line(const LineFormat& format, const FrameCheck& check,
+                                                        std::string_view line) {
+  if (!line.starts_with(format.starts_with)) return std::nullopt;
+  if (check.kind != CheckKind::none) {
+    const auto mark = line.rfind(format.mark);
+    if (mark == std::string_view::npos) return std::nullopt;
+    if (!digits_pass(check, line.substr(0, mark), line.substr(mark + format.mark.size()))) return std::nullopt;
+    line = line.substr(0, mark);
+  }
+  auto words = words_of(format, line);
+  if (words.size() != format.words) return std::nullopt;
+  if (!format.starts_with.empty() && words.front() != format.starts_with) return std::nullopt;
+  return words;
+}
+
+/// The inverse, terminator and check included.
+std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
+  std::string line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) line += i == format.header_words ? format.header_end : format.separators.substr(0, 1);
+    line += words[i];
+  }
+  if (check.kind != CheckKind::none) {
+    const auto covered = bytes_in(line).subspan(std::min(static_cast<std::size_t>(check.from), line.size()));
+    line += fmt::format("{}{:0{}x}", format.mark, check_value(check, covered), 2 * byte_count(check));
+  }
+  return line + format.terminator;
+}
+
+/// One whole frame, bytes or words, that lies in someone's buffer.
+struct FrameView {
+  std::span<const std::byte> bytes{};
+  std::vector<std::string_view> words{};
+  std::optional<std::uint32_t> id{};
+};
+
+bool has_field(const FrameField& field, std::optional<std::uint32_t> id) {
+  return field.ids.empty() || (id && std::find(field.ids.begin(), field.ids.end(), *id) != field.ids.end());
+}
 
 constexpr double kFarthestTime = 9.2e18;  // counts, below 2^63
 
@@ -97,6 +182,49 @@ std::optional<FrameVariant> gyro_variant(const FrameFormat& format) {
   return FrameVariant{.id = gyro && !gyro->ids.empty() ? gyro->ids.front() : 0};
 }
 
+/// Of one field; nothing if this message lacks it (or, in a line, if the word is no number).
+std::optional<RawValue> raw_of(const FrameField& field, const FrameView& view) {
+  if (!has_field(field, view.id)) return std::nullopt;
+  if (!is_word(field.type)) return read_raw(field, view.bytes);
+  const auto word = static_cast<std::size_t>(field.offset);
+  return word < view.words.size() ? parse_word(field, view.words[word]) : std::nullopt;
+}
+
+std::optional<std::uint32_t> sequence_of(const FrameFormat& format, const FrameView& view) {
+  for (const auto& field : format.fields)
+    if (field.role == FieldRole::sequence)
+      if (const auto raw = raw_of(field, view)) return static_cast<std::uint32_t>(raw->whole);
+  return std::nullopt;
+}
+
+/// A status rule of the verdict `reject` is broken, or a word that is to be a number is none.
+bool is_refuted(const FrameFormat& format, const FrameView& view) {
+  for (const auto& field : format.fields) {
+    const auto raw = raw_of(field, view);
+    if (!raw && is_word(field.type)) return true;
+    if (!raw || field.role != FieldRole::status) continue;
+    for (const auto& rule : field.rules)
+      if (rule.verdict == StatusMeaning::reject && (status_of(*raw) & rule.mask) != rule.good) return true;
+  }
+  return false;
+}
+
+/// `values` becomes every field, scaled, in the format's order.
+GyroFrame decode_frame(const FrameFormat& format, const FrameView& view, std::vector<std::optional<double>>& values) {
+  GyroFrame frame;
+  const auto sequence = sequence_of(format, view);
+  values.assign(format.fields.size(), std::nullopt);
+  for (std::size_t i = 0; i < format.fields.size(); ++i) {
+    const auto& field = format.fields[i];
+    if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
+    const auto raw = raw_of(field, view);
+    if (!raw) continue;
+    values[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
+    place(field, *raw, *values[i], frame);
+  }
+  return frame;
+}
+
 constexpr std::size_t kTakenBytesWorthMoving = 4096;
 
 /// What the bytes at one place are.
@@ -114,9 +242,7 @@ const FrameVariant* variant_of(const FrameFormat& format, std::uint32_t id) {
 Finding find_frame(const FrameFormat& format, std::span<const std::byte> bytes) {
   const auto known = std::min(format.sync.size(), bytes.size());
   if (!std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(known), format.sync.begin())) return {};
-  std::size_t head = format.sync.size();
-  for (const auto& number : {format.id, format.length_at})
-    if (number) head = std::max(head, number->offset + number->bytes);
+  const auto head = format.head_size();
   if (bytes.size() < head) return {.kind = Finding::more};
 
   const auto number = [&](const HeadNumber& at) {
@@ -167,50 +293,6 @@ Finding find_run(const FrameFormat& format, std::span<const std::byte> bytes) {
 }
 
 }  // namespace
-
-bool has_field(const FrameField& field, std::optional<std::uint32_t> id) {
-  return field.ids.empty() || (id && std::find(field.ids.begin(), field.ids.end(), *id) != field.ids.end());
-}
-
-std::optional<RawValue> raw_of(const FrameField& field, const FrameView& view) {
-  if (!has_field(field, view.id)) return std::nullopt;
-  if (!is_word(field.type)) return read_raw(field, view.bytes);
-  const auto word = static_cast<std::size_t>(field.offset);
-  return word < view.words.size() ? parse_word(field, view.words[word]) : std::nullopt;
-}
-
-std::optional<std::uint32_t> sequence_of(const FrameFormat& format, const FrameView& view) {
-  for (const auto& field : format.fields)
-    if (field.role == FieldRole::sequence)
-      if (const auto raw = raw_of(field, view)) return static_cast<std::uint32_t>(raw->whole);
-  return std::nullopt;
-}
-
-bool is_refuted(const FrameFormat& format, const FrameView& view) {
-  for (const auto& field : format.fields) {
-    const auto raw = raw_of(field, view);
-    if (!raw && is_word(field.type)) return true;
-    if (!raw || field.role != FieldRole::status) continue;
-    for (const auto& rule : field.rules)
-      if (rule.verdict == StatusMeaning::reject && (status_of(*raw) & rule.mask) != rule.good) return true;
-  }
-  return false;
-}
-
-GyroFrame decode_frame(const FrameFormat& format, const FrameView& view, std::vector<std::optional<double>>& values) {
-  GyroFrame frame;
-  const auto sequence = sequence_of(format, view);
-  values.assign(format.fields.size(), std::nullopt);
-  for (std::size_t i = 0; i < format.fields.size(); ++i) {
-    const auto& field = format.fields[i];
-    if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
-    const auto raw = raw_of(field, view);
-    if (!raw) continue;
-    values[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
-    place(field, *raw, *values[i], frame);
-  }
-  return frame;
-}
 
 std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame) {
   if (format.line) return encode_line(format, frame);

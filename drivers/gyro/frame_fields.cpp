@@ -7,6 +7,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -51,25 +52,9 @@ double RawValue::number(bool is_signed_type) const {
 }
 
 std::size_t byte_count(FieldType type) {
-  switch (type) {
-    case FieldType::u8:
-    case FieldType::i8: return 1;
-    case FieldType::u16:
-    case FieldType::i16: return 2;
-    case FieldType::u24:
-    case FieldType::i24: return 3;
-    case FieldType::u32:
-    case FieldType::f32:
-    case FieldType::i32: return 4;
-    case FieldType::u64:
-    case FieldType::f64:
-    case FieldType::i64: return 8;
-    case FieldType::hexadecimal:
-    case FieldType::signed_hexadecimal:
-    case FieldType::integer:
-    case FieldType::decimal: return 0;
-  }
-  return 0;
+  constexpr std::uint8_t kInOrderOfTypes[] = {1, 2, 3, 4, 8, 1, 2, 3, 4, 8, 4, 8, 0, 0, 0, 0};
+  static_assert(std::size(kInOrderOfTypes) == static_cast<std::size_t>(FieldType::decimal) + 1);
+  return kInOrderOfTypes[static_cast<std::size_t>(type)];
 }
 
 bool is_signed(FieldType type) {
@@ -82,6 +67,11 @@ bool is_real(FieldType type) { return type == FieldType::f32 || type == FieldTyp
 bool is_word(FieldType type) { return type >= FieldType::hexadecimal; }
 
 bool is_gyro(FieldRole role) { return role <= FieldRole::integrated_angle; }
+
+bool is_counted(const FrameField& field) {
+  return !is_real(field.type) && field.zero == 0 &&
+         (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
+}
 
 std::optional<std::size_t> place_of(const FrameField& field, std::size_t length) {
   const auto begin = field.offset < 0 ? static_cast<std::ptrdiff_t>(length) + field.offset : field.offset;

@@ -107,6 +107,9 @@ struct RawValue {
 [[nodiscard]] bool is_word(FieldType type);
 [[nodiscard]] bool is_gyro(FieldRole role);  ///< pulse_count, increment, rate, integrated_angle
 
+/// Counts are exact: an integer that wraps where its bits end.
+[[nodiscard]] bool is_counted(const FrameField& field);
+
 /// Where in a frame of `length` bytes the field begins; nothing if it does not fit.
 [[nodiscard]] std::optional<std::size_t> place_of(const FrameField& field, std::size_t length);
 /// An unsigned number of up to 8 bytes, the lower `bits_per_byte` bits of each.

@@ -15,6 +15,22 @@ namespace {
 constexpr std::size_t kMostSyncBytes = 8;
 constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
 
+constexpr auto kRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
+    "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
+
+/// Whole numbers from 0 to `highest`.
+std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
+                                              const char* what) {
+  std::vector<std::uint32_t> found;
+  for (const double value : table.numbers(key)) {
+    if (!(value >= 0 && value <= highest) || value != std::floor(value))
+      table.mistake(key, fmt::format("\"{}\" holds {}, expected {} 0 to {:.0f}", key, value, what, highest));
+    else
+      found.push_back(static_cast<std::uint32_t>(value));
+  }
+  return found;
+}
+
 std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {
   std::vector<std::byte> bytes;
   for (const auto value : read_whole_numbers(table, key, 255, "bytes")) bytes.push_back(static_cast<std::byte>(value));
@@ -31,21 +47,13 @@ HeadNumber read_head_number(const TomlTable& table) {
   return number;
 }
 
-/// Bytes that must be seen before a frame's length is known.
-std::size_t head_size(const FrameFormat& format) {
-  auto head = format.sync.size();
-  for (const auto& number : {format.id, format.length_at})
-    if (number) head = std::max(head, number->offset + number->bytes);
-  return head;
-}
-
 void read_variants(const TomlTable& table, FrameFormat& format) {
   for (const auto& each : table.tables("message")) {
     FrameVariant variant;
     variant.id = bounded<std::uint32_t>(each, "id", each.integer("id"), 0, 0xFFFFFFFF);
     const auto fallback = format.length_at ? 0 : static_cast<std::int64_t>(format.length);
     variant.length = bounded<std::size_t>(each, "length", each.integer("length", fallback), 0, kLongestFrame);
-    if (variant.length < head_size(format) && (variant.length != 0 || !format.length_at))
+    if (variant.length < format.head_size() && (variant.length != 0 || !format.length_at))
       each.mistake("length", fmt::format("{} bytes, expected at least the frame's head", variant.length));
     if (each.has("check"))
       variant.check = read_frame_check(each.table("check"), variant.length ? variant.length : format.length, false);
@@ -71,7 +79,7 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
   if (by_message && format.variants.empty())
     table.mistake("length", "no length, expected one here or in every [[frame.message]]");
   if (by_message && !format.variants.empty()) format.length = format.variants.front().length;
-  if (head_size(format) > format.length) table.mistake("length", "the frame is shorter than its head");
+  if (format.head_size() > format.length) table.mistake("length", "the frame is shorter than its head");
   format.lock_frames = bounded<std::size_t>(table, "lock_frames", table.integer("lock_frames", 0), 0, 1000);
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
     table.mistake("sync", "\"sync\" has 0 bytes: expected some, message ids, or \"lock_frames\"");
@@ -106,7 +114,7 @@ void check_roles(const TomlTable& table, const FrameFormat& format) {
              other.turn == field.turn;
     });
     if (same > 1)
-      table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", same, name(field.role)));
+      table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", same, word_of(kRoles, field.role)));
     two_kinds = two_kinds || (is_gyro(field.role) && field.role != format.gyro()->role);
   }
   if (!format.gyro() || two_kinds)
@@ -132,8 +140,6 @@ void choose_axis(const TomlTable& table, const std::string& wanted, FrameFormat&
 
 constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
 
-constexpr auto kRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
-    "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
 constexpr auto kFieldTypes = words_in_order<FieldType::u8, FieldType::f64>("u8", "u16", "u24", "u32", "u64", "i8",
                                                                            "i16", "i24", "i32", "i64", "f32", "f64");
 constexpr auto kWordTypes = words_in_order<FieldType::hexadecimal, FieldType::decimal>(
@@ -284,6 +290,46 @@ void read_meaning(const TomlTable& table, FrameField& field) {
     table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
 }
 
+/// One field of `format`, of which everything but the fields is known.
+FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
+  FrameField field{.role = one_of(kRoles, table, "role")};
+  read_place(table, format, field);
+  read_presence(table, format, field);
+  check_place(table, format, field);
+  if (table.has("scale")) field.scale = read_scale(table.table("scale"));
+  field.zero = table.number("zero", 0);
+  read_meaning(table, field);
+  field.name = table.text("name", field.axis.empty() ? word_of(kRoles, field.role) : "gyro_" + field.axis);
+  table.ignore("confidence");
+  return field;
+}
+
+void read_header(const TomlTable& table, LineFormat& format) {
+  if (!table.has("header_words") && !table.has("header_end")) return;
+  format.header_words = bounded<std::size_t>(table, "header_words", table.integer("header_words"), 1, 255);
+  format.header_end = table.text("header_end");
+  if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
+    table.mistake("header_end", "expected what stands behind the header and is no separator, like \";\"");
+  if (format.header_words >= format.words)
+    table.mistake("header_words", "the whole line is header, expected fewer than \"words\"");
+}
+
+/// The [frame.line] table.
+LineFormat read_line_format(const TomlTable& table) {
+  LineFormat format;
+  format.starts_with = table.text("starts_with", "");
+  format.terminator = table.text("terminator", "\r\n");
+  if (format.terminator.empty()) table.mistake("terminator", "empty, expected what ends a line, like \"\\r\\n\"");
+  format.separators = table.text("separators", " ");
+  if (format.separators.empty()) table.mistake("separators", "empty, expected what stands between words");
+  format.merges = table.boolean("merges", true);
+  format.mark = table.text("mark", "");
+  format.words = bounded<std::size_t>(table, "words", table.integer("words"), 1, 256);
+  format.longest = bounded<std::size_t>(table, "longest", table.integer("longest", 256), 1, 4096);
+  read_header(table, format);
+  return format;
+}
+
 }  // namespace
 
 const FrameField* FrameFormat::find(FieldRole role) const {
@@ -294,6 +340,13 @@ const FrameField* FrameFormat::find(FieldRole role) const {
 const FrameField* FrameFormat::gyro() const {
   const auto found = std::find_if(fields.begin(), fields.end(), [](const auto& field) { return is_gyro(field.role); });
   return found == fields.end() ? nullptr : &*found;
+}
+
+std::size_t FrameFormat::head_size() const {
+  auto head = sync.size();
+  for (const auto& number : {id, length_at})
+    if (number) head = std::max(head, number->offset + number->bytes);
+  return head;
 }
 
 FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
@@ -316,33 +369,6 @@ FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
   choose_axis(table, axis, format);
   check_roles(table, format);
   return format;
-}
-
-const char* name(FieldRole role) { return word_of(kRoles, role); }
-
-std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
-                                              const char* what) {
-  std::vector<std::uint32_t> found;
-  for (const double value : table.numbers(key)) {
-    if (!(value >= 0 && value <= highest) || value != std::floor(value))
-      table.mistake(key, fmt::format("\"{}\" holds {}, expected {} 0 to {:.0f}", key, value, what, highest));
-    else
-      found.push_back(static_cast<std::uint32_t>(value));
-  }
-  return found;
-}
-
-FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
-  FrameField field{.role = one_of(kRoles, table, "role")};
-  read_place(table, format, field);
-  read_presence(table, format, field);
-  check_place(table, format, field);
-  if (table.has("scale")) field.scale = read_scale(table.table("scale"));
-  field.zero = table.number("zero", 0);
-  read_meaning(table, field);
-  field.name = table.text("name", field.axis.empty() ? name(field.role) : "gyro_" + field.axis);
-  table.ignore("confidence");
-  return field;
 }
 
 }  // namespace gyrotherm::drivers

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's framed stream, described in a file instead of in code: how frames are found in it (this header), what is in
-/// them (frame_fields.hpp), how they are checked (frame_check.hpp), and lines of text (ascii_line.hpp).
+/// A gyro's framed stream, described in a file instead of in code: how frames or lines of text are found in it, how
+/// they are checked, and from bytes to whole good frames. What is in them: frame_fields.hpp.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,50 @@
 
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
-#include "drivers/gyro/ascii_line.hpp"
-#include "drivers/gyro/frame_check.hpp"
+#include "drivers/checksum.hpp"
 #include "drivers/gyro/frame_fields.hpp"
 
 namespace gyrotherm::drivers {
+
+/// sum16: of 16-bit words in the byte order of the check. Parity: of all bits covered, the bit itself among them.
+enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
+
+/// Positions count from the frame's start, or (negative) from its end. In a line of text the check is hexadecimal
+/// digits after `LineFormat::mark`, covers what lies before the mark, and has no position of its own.
+struct FrameCheck {
+  CheckKind kind = CheckKind::none;
+  std::ptrdiff_t from{};    ///< first byte covered
+  std::ptrdiff_t offset{};  ///< of the stored check
+  std::ptrdiff_t to{};      ///< end of what is covered; by default where the check is stored
+  bool big_endian{};
+  Crc model{};                ///< crc
+  std::size_t padded_to = 1;  ///< what is covered is filled up with zeros to a multiple of this, for the sum alone
+  unsigned bit{};             ///< parity: which bit of the byte at `offset`
+  std::uint32_t mask = 0xFFFFFFFF;  ///< bits of the check that are compared
+};
+
+[[nodiscard]] std::size_t byte_count(const FrameCheck& check);  ///< of the stored check
+/// A [frame.check] table; `shortest`: of the frames that it must fit in, bytes. In a line nothing has a position.
+[[nodiscard]] FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line);
+
+/// The check of these bytes, all of them covered.
+[[nodiscard]] std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> covered);
+[[nodiscard]] bool passes(const FrameCheck& check, std::span<const std::byte> frame);
+/// Writes the check that makes the frame pass.
+void seal(const FrameCheck& check, std::span<std::byte> frame);
+
+/// A line of text: words between separators, ended by a terminator, perhaps with a check in hexadecimal digits.
+struct LineFormat {
+  std::string starts_with;  ///< the first word; empty: any line
+  std::string terminator = "\r\n";
+  std::string separators = " ";
+  bool merges = true;          ///< several separators in a row are one, and those at the ends are none
+  std::size_t header_words{};  ///< the first words, behind which `header_end` stands instead of a separator; 0: none
+  std::string header_end;
+  std::string mark;           ///< the check's digits follow it; empty: no check
+  std::size_t words{};        ///< exactly so many
+  std::size_t longest = 256;  ///< bytes, terminator included
+};
 
 /// An unsigned number in the frame's head: its message id, or its length.
 struct HeadNumber {
@@ -55,6 +94,8 @@ struct FrameFormat {
   [[nodiscard]] const FrameField* find(FieldRole role) const;
   /// The field that the bias is made of: never null in a format that was read without mistakes.
   [[nodiscard]] const FrameField* gyro() const;
+  /// Bytes that must be seen before a frame's length is known.
+  [[nodiscard]] std::size_t head_size() const;
 };
 
 /// One frame's fields. A role that the format, or this message, lacks is absent.
@@ -132,15 +173,5 @@ class FrameDecoder {
 /// The bytes of a frame (used by the virtual gyro, and by tests): of the first message that carries the gyro. Counts
 /// wrap at the width of their fields; bytes of no field are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
-
-/// One field of `format`, of which everything but the fields is known. Mistakes are noted in the table.
-[[nodiscard]] FrameField read_frame_field(const TomlTable& table, const FrameFormat& format);
-
-/// Whole numbers from 0 to `highest`.
-[[nodiscard]] std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
-                                                            const char* what);
-
-/// The words of roles, for messages.
-[[nodiscard]] const char* name(FieldRole role);
 
 }  // namespace gyrotherm::drivers

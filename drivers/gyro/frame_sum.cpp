@@ -30,12 +30,6 @@ double wrapped(double step, double wraps_at) { return step - wraps_at * std::rou
 
 Duration seconds_of(double seconds) { return from_seconds(std::min(seconds, kMostSeconds)); }
 
-/// Counts are exact: an integer that wraps where its bits end.
-bool is_counted(const FrameField& field) {
-  return !is_real(field.type) && field.zero == 0 &&
-         (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
-}
-
 }  // namespace
 
 std::optional<double> arcsec_per_count(const FrameFormat& format) {
@@ -50,8 +44,7 @@ bool FrameSum::has_clock() const { return format_.clocked_by_sequence || format_
 
 std::uint64_t FrameSum::frames_since(std::uint32_t sequence) const {
   const auto* field = format_.find(FieldRole::sequence);
-  const auto now = *sequence_;
-  return forward(sequence, now, field->range) / field->step;
+  return forward(sequence, *sequence_, field->range) / field->step;
 }
 
 void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {

@@ -25,11 +25,6 @@ double as_sent(const drivers::FrameField& field, double value) {
 
 double wrapped(double angle, double wraps_at) { return angle - wraps_at * std::floor(angle / wraps_at); }
 
-bool is_counted(const drivers::FrameField& field) {
-  return !is_real(field.type) && field.zero == 0 &&
-         (field.role == drivers::FieldRole::pulse_count || field.role == drivers::FieldRole::increment);
-}
-
 constexpr std::size_t kMostHeard = 1024;
 constexpr const char* kReplyEnd = "\r\n";
 

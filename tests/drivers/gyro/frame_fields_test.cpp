@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "drivers/gyro/frame_check.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"

@@ -22,7 +22,26 @@ class Scanner {
  public:
   /// Takes the beginning of `rest`, a whole character of `size` bytes or several quotes, and returns how many bytes it
   /// took.
-  std::size_t take(std::string_view rest, std::size_t size);
+  std::size_t take(std::string_view rest, std::size_t size) {
+    const char c = rest[0];
+    const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
+    if (escaped_) {
+      escaped_ = false;
+      continued_ = inside_ == Inside::long_text && blank;
+      torn_ = c == '\n' && inside_ == Inside::text;
+      return size;
+    }
+    continued_ = continued_ && blank;
+    if (inside_ == Inside::comment || (inside_ == Inside::plain && c == '#')) {
+      inside_ = c == '\n' ? Inside::plain : Inside::comment;
+      return size;
+    }
+    if (inside_ == Inside::plain) return c == '"' || c == '\'' ? open(rest) : size;
+    escaped_ = c == '\\' && (inside_ == Inside::text || inside_ == Inside::long_text);
+    torn_ = c == '\n' && (inside_ == Inside::text || inside_ == Inside::literal);
+    return c == quote_ ? close(rest) : size;
+  }
+
   /// Whether a character beyond ASCII may come next.
   [[nodiscard]] bool takes_any() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
   /// Whether the text that began on this line was not ended on it.
@@ -30,8 +49,25 @@ class Scanner {
   [[nodiscard]] Inside inside() const { return inside_; }
 
  private:
-  std::size_t open(std::string_view rest);
-  std::size_t close(std::string_view rest);
+  std::size_t open(std::string_view rest) {
+    quote_ = rest[0];
+    const bool three = rest.size() >= 3 && rest[1] == quote_ && rest[2] == quote_;
+    if (quote_ == '"')
+      inside_ = three ? Inside::long_text : Inside::text;
+    else
+      inside_ = three ? Inside::long_literal : Inside::literal;
+    return three ? 3 : 1;
+  }
+
+  /// A long text ends with three quotes; up to two more before them are its own.
+  std::size_t close(std::string_view rest) {
+    rest = rest.substr(0, 5);
+    const auto quotes = std::min(rest.find_first_not_of(quote_), rest.size());
+    const bool is_long = inside_ == Inside::long_text || inside_ == Inside::long_literal;
+    if (is_long && quotes < 3) return quotes;
+    inside_ = Inside::plain;
+    return is_long ? quotes : 1;
+  }
 
   Inside inside_ = Inside::plain;
   char quote_{};
@@ -39,46 +75,6 @@ class Scanner {
   bool continued_{};  ///< blanks after a backslash at a line's end
   bool torn_{};
 };
-
-std::size_t Scanner::open(std::string_view rest) {
-  quote_ = rest[0];
-  const bool three = rest.size() >= 3 && rest[1] == quote_ && rest[2] == quote_;
-  if (quote_ == '"')
-    inside_ = three ? Inside::long_text : Inside::text;
-  else
-    inside_ = three ? Inside::long_literal : Inside::literal;
-  return three ? 3 : 1;
-}
-
-/// A long text ends with three quotes; up to two more before them are its own.
-std::size_t Scanner::close(std::string_view rest) {
-  rest = rest.substr(0, 5);
-  const auto quotes = std::min(rest.find_first_not_of(quote_), rest.size());
-  const bool is_long = inside_ == Inside::long_text || inside_ == Inside::long_literal;
-  if (is_long && quotes < 3) return quotes;
-  inside_ = Inside::plain;
-  return is_long ? quotes : 1;
-}
-
-std::size_t Scanner::take(std::string_view rest, std::size_t size) {
-  const char c = rest[0];
-  const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
-  if (escaped_) {
-    escaped_ = false;
-    continued_ = inside_ == Inside::long_text && blank;
-    torn_ = c == '\n' && inside_ == Inside::text;
-    return size;
-  }
-  continued_ = continued_ && blank;
-  if (inside_ == Inside::comment || (inside_ == Inside::plain && c == '#')) {
-    inside_ = c == '\n' ? Inside::plain : Inside::comment;
-    return size;
-  }
-  if (inside_ == Inside::plain) return c == '"' || c == '\'' ? open(rest) : size;
-  escaped_ = c == '\\' && (inside_ == Inside::text || inside_ == Inside::long_text);
-  torn_ = c == '\n' && (inside_ == Inside::text || inside_ == Inside::literal);
-  return c == quote_ ? close(rest) : size;
-}
 
 /// What there is too much of.
 enum class Excess { none, depth, keys, values, text, word };
@@ -100,14 +96,69 @@ std::string in_words(Excess excess) {
 class Measure {
  public:
   /// One step of the scanner over `text`, which led from inside one thing into another.
-  Excess step(Inside before, Inside after, std::string_view text);
+  Excess step(Inside before, Inside after, std::string_view text) {
+    const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
+    if (quotes(before) || quotes(after)) return take_text(text.size());
+    text_ = 0;
+    const bool of_a_comment = before == Inside::comment || after == Inside::comment;
+    return of_a_comment && text[0] != '\n' ? Excess::none : take(text[0]);
+  }
 
  private:
-  Excess take(char c);
-  Excess take_text(std::size_t size);
-  void open(char bracket);
-  void close();
-  void end_line();
+  Excess take(char c) {
+    constexpr std::string_view kBlanks = " \t\r\n";
+    constexpr std::string_view kBetween = "=,[]{}";
+    const bool blank = kBlanks.find(c) != std::string_view::npos;
+    word_ = blank || kBetween.find(c) != std::string_view::npos ? 0 : word_ + 1;
+    if (c == '.') ++dots_;
+    if (c == '=') {
+      ++keys_;
+      key_ = std::exchange(dots_, 0);
+    }
+    if (c == ',') {
+      ++values_;
+      dots_ = key_ = 0;
+    }
+    if (c == '[' || c == '{') open(c);
+    if (c == ']' || c == '}') close();
+    line_is_new_ = line_is_new_ && blank;
+    if (c == '\n') end_line();
+    if (depth() > TomlBounds::kDepth) return Excess::depth;
+    if (keys_ > TomlBounds::kKeys) return Excess::keys;
+    if (values_ > TomlBounds::kValues) return Excess::values;
+    return word_ > TomlBounds::kWord ? Excess::word : Excess::none;
+  }
+
+  Excess take_text(std::size_t size) {
+    line_is_new_ = false;
+    text_ += size;
+    return text_ > TomlBounds::kText ? Excess::text : Excess::none;
+  }
+
+  void open(char bracket) {
+    if (bracket == '[' && line_is_new_ && brackets_ == 0) {
+      is_header_ = true;
+      header_ = 0;
+      ++keys_;
+    }
+    if (brackets_ == dots_of_.size()) return;  // too deep for long
+    around_ += dots_of_[brackets_++] = key_;
+    key_ = dots_ = 0;
+  }
+
+  void close() {
+    if (is_header_ && dots_ > 0) header_ = dots_;
+    if (brackets_ > 0) around_ -= dots_of_[--brackets_];
+    dots_ = key_ = 0;
+  }
+
+  void end_line() {
+    line_is_new_ = true;
+    is_header_ = false;
+    dots_ = 0;
+    if (brackets_ == 0) key_ = 0;
+  }
+
   [[nodiscard]] std::size_t depth() const { return header_ + around_ + brackets_ + dots_; }
 
   /// The dots in the key that each open bracket belongs to.
@@ -121,68 +172,6 @@ class Measure {
   bool line_is_new_ = true;  ///< nothing but blanks so far
   bool is_header_ = false;
 };
-
-Excess Measure::take_text(std::size_t size) {
-  line_is_new_ = false;
-  text_ += size;
-  return text_ > TomlBounds::kText ? Excess::text : Excess::none;
-}
-
-void Measure::open(char bracket) {
-  if (bracket == '[' && line_is_new_ && brackets_ == 0) {
-    is_header_ = true;
-    header_ = 0;
-    ++keys_;
-  }
-  if (brackets_ == dots_of_.size()) return;  // too deep for long
-  around_ += dots_of_[brackets_++] = key_;
-  key_ = dots_ = 0;
-}
-
-void Measure::close() {
-  if (is_header_ && dots_ > 0) header_ = dots_;
-  if (brackets_ > 0) around_ -= dots_of_[--brackets_];
-  dots_ = key_ = 0;
-}
-
-void Measure::end_line() {
-  line_is_new_ = true;
-  is_header_ = false;
-  dots_ = 0;
-  if (brackets_ == 0) key_ = 0;
-}
-
-Excess Measure::take(char c) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  constexpr std::string_view kBetween = "=,[]{}";
-  const bool blank = kBlanks.find(c) != std::string_view::npos;
-  word_ = blank || kBetween.find(c) != std::string_view::npos ? 0 : word_ + 1;
-  if (c == '.') ++dots_;
-  if (c == '=') {
-    ++keys_;
-    key_ = std::exchange(dots_, 0);
-  }
-  if (c == ',') {
-    ++values_;
-    dots_ = key_ = 0;
-  }
-  if (c == '[' || c == '{') open(c);
-  if (c == ']' || c == '}') close();
-  line_is_new_ = line_is_new_ && blank;
-  if (c == '\n') end_line();
-  if (depth() > TomlBounds::kDepth) return Excess::depth;
-  if (keys_ > TomlBounds::kKeys) return Excess::keys;
-  if (values_ > TomlBounds::kValues) return Excess::values;
-  return word_ > TomlBounds::kWord ? Excess::word : Excess::none;
-}
-
-Excess Measure::step(Inside before, Inside after, std::string_view text) {
-  const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
-  if (quotes(before) || quotes(after)) return take_text(text.size());
-  text_ = 0;
-  const bool of_a_comment = before == Inside::comment || after == Inside::comment;
-  return of_a_comment && text[0] != '\n' ? Excess::none : take(text[0]);
-}
 
 }  // namespace
 

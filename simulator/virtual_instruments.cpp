@@ -116,8 +116,26 @@ class Servers final : public VirtualInstruments {
   Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, std::vector<Places> places,
           std::vector<Descriptor> listeners, std::vector<Pty> ptys);
 
-  void pass(Duration time) override;
-  void replay(std::span<const Celsius> set_points) override;
+  void pass(Duration time) override {
+    const std::scoped_lock lock(guard_);
+    clock_ += time;
+    if (from_seconds(next_frame()) > clock_) return gyro_.attend();
+    for (auto next = next_frame(); from_seconds(next) <= clock_; next = next_frame()) {
+      if (static_cast<double>(seconds_) < next) step();
+      send_frame(next);
+    }
+  }
+
+  void replay(std::span<const Celsius> set_points) override {
+    const std::scoped_lock lock(guard_);
+    laboratory_.switch_on(true);
+    for (const auto set_point : set_points) {
+      laboratory_.command(set_point);
+      laboratory_.step();
+      gyro_.skip(static_cast<double>(laboratory_.pulses()));
+    }
+  }
+
   [[nodiscard]] std::uint16_t chamber_port() const override { return chamber_port_; }
   [[nodiscard]] std::uint16_t thermometer_port(std::size_t index) const override {
     return thermometer_ports_.at(index);
@@ -135,12 +153,40 @@ class Servers final : public VirtualInstruments {
     std::int64_t device_time_us{};
   };
   [[nodiscard]] Stand stand() const { return {laboratory_.pulses(), laboratory_.device_time_us()}; }
-  void step();
+
+  void step() {
+    before_ = stand();
+    chamber_.pass_second();
+    laboratory_.step();
+    after_ = stand();
+    ++seconds_;
+  }
+
   /// When the next frame is due, seconds since the start.
   [[nodiscard]] double next_frame() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
-  void send_frame(double at_s);
-  std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session);
-  void serve(const std::string& instrument, Pty line, const MakeSession& session);
+
+  /// At its place between the ends of its second.
+  void send_frame(double at_s) {
+    ++frames_;
+    const double share = std::min(1.0, at_s - static_cast<double>(seconds_ - 1));
+    const auto between = [share](std::int64_t from, std::int64_t to) {
+      return static_cast<double>(from) + share * static_cast<double>(to - from);
+    };
+    gyro_.send(between(before_.pulses, after_.pulses),
+               std::llround(between(before_.device_time_us, after_.device_time_us)), 1 / frames_a_second_);
+  }
+
+  std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
+    const auto port = port_of(listener);
+    lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
+    replies_.add(std::move(listener), session);
+    return port;
+  }
+
+  void serve(const std::string& instrument, Pty line, const MakeSession& session) {
+    lines_.push_back({instrument, "serial:" + line.path});
+    replies_.add(std::move(line), session);
+  }
 
   std::mutex guard_;  ///< of the world and what reads it
   VirtualLaboratory laboratory_;
@@ -186,57 +232,6 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
     gyro_.add(std::move(*pty));
   }
   replies_.start();
-}
-
-std::uint16_t Servers::serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
-  const auto port = port_of(listener);
-  lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
-  replies_.add(std::move(listener), session);
-  return port;
-}
-
-void Servers::serve(const std::string& instrument, Pty line, const MakeSession& session) {
-  lines_.push_back({instrument, "serial:" + line.path});
-  replies_.add(std::move(line), session);
-}
-
-void Servers::step() {
-  before_ = stand();
-  chamber_.pass_second();
-  laboratory_.step();
-  after_ = stand();
-  ++seconds_;
-}
-
-/// At its place between the ends of its second.
-void Servers::send_frame(double at_s) {
-  ++frames_;
-  const double share = std::min(1.0, at_s - static_cast<double>(seconds_ - 1));
-  const auto between = [share](std::int64_t from, std::int64_t to) {
-    return static_cast<double>(from) + share * static_cast<double>(to - from);
-  };
-  gyro_.send(between(before_.pulses, after_.pulses),
-             std::llround(between(before_.device_time_us, after_.device_time_us)), 1 / frames_a_second_);
-}
-
-void Servers::pass(Duration time) {
-  const std::scoped_lock lock(guard_);
-  clock_ += time;
-  if (from_seconds(next_frame()) > clock_) return gyro_.attend();
-  for (auto next = next_frame(); from_seconds(next) <= clock_; next = next_frame()) {
-    if (static_cast<double>(seconds_) < next) step();
-    send_frame(next);
-  }
-}
-
-void Servers::replay(std::span<const Celsius> set_points) {
-  const std::scoped_lock lock(guard_);
-  laboratory_.switch_on(true);
-  for (const auto set_point : set_points) {
-    laboratory_.command(set_point);
-    laboratory_.step();
-    gyro_.skip(static_cast<double>(laboratory_.pulses()));
-  }
 }
 
 }  // namespace

@@ -49,17 +49,6 @@ void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vec
   }
 }
 
-/// What a cell of a step or of the program is to hold.
-struct Content {
-  const ProfileMemory& memory;
-  const ChamberProgram& program;
-  const std::vector<ProgramStep>& steps;
-  const ContextOf& context_of;
-
-  [[nodiscard]] double value(const MemoryCell& cell, int index) const;
-  [[nodiscard]] Result<std::vector<std::uint16_t>> words(const MemoryBlock& block, int index) const;
-};
-
 double code(const MemoryCell& cell, const char* meaning) {
   const auto found = cell.form.codes.find(meaning);
   return found == cell.form.codes.end() ? 0 : static_cast<double>(found->second.front());
@@ -67,53 +56,61 @@ double code(const MemoryCell& cell, const char* meaning) {
 
 const char* word(StepKind kind) { return word_of(kStepKinds, kind); }
 
-double Content::value(const MemoryCell& cell, int index) const {
-  const ProgramStep none;
-  const auto& step = index < 0 ? none : steps[static_cast<std::size_t>(index)];
-  switch (cell.source) {
-    case CellSource::constant: return cell.constant;
-    case CellSource::name: return 0;
-    case CellSource::number: return program.number;
-    case CellSource::step_count: return static_cast<double>(steps.size());
-    case CellSource::step: return index + memory.first_step;
-    case CellSource::kind: return code(cell, word(step.kind));
-    case CellSource::start: return step.start.value;
-    case CellSource::target: return step.target.value;
-    case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
-    case CellSource::hours: return static_cast<double>(step.duration / hours(1));
-    case CellSource::minutes: return static_cast<double>(step.duration / minutes(1) % 60);
-    case CellSource::seconds: return static_cast<double>(step.duration / seconds(1) % 60);
-    case CellSource::total_seconds: return static_cast<double>(step.duration / seconds(1));
-    case CellSource::guaranteed_soak: return code(cell, step.guaranteed_soak ? "on" : "off");
-    case CellSource::soak_band: return program.soak_band.value;
-  }
-  return 0;
-}
-
 RegisterItem form_of(const MemoryCell& cell, const ContextOf& context_of) {
   return context_of && !(cell.form.decimals.empty() && cell.form.unit.empty())
              ? in_context(cell.form, context_of(cell.form))
              : cell.form;
 }
 
-Result<std::vector<std::uint16_t>> Content::words(const MemoryBlock& block, int index) const {
-  std::vector<std::uint16_t> all(block.count);
-  for (const auto& cell : block.cells) {
-    const auto form = form_of(cell, context_of);
-    std::vector<std::uint16_t> own;
-    if (cell.source == CellSource::name) {
-      own = encode_text(form.text, program.name);
-    } else {
-      const double wanted = value(cell, index);
-      own = encode(form, wanted);
-      if (!(std::abs(decode_as_written(form, own) - wanted) <= form.resolution))
-        return cannot(static_cast<std::size_t>(std::max(index, 0)),
-                      fmt::format("register {} cannot hold {:g}", block.address + cell.at, wanted));
+/// What a cell of a step or of the program is to hold.
+struct Content {
+  const ProfileMemory& memory;
+  const ChamberProgram& program;
+  const std::vector<ProgramStep>& steps;
+  const ContextOf& context_of;
+
+  [[nodiscard]] double value(const MemoryCell& cell, int index) const {
+    const ProgramStep none;
+    const auto& step = index < 0 ? none : steps[static_cast<std::size_t>(index)];
+    switch (cell.source) {
+      case CellSource::constant: return cell.constant;
+      case CellSource::name: return 0;
+      case CellSource::number: return program.number;
+      case CellSource::step_count: return static_cast<double>(steps.size());
+      case CellSource::step: return index + memory.first_step;
+      case CellSource::kind: return code(cell, word(step.kind));
+      case CellSource::start: return step.start.value;
+      case CellSource::target: return step.target.value;
+      case CellSource::rate: return std::abs((step.target - step.start).value) / (to_seconds(step.duration) / 60);
+      case CellSource::hours: return static_cast<double>(step.duration / hours(1));
+      case CellSource::minutes: return static_cast<double>(step.duration / minutes(1) % 60);
+      case CellSource::seconds: return static_cast<double>(step.duration / seconds(1) % 60);
+      case CellSource::total_seconds: return static_cast<double>(step.duration / seconds(1));
+      case CellSource::guaranteed_soak: return code(cell, step.guaranteed_soak ? "on" : "off");
+      case CellSource::soak_band: return program.soak_band.value;
     }
-    for (std::size_t i = 0; i < own.size(); ++i) all[cell.at + i] |= own[i];
+    return 0;
   }
-  return all;
-}
+
+  [[nodiscard]] Result<std::vector<std::uint16_t>> words(const MemoryBlock& block, int index) const {
+    std::vector<std::uint16_t> all(block.count);
+    for (const auto& cell : block.cells) {
+      const auto form = form_of(cell, context_of);
+      std::vector<std::uint16_t> own;
+      if (cell.source == CellSource::name) {
+        own = encode_text(form.text, program.name);
+      } else {
+        const double wanted = value(cell, index);
+        own = encode(form, wanted);
+        if (!(std::abs(decode_as_written(form, own) - wanted) <= form.resolution))
+          return cannot(static_cast<std::size_t>(std::max(index, 0)),
+                        fmt::format("register {} cannot hold {:g}", block.address + cell.at, wanted));
+      }
+      for (std::size_t i = 0; i < own.size(); ++i) all[cell.at + i] |= own[i];
+    }
+    return all;
+  }
+};
 
 bool is_for(const MemoryBlock& block, StepKind kind) {
   return block.kinds.empty() || std::ranges::find(block.kinds, kind) != block.kinds.end();
@@ -217,15 +214,93 @@ class Upload {
   Upload(const RegisterMap& map, ItemExchange& items, Registers& registers, Pauses& pauses)
       : map_(map), memory_(*map.memory), items_(items), registers_(registers), pauses_(pauses) {}
 
-  [[nodiscard]] Result<void> learn_contexts();
-  [[nodiscard]] Result<void> send(ChamberProgram& program);
-  [[nodiscard]] Result<void> compare();
+  [[nodiscard]] Result<void> learn_contexts() {
+    for (const auto& block : memory_.step)
+      for (const auto& cell : block.cells) {
+        const Named named{cell.form.decimals, cell.form.unit};
+        if (contexts_.contains(named)) continue;
+        auto context = context_of(map_, cell.form, [this](const RegisterItem& item) { return items_.read(item); });
+        if (!context) return failure(std::move(context.error()));
+        contexts_[named] = *context;
+      }
+    return {};
+  }
+
+  [[nodiscard]] Result<void> send(ChamberProgram& program) {
+    if (auto begun = perform("begin_upload", program); !begun) return begun;
+    if (!memory_.number_from.empty()) {
+      const auto number = items_.read(items_.item(memory_.number_from));
+      if (!number) return failure(number.error());
+      program.number = static_cast<int>(*number);
+    }
+    auto writes = encode_program(memory_, program, [this](const RegisterItem& form) {
+      const auto known = contexts_.find({form.decimals, form.unit});
+      return known == contexts_.end() ? ItemContext{} : known->second;
+    });
+    if (!writes) return failure(writes.error());
+    writes_ = std::move(*writes);
+    report_ = {.program = program.number, .steps = writes_.empty() ? 0 : writes_.back().step + 1};
+    for (const auto& one : writes_) {
+      if (auto done = write(one); !done) return done;
+      ++report_.written;
+      report_.steps = std::max(report_.steps, one.step + 1);
+    }
+    return perform("end_upload", program);
+  }
+
+  [[nodiscard]] Result<void> compare() {
+    for (const auto& one : writes_) {
+      if (one.select) {
+        if (auto selected = registers_.write(write_function(one.function, one.words.size()), one.address, one.words);
+            !selected)
+          return selected;
+        continue;
+      }
+      if (!one.read_back) {
+        ++report_.not_readable;
+        continue;
+      }
+      const auto found = read(one);
+      if (!found) return failure(found.error());
+      for (std::size_t i = 0; i < one.words.size(); ++i)
+        if ((*found)[i] != one.words[i])
+          return failure(FaultKind::mismatch, place_of(one),
+                         fmt::format("register {} holds {:04X}h after {:04X}h was written", one.address + i,
+                                     (*found)[i], one.words[i]));
+      ++report_.compared;
+    }
+    return {};
+  }
+
   [[nodiscard]] const UploadReport& report() const { return report_; }
 
  private:
-  [[nodiscard]] Result<void> write(const MemoryWrite& write);
-  [[nodiscard]] Result<std::vector<std::uint16_t>> read(const MemoryWrite& write);
-  [[nodiscard]] Result<void> perform(const char* command, const ChamberProgram& program);
+  [[nodiscard]] Result<void> write(const MemoryWrite& write) {
+    pauses_.rest(memory_.pause);
+    auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);
+    if (!done) done.error().where = place_of(write) + ": " + done.error().where;
+    return done;
+  }
+
+  [[nodiscard]] Result<std::vector<std::uint16_t>> read(const MemoryWrite& write) {
+    std::vector<std::uint16_t> all;
+    const std::size_t at_most = map_.link.modbus.read_at_most;
+    while (all.size() < write.words.size()) {
+      const auto count = std::min(at_most, write.words.size() - all.size());
+      const auto words =
+          registers_.read(ReadFunction::holding_registers, static_cast<std::uint16_t>(write.address + all.size()),
+                          static_cast<std::uint16_t>(count));
+      if (!words) return words;
+      all.insert(all.end(), words->begin(), words->end());
+    }
+    return all;
+  }
+
+  [[nodiscard]] Result<void> perform(const char* command, const ChamberProgram& program) {
+    const auto found = map_.sequences.find(command);
+    if (found == map_.sequences.end()) return {};
+    return items_.perform(found->second, {.program = program.number, .step = memory_.first_step});
+  }
 
   const RegisterMap& map_;
   const ProfileMemory& memory_;
@@ -236,91 +311,6 @@ class Upload {
   std::vector<MemoryWrite> writes_;
   UploadReport report_;
 };
-
-Result<void> Upload::learn_contexts() {
-  for (const auto& block : memory_.step)
-    for (const auto& cell : block.cells) {
-      const Named named{cell.form.decimals, cell.form.unit};
-      if (contexts_.contains(named)) continue;
-      auto context = context_of(map_, cell.form, [this](const RegisterItem& item) { return items_.read(item); });
-      if (!context) return failure(std::move(context.error()));
-      contexts_[named] = *context;
-    }
-  return {};
-}
-
-Result<void> Upload::perform(const char* command, const ChamberProgram& program) {
-  const auto found = map_.sequences.find(command);
-  if (found == map_.sequences.end()) return {};
-  return items_.perform(found->second, {.program = program.number, .step = memory_.first_step});
-}
-
-Result<void> Upload::write(const MemoryWrite& write) {
-  pauses_.rest(memory_.pause);
-  auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);
-  if (!done) done.error().where = place_of(write) + ": " + done.error().where;
-  return done;
-}
-
-Result<void> Upload::send(ChamberProgram& program) {
-  if (auto begun = perform("begin_upload", program); !begun) return begun;
-  if (!memory_.number_from.empty()) {
-    const auto number = items_.read(items_.item(memory_.number_from));
-    if (!number) return failure(number.error());
-    program.number = static_cast<int>(*number);
-  }
-  auto writes = encode_program(memory_, program, [this](const RegisterItem& form) {
-    const auto known = contexts_.find({form.decimals, form.unit});
-    return known == contexts_.end() ? ItemContext{} : known->second;
-  });
-  if (!writes) return failure(writes.error());
-  writes_ = std::move(*writes);
-  report_ = {.program = program.number, .steps = writes_.empty() ? 0 : writes_.back().step + 1};
-  for (const auto& one : writes_) {
-    if (auto done = write(one); !done) return done;
-    ++report_.written;
-    report_.steps = std::max(report_.steps, one.step + 1);
-  }
-  return perform("end_upload", program);
-}
-
-Result<std::vector<std::uint16_t>> Upload::read(const MemoryWrite& write) {
-  std::vector<std::uint16_t> all;
-  const std::size_t at_most = map_.link.modbus.read_at_most;
-  while (all.size() < write.words.size()) {
-    const auto count = std::min(at_most, write.words.size() - all.size());
-    const auto words =
-        registers_.read(ReadFunction::holding_registers, static_cast<std::uint16_t>(write.address + all.size()),
-                        static_cast<std::uint16_t>(count));
-    if (!words) return words;
-    all.insert(all.end(), words->begin(), words->end());
-  }
-  return all;
-}
-
-Result<void> Upload::compare() {
-  for (const auto& one : writes_) {
-    if (one.select) {
-      if (auto selected = registers_.write(write_function(one.function, one.words.size()), one.address, one.words);
-          !selected)
-        return selected;
-      continue;
-    }
-    if (!one.read_back) {
-      ++report_.not_readable;
-      continue;
-    }
-    const auto found = read(one);
-    if (!found) return failure(found.error());
-    for (std::size_t i = 0; i < one.words.size(); ++i)
-      if ((*found)[i] != one.words[i])
-        return failure(FaultKind::mismatch, place_of(one),
-                       fmt::format("register {} holds {:04X}h after {:04X}h was written", one.address + i, (*found)[i],
-                                   one.words[i]));
-    ++report_.compared;
-  }
-  return {};
-}
 
 }  // namespace
 

@@ -58,16 +58,87 @@ class OpenedHid final : public HidReports {
  public:
   OpenedHid(std::vector<HidKind> kinds, std::string serial) : kinds_(std::move(kinds)), serial_(std::move(serial)) {}
 
-  Result<std::string> open() override;
-  Result<void> write(std::span<const std::byte> report) override;
-  Result<std::size_t> read(std::span<std::byte> report, Duration within) override;
+  Result<std::string> open() override {
+    if (device_) return who_;
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
+    const auto found = find();
+    if (!found) return broken(found.error().what);
+    if (auto objection = objection_to(found->path); !objection.empty()) return broken(std::move(objection));
+    {
+      const std::scoped_lock lock(library());
+      device_.reset(hid_open_path(found->path.c_str()));
+    }
+    if (!device_) return broken("cannot be opened");
+    path_ = found->path;
+    who_ = fmt::format("{} {}", kind_of(*found)->name, found->serial);
+    std::array<unsigned char, kLongestReport> stale;
+    while (hid_read_timeout(device_.get(), stale.data(), stale.size(), 0) > 0) {
+    }
+    return who_;
+  }
+
+  Result<void> write(std::span<const std::byte> report) override {
+    if (auto opened = open(); !opened) return failure(std::move(opened.error()));
+    const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
+    if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
+    return broken(still_there() ? "the report was not taken" : "unplugged");
+  }
+
+  Result<std::size_t> read(std::span<std::byte> report, Duration within) override {
+    if (auto opened = open(); !opened) return failure(std::move(opened.error()));
+    const Deadline deadline(within);
+    for (int failures = 0; failures < kMostOddFailures;) {
+      const auto left = std::chrono::ceil<milliseconds>(deadline.left()).count();
+      auto* bytes = reinterpret_cast<unsigned char*>(report.data());
+      const int size = hid_read_timeout(device_.get(), bytes, report.size(), static_cast<int>(left));
+      if (size > 0) {
+        backoff_.succeeded();
+        return static_cast<std::size_t>(size);
+      }
+      if (size == 0)
+        return failure(FaultKind::timeout, place(), fmt::format("no report in {} ms", within / milliseconds(1)));
+      if (!still_there()) return broken("unplugged");
+      ++failures;
+    }
+    return broken("reports cannot be read");
+  }
 
  private:
-  [[nodiscard]] const HidKind* kind_of(const HidDeviceFound& device) const;
-  [[nodiscard]] Result<HidDeviceFound> find() const;
-  [[nodiscard]] std::string names() const;
+  [[nodiscard]] const HidKind* kind_of(const HidDeviceFound& device) const {
+    const auto found = std::ranges::find_if(
+        kinds_, [&](const auto& kind) { return kind.vendor == device.vendor && kind.product == device.product; });
+    return found == kinds_.end() ? nullptr : &*found;
+  }
+
+  [[nodiscard]] Result<HidDeviceFound> find() const {
+    std::vector<HidDeviceFound> fitting;
+    std::string serials;
+    for (auto& device : hid_devices()) {
+      if (kind_of(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
+      serials += (serials.empty() ? "" : ", ") + device.serial;
+      fitting.push_back(std::move(device));
+    }
+    if (fitting.size() == 1) return std::move(fitting.front());
+    const auto which = serial_.empty() ? std::string() : fmt::format(" with serial number {}", serial_);
+    if (fitting.empty()) return failure(FaultKind::disconnected, "", fmt::format("no {}{} is there", names(), which));
+    return failure(FaultKind::disconnected, "",
+                   fmt::format("{} of {}{} are there ({}); expected one", fitting.size(), names(), which, serials));
+  }
+
+  [[nodiscard]] std::string names() const {
+    std::string all;
+    for (const auto& kind : kinds_) all += (all.empty() ? "" : " or ") + std::string(kind.name);
+    return all;
+  }
+
   [[nodiscard]] std::string place() const { return serial_.empty() ? "hid" : "hid " + serial_; }
-  [[nodiscard]] tl::unexpected<Fault> broken(std::string why);
+
+  [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
+    device_.reset();
+    backoff_.failed();
+    return failure(FaultKind::disconnected, place(), std::move(why));
+  }
+
   [[nodiscard]] bool still_there() const { return access(path_.c_str(), F_OK) == 0; }
 
   std::vector<HidKind> kinds_;
@@ -76,84 +147,6 @@ class OpenedHid final : public HidReports {
   std::string path_, who_;
   Backoff backoff_;
 };
-
-tl::unexpected<Fault> OpenedHid::broken(std::string why) {
-  device_.reset();
-  backoff_.failed();
-  return failure(FaultKind::disconnected, place(), std::move(why));
-}
-
-const HidKind* OpenedHid::kind_of(const HidDeviceFound& device) const {
-  const auto found = std::ranges::find_if(
-      kinds_, [&](const auto& kind) { return kind.vendor == device.vendor && kind.product == device.product; });
-  return found == kinds_.end() ? nullptr : &*found;
-}
-
-std::string OpenedHid::names() const {
-  std::string all;
-  for (const auto& kind : kinds_) all += (all.empty() ? "" : " or ") + std::string(kind.name);
-  return all;
-}
-
-Result<HidDeviceFound> OpenedHid::find() const {
-  std::vector<HidDeviceFound> fitting;
-  std::string serials;
-  for (auto& device : hid_devices()) {
-    if (kind_of(device) == nullptr || (!serial_.empty() && device.serial != serial_)) continue;
-    serials += (serials.empty() ? "" : ", ") + device.serial;
-    fitting.push_back(std::move(device));
-  }
-  if (fitting.size() == 1) return std::move(fitting.front());
-  const auto which = serial_.empty() ? std::string() : fmt::format(" with serial number {}", serial_);
-  if (fitting.empty()) return failure(FaultKind::disconnected, "", fmt::format("no {}{} is there", names(), which));
-  return failure(FaultKind::disconnected, "",
-                 fmt::format("{} of {}{} are there ({}); expected one", fitting.size(), names(), which, serials));
-}
-
-Result<std::string> OpenedHid::open() {
-  if (device_) return who_;
-  if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
-  const auto found = find();
-  if (!found) return broken(found.error().what);
-  if (auto objection = objection_to(found->path); !objection.empty()) return broken(std::move(objection));
-  {
-    const std::scoped_lock lock(library());
-    device_.reset(hid_open_path(found->path.c_str()));
-  }
-  if (!device_) return broken("cannot be opened");
-  path_ = found->path;
-  who_ = fmt::format("{} {}", kind_of(*found)->name, found->serial);
-  std::array<unsigned char, kLongestReport> stale;
-  while (hid_read_timeout(device_.get(), stale.data(), stale.size(), 0) > 0) {
-  }
-  return who_;
-}
-
-Result<void> OpenedHid::write(std::span<const std::byte> report) {
-  if (auto opened = open(); !opened) return failure(std::move(opened.error()));
-  const auto* bytes = reinterpret_cast<const unsigned char*>(report.data());
-  if (hid_write(device_.get(), bytes, report.size()) >= 0) return {};
-  return broken(still_there() ? "the report was not taken" : "unplugged");
-}
-
-Result<std::size_t> OpenedHid::read(std::span<std::byte> report, Duration within) {
-  if (auto opened = open(); !opened) return failure(std::move(opened.error()));
-  const Deadline deadline(within);
-  for (int failures = 0; failures < kMostOddFailures;) {
-    const auto left = std::chrono::ceil<milliseconds>(deadline.left()).count();
-    auto* bytes = reinterpret_cast<unsigned char*>(report.data());
-    const int size = hid_read_timeout(device_.get(), bytes, report.size(), static_cast<int>(left));
-    if (size > 0) {
-      backoff_.succeeded();
-      return static_cast<std::size_t>(size);
-    }
-    if (size == 0)
-      return failure(FaultKind::timeout, place(), fmt::format("no report in {} ms", within / milliseconds(1)));
-    if (!still_there()) return broken("unplugged");
-    ++failures;
-  }
-  return broken("reports cannot be read");
-}
 
 }  // namespace
 

@@ -33,113 +33,102 @@ class GuardedRegisters final : public Registers {
   GuardedRegisters(std::unique_ptr<ModbusLine> line, const ModbusLink& link, const Clock* clock)
       : line_(std::move(line)), link_(link), clock_(clock), backoff_(clock) {}
 
-  Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override;
-  Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override;
+  Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address, std::uint16_t count) override {
+    auto asked = request(static_cast<std::uint8_t>(function), address);
+    assert(count >= 1 && count <= (reads_bits(asked.function) ? kMostBits : link_.read_at_most));
+    asked.count = count;
+    return exchange(asked, kMostTries);
+  }
+
+  Result<void> write(WriteFunction function, std::uint16_t address, std::span<const std::uint16_t> words) override {
+    const bool together = function == WriteFunction::registers;
+    assert(!words.empty() && (!together || words.size() <= link_.write_at_most));
+    const auto size = together ? words.size() : 1;
+    for (; !words.empty(); words = words.subspan(size)) {
+      auto asked = request(static_cast<std::uint8_t>(function), address);
+      asked.words.assign(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(size));
+      asked.count = static_cast<std::uint16_t>(size);
+      if (auto done = exchange(asked, 1); !done) return failure(std::move(done.error()));
+      address = static_cast<std::uint16_t>(address + size);
+    }
+    return {};
+  }
+
   void insist() override { backoff_.insist(); }
 
  private:
   using Words = std::vector<std::uint16_t>;
 
-  [[nodiscard]] Result<ModbusAnswer> ask_patiently(ModbusRequest& request, int most_tries);
-  [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries);
-  [[nodiscard]] bool asks_for_patience(const ModbusAnswer& answer) const;
-  [[nodiscard]] std::string place(const ModbusRequest& request) const;
-  [[nodiscard]] Fault refusal(std::uint8_t exception) const;
-  [[nodiscard]] ModbusRequest request(std::uint8_t function, std::uint16_t address) const;
+  /// Asks again while there is time: a busy unit until it has finished, a line that failed `most_tries` times in all.
+  /// Of several failures the first is told: the later ones may be short of time because of it.
+  [[nodiscard]] Result<ModbusAnswer> ask_patiently(ModbusRequest& request, int most_tries) {
+    const Deadline deadline(whole_exchange(link_), clock_);
+    auto rest = kFirstRestOfABusyUnit;
+    std::optional<Fault> first;
+    for (int tries = 1;; ++tries) {
+      auto answer = line_->ask(request, deadline);
+      if (!answer && !first) first = answer.error();
+      if (!answer) answer = failure(*first);
+      const bool busy = answer && asks_for_patience(*answer);
+      if (busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
+      if (deadline.left() <= (busy ? rest : Duration::zero())) return answer;
+      if (busy) line_->rest(std::exchange(rest, 2 * rest));
+    }
+  }
+
+  /// Names the place of a failure, and keeps the account for the rests.
+  [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
+    auto answer = ask_patiently(request, most_tries);
+    answer ? backoff_.succeeded() : backoff_.failed();
+    if (answer && answer->exception == 0) return std::move(answer->words);
+    auto fault = answer ? refusal(answer->exception) : std::move(answer.error());
+    fault.where = place(request);
+    return failure(std::move(fault));
+  }
+
+  [[nodiscard]] bool asks_for_patience(const ModbusAnswer& answer) const {
+    return answer.exception != 0 && std::ranges::count(link_.busy_exceptions, answer.exception) > 0;
+  }
+
+  [[nodiscard]] std::string place(const ModbusRequest& request) const {
+    const auto table = [&] {
+      switch (request.function) {
+        case ModbusFunction::read_coils:
+        case ModbusFunction::write_coil: return "coil ";
+        case ModbusFunction::read_discrete_inputs: return "discrete input ";
+        case ModbusFunction::read_input: return "input ";
+        default: return "";
+      }
+    };
+    return fmt::format("{} unit {} {} {}{}+{}", line_->place(), link_.unit, reads(request.function) ? "read" : "write",
+                       table(), request.address, request.count);
+  }
+
+  /// A gateway that did not reach the unit says so by an exception, too: the unit itself has refused nothing.
+  [[nodiscard]] Fault refusal(std::uint8_t exception) const {
+    constexpr std::uint8_t kNoPath = 10, kNoAnswer = 11;
+    const auto own = link_.exception_names.find(exception);
+    const bool refused = own != link_.exception_names.end() || (exception != kNoPath && exception != kNoAnswer);
+    return {refused ? FaultKind::refused : FaultKind::timeout, "",
+            fmt::format("exception {}, {}", exception,
+                        own == link_.exception_names.end() ? exception_meaning(exception) : own->second)};
+  }
+
+  [[nodiscard]] ModbusRequest request(std::uint8_t function, std::uint16_t address) const {
+    return {.unit = link_.unit,
+            .function = static_cast<ModbusFunction>(function),
+            .address = address,
+            .count = 1,
+            .words = {},
+            .either_read_function = link_.answers_reads_by_either_function};
+  }
 
   std::unique_ptr<ModbusLine> line_;
   ModbusLink link_;
   const Clock* clock_;
   Backoff backoff_;
 };
-
-ModbusRequest GuardedRegisters::request(std::uint8_t function, std::uint16_t address) const {
-  return {.unit = link_.unit,
-          .function = static_cast<ModbusFunction>(function),
-          .address = address,
-          .count = 1,
-          .words = {},
-          .either_read_function = link_.answers_reads_by_either_function};
-}
-
-bool GuardedRegisters::asks_for_patience(const ModbusAnswer& answer) const {
-  return answer.exception != 0 && std::ranges::count(link_.busy_exceptions, answer.exception) > 0;
-}
-
-/// Asks again while there is time: a busy unit until it has finished, a line that failed `most_tries` times in all. Of
-/// several failures the first is told: the later ones may be short of time because of it.
-Result<ModbusAnswer> GuardedRegisters::ask_patiently(ModbusRequest& request, int most_tries) {
-  const Deadline deadline(whole_exchange(link_), clock_);
-  auto rest = kFirstRestOfABusyUnit;
-  std::optional<Fault> first;
-  for (int tries = 1;; ++tries) {
-    auto answer = line_->ask(request, deadline);
-    if (!answer && !first) first = answer.error();
-    if (!answer) answer = failure(*first);
-    const bool busy = answer && asks_for_patience(*answer);
-    if (busy ? !reads(request.function) : answer || tries >= most_tries) return answer;
-    if (deadline.left() <= (busy ? rest : Duration::zero())) return answer;
-    if (busy) line_->rest(std::exchange(rest, 2 * rest));
-  }
-}
-
-std::string GuardedRegisters::place(const ModbusRequest& request) const {
-  const auto table = [&] {
-    switch (request.function) {
-      case ModbusFunction::read_coils:
-      case ModbusFunction::write_coil: return "coil ";
-      case ModbusFunction::read_discrete_inputs: return "discrete input ";
-      case ModbusFunction::read_input: return "input ";
-      default: return "";
-    }
-  };
-  return fmt::format("{} unit {} {} {}{}+{}", line_->place(), link_.unit, reads(request.function) ? "read" : "write",
-                     table(), request.address, request.count);
-}
-
-/// A gateway that did not reach the unit says so by an exception, too: the unit itself has refused nothing.
-Fault GuardedRegisters::refusal(std::uint8_t exception) const {
-  constexpr std::uint8_t kNoPath = 10, kNoAnswer = 11;
-  const auto own = link_.exception_names.find(exception);
-  const bool refused = own != link_.exception_names.end() || (exception != kNoPath && exception != kNoAnswer);
-  return {refused ? FaultKind::refused : FaultKind::timeout, "",
-          fmt::format("exception {}, {}", exception,
-                      own == link_.exception_names.end() ? exception_meaning(exception) : own->second)};
-}
-
-/// Names the place of a failure, and keeps the account for the rests.
-Result<GuardedRegisters::Words> GuardedRegisters::exchange(ModbusRequest& request, int most_tries) {
-  if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
-  auto answer = ask_patiently(request, most_tries);
-  answer ? backoff_.succeeded() : backoff_.failed();
-  if (answer && answer->exception == 0) return std::move(answer->words);
-  auto fault = answer ? refusal(answer->exception) : std::move(answer.error());
-  fault.where = place(request);
-  return failure(std::move(fault));
-}
-
-Result<std::vector<std::uint16_t>> GuardedRegisters::read(ReadFunction function, std::uint16_t address,
-                                                          std::uint16_t count) {
-  auto asked = request(static_cast<std::uint8_t>(function), address);
-  assert(count >= 1 && count <= (reads_bits(asked.function) ? kMostBits : link_.read_at_most));
-  asked.count = count;
-  return exchange(asked, kMostTries);
-}
-
-Result<void> GuardedRegisters::write(WriteFunction function, std::uint16_t address,
-                                     std::span<const std::uint16_t> words) {
-  const bool together = function == WriteFunction::registers;
-  assert(!words.empty() && (!together || words.size() <= link_.write_at_most));
-  const auto size = together ? words.size() : 1;
-  for (; !words.empty(); words = words.subspan(size)) {
-    auto asked = request(static_cast<std::uint8_t>(function), address);
-    asked.words.assign(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(size));
-    asked.count = static_cast<std::uint16_t>(size);
-    if (auto done = exchange(asked, 1); !done) return failure(std::move(done.error()));
-    address = static_cast<std::uint16_t>(address + size);
-  }
-  return {};
-}
 
 constexpr int kFastestBaud = 921600;
 

@@ -17,6 +17,18 @@ constexpr std::size_t kWordsAt = 6;
 constexpr std::uint16_t kMostRead = 125, kMostWritten = 123;
 constexpr std::uint8_t kExceptionFlag = 0x80;
 constexpr std::uint16_t kCoilOn = 0xFF00;
+constexpr std::size_t kExceptionReplySize = 2;
+
+void append_byte(std::vector<std::byte>& bytes, std::size_t value) { bytes.push_back(static_cast<std::byte>(value)); }
+void append_word(std::vector<std::byte>& bytes, std::size_t value) {
+  append_byte(bytes, value >> 8 & 0xFF);
+  append_byte(bytes, value & 0xFF);
+}
+
+/// A field of a reply that is not what the request expects.
+tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
+  return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
+}
 
 std::uint8_t code(ModbusFunction function) { return static_cast<std::uint8_t>(function); }
 
@@ -37,6 +49,11 @@ bool known(ModbusFunction function) {
 /// Bytes after the byte count of a read's reply.
 std::size_t data_size(const ModbusRequest& request) {
   return reads_bits(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
+}
+
+/// Bytes of a reply that is no exception.
+std::size_t reply_size(const ModbusRequest& request) {
+  return reads(request.function) ? 2 + data_size(request) : kShortRequest;
 }
 
 /// What stands where a short request has its count or value.
@@ -107,6 +124,90 @@ Result<void> take_contents(ModbusRequest& request, std::span<const std::byte> by
   }
 }
 
+void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes) {
+  assert(reads(request.function) || request.words.size() == request.count);
+  append_byte(bytes, code(request.function));
+  append_word(bytes, request.address);
+  append_word(bytes, count_or_value(request));
+  if (request.function != ModbusFunction::write_multiple) return;
+  append_byte(bytes, 2 * request.words.size());
+  for (const auto word : request.words) append_word(bytes, word);
+}
+
+/// Whether `function`, the first byte of a reply, may answer `request` so; exceptions apart.
+bool answers(const ModbusRequest& request, std::uint8_t function) {
+  if (function == code(request.function)) return true;
+  const bool registers = reads(request.function) && !reads_bits(request.function);
+  return request.either_read_function && registers && (function == 3 || function == 4);
+}
+
+bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
+  return (function & kExceptionFlag) != 0 && answers(request, function & ~kExceptionFlag & 0xFF);
+}
+
+/// Compares every field of the reply with its request: function, byte count and size; for a write address and count or
+/// value. Fails with corrupted, naming the field.
+Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
+  if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+  const auto function = byte_at(reply, 0);
+  if (answers_by_exception(request, function)) {
+    if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
+    if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which is none");
+    return ModbusAnswer{.exception = byte_at(reply, 1)};
+  }
+  if (!answers(request, function)) return wrong_field("function", function, code(request.function));
+  return reads(request.function) ? decode_data(request, reply) : check_echo(request, reply);
+}
+
+/// The server's side: function, address, count and words of `request`. Fails with refused and `what` = the exception
+/// code as text ("1", "2", "3") where the server must answer with an exception.
+Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes) {
+  request.function = bytes.empty() ? ModbusFunction{} : static_cast<ModbusFunction>(byte_at(bytes, 0));
+  if (!known(request.function)) return answer_with("1");
+  const bool multiple = request.function == ModbusFunction::write_multiple;
+  if (bytes.size() < kShortRequest + multiple || (!multiple && bytes.size() != kShortRequest)) return answer_with("3");
+  request.address = word_at(bytes, 1);
+  if (auto taken = take_contents(request, bytes); !taken) return taken;
+  if (request.address + request.count > 0x10000) return answer_with("2");
+  return {};
+}
+
+/// The size of the request that `bytes` begins with; nothing if more bytes are needed; 0: an unknown function.
+std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
+  if (bytes.empty()) return std::nullopt;
+  const auto function = static_cast<ModbusFunction>(byte_at(bytes, 0));
+  if (!known(function)) return 0;
+  if (function != ModbusFunction::write_multiple) return kShortRequest;
+  if (bytes.size() <= kShortRequest) return std::nullopt;
+  return kWordsAt + byte_at(bytes, kShortRequest);
+}
+
+/// `words` are those that a read found, as many as it asked for.
+void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
+  append_byte(bytes, code(request.function));
+  if (!reads(request.function)) {
+    append_word(bytes, request.address);
+    append_word(bytes, count_or_value(request));
+    return;
+  }
+  assert(words.size() == request.count);
+  append_byte(bytes, data_size(request));
+  if (!reads_bits(request.function)) {
+    for (const auto word : words) append_word(bytes, word);
+    return;
+  }
+  for (std::size_t first = 0; first < words.size(); first += 8) {
+    unsigned bits = 0;
+    for (std::size_t i = first; i < std::min(first + 8, words.size()); ++i) bits |= (words[i] & 1u) << (i - first);
+    append_byte(bytes, bits);
+  }
+}
+
+void append_exception(std::byte function, std::uint8_t exception, std::vector<std::byte>& bytes) {
+  bytes.push_back(function | std::byte{kExceptionFlag});
+  append_byte(bytes, exception);
+}
+
 // The header is transaction, protocol, length and unit; the protocol data unit follows.
 constexpr std::size_t kLengthAt = 4, kUnitAt = 6, kFunctionAt = 7;
 constexpr std::size_t kExceptionSize = kFunctionAt + kExceptionReplySize;
@@ -170,10 +271,6 @@ std::span<const std::byte> pdu(std::span<const std::byte> frame) { return frame.
 
 }  // namespace
 
-tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
-  return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
-}
-
 std::string exception_meaning(std::uint8_t exception) {
   switch (exception) {
     case 1: return "illegal function";
@@ -193,87 +290,6 @@ Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer) {
   if (answer.exception == 0) return std::move(answer.words);
   return failure(FaultKind::refused, "",
                  fmt::format("exception {}, {}", answer.exception, exception_meaning(answer.exception)));
-}
-
-void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes) {
-  assert(reads(request.function) || request.words.size() == request.count);
-  append_byte(bytes, code(request.function));
-  append_word(bytes, request.address);
-  append_word(bytes, count_or_value(request));
-  if (request.function != ModbusFunction::write_multiple) return;
-  append_byte(bytes, 2 * request.words.size());
-  for (const auto word : request.words) append_word(bytes, word);
-}
-
-std::size_t reply_size(const ModbusRequest& request) {
-  return reads(request.function) ? 2 + data_size(request) : kShortRequest;
-}
-
-bool answers(const ModbusRequest& request, std::uint8_t function) {
-  if (function == code(request.function)) return true;
-  const bool registers = reads(request.function) && !reads_bits(request.function);
-  return request.either_read_function && registers && (function == 3 || function == 4);
-}
-
-bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
-  return (function & kExceptionFlag) != 0 && answers(request, function & ~kExceptionFlag & 0xFF);
-}
-
-Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
-  if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
-  const auto function = byte_at(reply, 0);
-  if (answers_by_exception(request, function)) {
-    if (reply.size() != kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
-    if (byte_at(reply, 1) == 0) return failure(FaultKind::corrupted, "", "exception 0, which is none");
-    return ModbusAnswer{.exception = byte_at(reply, 1)};
-  }
-  if (!answers(request, function)) return wrong_field("function", function, code(request.function));
-  return reads(request.function) ? decode_data(request, reply) : check_echo(request, reply);
-}
-
-Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes) {
-  request.function = bytes.empty() ? ModbusFunction{} : static_cast<ModbusFunction>(byte_at(bytes, 0));
-  if (!known(request.function)) return answer_with("1");
-  const bool multiple = request.function == ModbusFunction::write_multiple;
-  if (bytes.size() < kShortRequest + multiple || (!multiple && bytes.size() != kShortRequest)) return answer_with("3");
-  request.address = word_at(bytes, 1);
-  if (auto taken = take_contents(request, bytes); !taken) return taken;
-  if (request.address + request.count > 0x10000) return answer_with("2");
-  return {};
-}
-
-std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
-  if (bytes.empty()) return std::nullopt;
-  const auto function = static_cast<ModbusFunction>(byte_at(bytes, 0));
-  if (!known(function)) return 0;
-  if (function != ModbusFunction::write_multiple) return kShortRequest;
-  if (bytes.size() <= kShortRequest) return std::nullopt;
-  return kWordsAt + byte_at(bytes, kShortRequest);
-}
-
-void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
-  append_byte(bytes, code(request.function));
-  if (!reads(request.function)) {
-    append_word(bytes, request.address);
-    append_word(bytes, count_or_value(request));
-    return;
-  }
-  assert(words.size() == request.count);
-  append_byte(bytes, data_size(request));
-  if (!reads_bits(request.function)) {
-    for (const auto word : words) append_word(bytes, word);
-    return;
-  }
-  for (std::size_t first = 0; first < words.size(); first += 8) {
-    unsigned bits = 0;
-    for (std::size_t i = first; i < std::min(first + 8, words.size()); ++i) bits |= (words[i] & 1u) << (i - first);
-    append_byte(bytes, bits);
-  }
-}
-
-void append_exception(std::byte function, std::uint8_t exception, std::vector<std::byte>& bytes) {
-  bytes.push_back(function | std::byte{kExceptionFlag});
-  append_byte(bytes, exception);
 }
 
 std::vector<std::byte> encode_request(const ModbusRequest& request) {

@@ -53,38 +53,8 @@ struct ModbusAnswer {
 [[nodiscard]] constexpr bool reads(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
 [[nodiscard]] constexpr bool reads_bits(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 2; }
 
-void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes);
-/// Compares every field of the reply with its request: function, byte count and size; for a write address and count or
-/// value. Fails with corrupted, naming the field.
-[[nodiscard]] Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply);
-/// Bytes of a reply that is no exception.
-[[nodiscard]] std::size_t reply_size(const ModbusRequest& request);
-inline constexpr std::size_t kExceptionReplySize = 2;
-/// Whether `function`, the first byte of a reply, may answer `request` so; exceptions apart.
-[[nodiscard]] bool answers(const ModbusRequest& request, std::uint8_t function);
-[[nodiscard]] bool answers_by_exception(const ModbusRequest& request, std::uint8_t function);
-
-/// The server's side: function, address, count and words of `request`. Fails with refused and `what` = the exception
-/// code as text ("1", "2", "3") where the server must answer with an exception.
-[[nodiscard]] Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes);
-/// The size of the request that `bytes` begins with; nothing if more bytes are needed; 0: an unknown function.
-[[nodiscard]] std::optional<std::size_t> request_size(std::span<const std::byte> bytes);
-/// `words` are those that a read found, as many as it asked for.
-void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes);
-void append_exception(std::byte function, std::uint8_t code, std::vector<std::byte>& bytes);
-
-/// A field of a reply that is not what the request expects.
-[[nodiscard]] tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected);
-
 [[nodiscard]] inline std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(byte_at(bytes, at) << 8 | byte_at(bytes, at + 1));
-}
-inline void append_byte(std::vector<std::byte>& bytes, std::size_t value) {
-  bytes.push_back(static_cast<std::byte>(value));
-}
-inline void append_word(std::vector<std::byte>& bytes, std::size_t value) {
-  append_byte(bytes, value >> 8 & 0xFF);
-  append_byte(bytes, value & 0xFF);
 }
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);

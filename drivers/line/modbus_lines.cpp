@@ -47,75 +47,91 @@ class LibmodbusConnection final : public FrameConnection {
   explicit LibmodbusConnection(TcpLine line) : line_(std::move(line)) {}
 
   bool is_open() const override { return context_ != nullptr; }
-  Result<void> open(Duration within) override;
+
+  Result<void> open(Duration within) override {
+    context_.reset(modbus_new_tcp(line_.host.c_str(), line_.port));
+    if (!context_) return failure(FaultKind::disconnected, "", "the address is not a numeric IPv4 address");
+    if (!may_select())
+      return failure(FaultKind::disconnected, "",
+                     fmt::format("more than {} files are open, expected fewer", kSelectableDescriptors));
+    modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
+    modbus_set_byte_timeout(context_.get(), 0, 0);
+    limit_waits(within);
+    if (modbus_connect(context_.get()) != 0) {
+      close();
+      return failure(FaultKind::disconnected, "", "no connection");
+    }
+    guard_against_half_open(modbus_get_socket(context_.get()));
+    return {};
+  }
+
   void close() override { context_.reset(); }
-  Result<void> send(std::span<const std::byte> frame) override;
-  Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override;
-  bool silent_for(Duration time) override;
+
+  Result<void> send(std::span<const std::byte> frame) override {
+    const auto sent = ::send(modbus_get_socket(context_.get()), frame.data(), frame.size(), MSG_NOSIGNAL);
+    if (sent == static_cast<ssize_t>(frame.size())) return {};
+    return failure(FaultKind::disconnected, "", fmt::format("cannot send: {}", std::strerror(errno)));
+  }
+
+  Result<std::size_t> receive(std::span<std::byte> frame, Duration within) override {
+    assert(frame.size() >= kLongestTcpFrame);
+    limit_waits(within);
+    const int size = modbus_receive_confirmation(context_.get(), reinterpret_cast<std::uint8_t*>(frame.data()));
+    if (size >= 0) return static_cast<std::size_t>(size);
+    if (errno == ETIMEDOUT) return failure(FaultKind::timeout, "", "no reply");
+    if (errno >= MODBUS_ENOBASE) return failure(FaultKind::corrupted, "", modbus_strerror(errno));
+    return failure(FaultKind::disconnected, "", fmt::format("the line broke: {}", modbus_strerror(errno)));
+  }
+
+  bool silent_for(Duration time) override {
+    return !ready(context_ ? modbus_get_socket(context_.get()) : kNoDescriptor, POLLIN, Deadline(time));
+  }
 
  private:
-  void limit_waits(Duration within);
+  void limit_waits(Duration within) {
+    const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(within).count(), 1);
+    modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
+                                static_cast<std::uint32_t>(us % 1'000'000));
+  }
 
   TcpLine line_;
   std::unique_ptr<modbus_t, FreeContext> context_;  ///< exists while connected
 };
-
-void LibmodbusConnection::limit_waits(Duration within) {
-  const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(within).count(), 1);
-  modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
-                              static_cast<std::uint32_t>(us % 1'000'000));
-}
-
-Result<void> LibmodbusConnection::open(Duration within) {
-  context_.reset(modbus_new_tcp(line_.host.c_str(), line_.port));
-  if (!context_) return failure(FaultKind::disconnected, "", "the address is not a numeric IPv4 address");
-  if (!may_select())
-    return failure(FaultKind::disconnected, "",
-                   fmt::format("more than {} files are open, expected fewer", kSelectableDescriptors));
-  modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
-  modbus_set_byte_timeout(context_.get(), 0, 0);
-  limit_waits(within);
-  if (modbus_connect(context_.get()) != 0) {
-    close();
-    return failure(FaultKind::disconnected, "", "no connection");
-  }
-  guard_against_half_open(modbus_get_socket(context_.get()));
-  return {};
-}
-
-Result<void> LibmodbusConnection::send(std::span<const std::byte> frame) {
-  const auto sent = ::send(modbus_get_socket(context_.get()), frame.data(), frame.size(), MSG_NOSIGNAL);
-  if (sent == static_cast<ssize_t>(frame.size())) return {};
-  return failure(FaultKind::disconnected, "", fmt::format("cannot send: {}", std::strerror(errno)));
-}
-
-Result<std::size_t> LibmodbusConnection::receive(std::span<std::byte> frame, Duration within) {
-  assert(frame.size() >= kLongestTcpFrame);
-  limit_waits(within);
-  const int size = modbus_receive_confirmation(context_.get(), reinterpret_cast<std::uint8_t*>(frame.data()));
-  if (size >= 0) return static_cast<std::size_t>(size);
-  if (errno == ETIMEDOUT) return failure(FaultKind::timeout, "", "no reply");
-  if (errno >= MODBUS_ENOBASE) return failure(FaultKind::corrupted, "", modbus_strerror(errno));
-  return failure(FaultKind::disconnected, "", fmt::format("the line broke: {}", modbus_strerror(errno)));
-}
-
-bool LibmodbusConnection::silent_for(Duration time) {
-  return !ready(context_ ? modbus_get_socket(context_.get()) : kNoDescriptor, POLLIN, Deadline(time));
-}
 
 class ModbusTcp final : public ModbusLine {
  public:
   ModbusTcp(std::unique_ptr<FrameConnection> connection, std::string place, const ModbusLink& link, const Clock* clock)
       : connection_(std::move(connection)), place_(std::move(place)), timeout_(link.timeout), pace_(link, clock) {}
 
-  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override;
+  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
+    if (const auto pause = pace_.left(); pause > Duration::zero()) {
+      if (pause >= deadline.left()) return failure(FaultKind::timeout, "", "no time left for the pause the unit needs");
+      rest(pause);
+    }
+    if (!connection_->is_open())
+      if (auto opened = connection_->open(std::min(timeout_, deadline.left())); !opened)
+        return failure(std::move(opened.error()));
+    request.transaction = ++transaction_;
+    pace_.began();
+    auto answer = connection_->send(encode_request(request)).and_then([&] { return receive(request, deadline); });
+    pace_.ended(request);
+    if (!answer) connection_->close();
+    return answer;
+  }
+
   void rest(Duration time) override {
     if (!connection_->silent_for(time)) connection_->close();
   }
   std::string place() const override { return place_; }
 
  private:
-  [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, const Deadline& deadline);
+  [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, const Deadline& deadline) {
+    std::array<std::byte, kLongestTcpFrame> frame;
+    const auto size = connection_->receive(frame, std::min(timeout_, deadline.left()));
+    if (size) return decode_answer(request, std::span(frame).first(*size));
+    if (size.error().kind != FaultKind::timeout) return failure(size.error());
+    return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
+  }
 
   std::unique_ptr<FrameConnection> connection_;
   std::string place_;
@@ -123,30 +139,6 @@ class ModbusTcp final : public ModbusLine {
   Pace pace_;
   std::uint16_t transaction_ = 0;  ///< counts on across connections
 };
-
-Result<ModbusAnswer> ModbusTcp::receive(const ModbusRequest& request, const Deadline& deadline) {
-  std::array<std::byte, kLongestTcpFrame> frame;
-  const auto size = connection_->receive(frame, std::min(timeout_, deadline.left()));
-  if (size) return decode_answer(request, std::span(frame).first(*size));
-  if (size.error().kind != FaultKind::timeout) return failure(size.error());
-  return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
-}
-
-Result<ModbusAnswer> ModbusTcp::ask(ModbusRequest& request, const Deadline& deadline) {
-  if (const auto pause = pace_.left(); pause > Duration::zero()) {
-    if (pause >= deadline.left()) return failure(FaultKind::timeout, "", "no time left for the pause the unit needs");
-    rest(pause);
-  }
-  if (!connection_->is_open())
-    if (auto opened = connection_->open(std::min(timeout_, deadline.left())); !opened)
-      return failure(std::move(opened.error()));
-  request.transaction = ++transaction_;
-  pace_.began();
-  auto answer = connection_->send(encode_request(request)).and_then([&] { return receive(request, deadline); });
-  pace_.ended(request);
-  if (!answer) connection_->close();
-  return answer;
-}
 
 }  // namespace
 
@@ -187,16 +179,87 @@ class ModbusRtu final : public ModbusLine {
         late_answers_(Duration::zero(), clock),
         pace_(link, clock) {}
 
-  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override;
-  void rest(Duration time) override;
+  Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
+    const bool lost_the_resync = answer_may_come_late_;
+    if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
+    if (loop_back_ && (lost_the_resync || answer_may_come_late_))
+      if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
+    return exchange(request, deadline);
+  }
+
+  void rest(Duration time) override {
+    std::array<std::byte, kRoom> stale;
+    const Deadline deadline(time, clock_);
+    while (!deadline.over()) {
+      const auto size = stream_->read(stale, deadline.left());
+      if (size) answer_may_come_late_ = true;
+      if (!size && size.error().kind != FaultKind::timeout) return;  // the next try says so
+    }
+  }
+
   std::string place() const override { return place_; }
 
  private:
-  [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline);
-  [[nodiscard]] Result<void> resynchronise(const Deadline& deadline);
-  [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline);
+  /// Throws away what comes until the line has been silent long enough.
+  [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline) {
+    std::array<std::byte, kRoom> stale;
+    while (true) {
+      const auto pause = std::max(silence_, pace_.left());
+      const auto silence = answer_may_come_late_ ? std::max({timeout_, late_answers_.left(), pause}) : pause;
+      const auto left = deadline.left();
+      const auto size = stream_->read(stale, std::min(silence, left));
+      if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
+      if (!size && left >= silence) return {};
+      if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
+      if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not fall silent");
+      answer_may_come_late_ = true;
+    }
+  }
+
+  /// A number that only this request can have brought back.
+  [[nodiscard]] Result<void> resynchronise(const Deadline& deadline) {
+    const ModbusRequest ask{
+        .unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
+    auto answer = exchange(ask, deadline);
+    if (!answer) return failure(std::move(answer.error()));
+    if (answer->exception == 0) return wait_for_silence(deadline);
+    return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
+  }
+
+  [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline) {
+    const auto frame = encode_rtu_request(request);
+    if (auto sent = stream_->write(frame, deadline.left()); !sent) return failure(std::move(sent.error()));
+    pace_.began();
+    answer_may_come_late_ = true;
+    late_answers_ = Deadline(2 * timeout_, clock_);
+    auto answer = receive(request, frame, deadline);
+    pace_.ended(request);
+    if (answer) answer_may_come_late_ = false;
+    return answer;
+  }
+
+  /// Collects the bytes of one answer, and no more.
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
-                                             const Deadline& deadline);
+                                             const Deadline& deadline) {
+    std::array<std::byte, kRoom> frame;
+    std::size_t size = 0;
+    const Deadline reply(std::min(timeout_, deadline.left()), clock_);
+    while (true) {
+      const auto within = size == 0 ? reply.left() : std::min(piece_gap_, reply.left());
+      const auto more = stream_->read(std::span(frame).subspan(size), within);
+      if (!more && more.error().kind != FaultKind::timeout) return failure(more.error());
+      if (!more && size == 0)
+        return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
+      if (!more) return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", size));
+      size += *more;
+      const auto bytes = std::span<const std::byte>(frame).first(size);
+      const auto whole = rtu_answer_size(request, bytes);
+      if (!whole && begins_with(bytes, sent))
+        return failure(FaultKind::corrupted, "", "what was sent comes back: the line or its adapter echoes");
+      if (!whole) return failure(whole.error());
+      if (*whole && size >= **whole) return decode_rtu_answer(request, bytes);
+    }
+  }
 
   std::unique_ptr<ByteStream> stream_;
   std::string place_;
@@ -209,84 +272,6 @@ class ModbusRtu final : public ModbusLine {
   Pace pace_;
   std::uint16_t last_number_ = 0;  ///< of a loop-back
 };
-
-/// Throws away what comes until the line has been silent long enough.
-Result<void> ModbusRtu::wait_for_silence(const Deadline& deadline) {
-  std::array<std::byte, kRoom> stale;
-  while (true) {
-    const auto pause = std::max(silence_, pace_.left());
-    const auto silence = answer_may_come_late_ ? std::max({timeout_, late_answers_.left(), pause}) : pause;
-    const auto left = deadline.left();
-    const auto size = stream_->read(stale, std::min(silence, left));
-    if (!size && size.error().kind != FaultKind::timeout) return failure(size.error());
-    if (!size && left >= silence) return {};
-    if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
-    if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not fall silent");
-    answer_may_come_late_ = true;
-  }
-}
-
-void ModbusRtu::rest(Duration time) {
-  std::array<std::byte, kRoom> stale;
-  const Deadline deadline(time, clock_);
-  while (!deadline.over()) {
-    const auto size = stream_->read(stale, deadline.left());
-    if (size) answer_may_come_late_ = true;
-    if (!size && size.error().kind != FaultKind::timeout) return;  // the next try says so
-  }
-}
-
-/// Collects the bytes of one answer, and no more.
-Result<ModbusAnswer> ModbusRtu::receive(const ModbusRequest& request, std::span<const std::byte> sent,
-                                        const Deadline& deadline) {
-  std::array<std::byte, kRoom> frame;
-  std::size_t size = 0;
-  const Deadline reply(std::min(timeout_, deadline.left()), clock_);
-  while (true) {
-    const auto within = size == 0 ? reply.left() : std::min(piece_gap_, reply.left());
-    const auto more = stream_->read(std::span(frame).subspan(size), within);
-    if (!more && more.error().kind != FaultKind::timeout) return failure(more.error());
-    if (!more && size == 0)
-      return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
-    if (!more) return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", size));
-    size += *more;
-    const auto bytes = std::span<const std::byte>(frame).first(size);
-    const auto whole = rtu_answer_size(request, bytes);
-    if (!whole && begins_with(bytes, sent))
-      return failure(FaultKind::corrupted, "", "what was sent comes back: the line or its adapter echoes");
-    if (!whole) return failure(whole.error());
-    if (*whole && size >= **whole) return decode_rtu_answer(request, bytes);
-  }
-}
-
-Result<ModbusAnswer> ModbusRtu::exchange(const ModbusRequest& request, const Deadline& deadline) {
-  const auto frame = encode_rtu_request(request);
-  if (auto sent = stream_->write(frame, deadline.left()); !sent) return failure(std::move(sent.error()));
-  pace_.began();
-  answer_may_come_late_ = true;
-  late_answers_ = Deadline(2 * timeout_, clock_);
-  auto answer = receive(request, frame, deadline);
-  pace_.ended(request);
-  if (answer) answer_may_come_late_ = false;
-  return answer;
-}
-
-/// A number that only this request can have brought back.
-Result<void> ModbusRtu::resynchronise(const Deadline& deadline) {
-  const ModbusRequest ask{.unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
-  auto answer = exchange(ask, deadline);
-  if (!answer) return failure(std::move(answer.error()));
-  if (answer->exception == 0) return wait_for_silence(deadline);
-  return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
-}
-
-Result<ModbusAnswer> ModbusRtu::ask(ModbusRequest& request, const Deadline& deadline) {
-  const bool lost_the_resync = answer_may_come_late_;
-  if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
-  if (loop_back_ && (lost_the_resync || answer_may_come_late_))
-    if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
-  return exchange(request, deadline);
-}
 
 }  // namespace
 

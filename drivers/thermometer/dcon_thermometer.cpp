@@ -169,102 +169,93 @@ class DconThermometer final : public Thermometer {
   DconThermometer(std::shared_ptr<TextExchange> exchange, std::string place, DconOptions options)
       : exchange_(std::move(exchange)), place_(std::move(place)), options_(options) {}
 
-  Result<std::string> identify() override;
-  std::vector<Result<Celsius>> read() override;
+  Result<std::string> identify() override {
+    ranges_.clear();
+    auto name = tell("M");
+    if (!name) return failure(at_instrument(place_, std::move(name.error())));
+    auto ranges = setting();
+    if (!ranges) return failure(at_instrument(place_, std::move(ranges.error())));
+    ranges_ = std::move(*ranges);
+    return fmt::format("{} at {:02X}", *name, options_.address);
+  }
+
+  std::vector<Result<Celsius>> read() override {
+    auto found = readings();
+    if (!found) ranges_.clear();  // who answers next may be another module
+    return readings_at(place_, kDconInputs, std::move(found));
+  }
 
  private:
   using Ranges = std::vector<TemperatureRange>;  ///< of each input
 
   /// The unsealed line that answers.
-  [[nodiscard]] Result<std::string> ask(std::string_view question);
+  [[nodiscard]] Result<std::string> ask(std::string_view question) {
+    const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
+    // Readings come without an address, names with it.
+    const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
+                             .answer_begins = fmt::format("!{:02X}", options_.address)};
+    auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
+      return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
+    });
+    if (!answer && answer.error().where.empty()) answer.error().where = question;
+    return answer;
+  }
+
   /// What follows the address in the answer to "$AA" and `what`.
-  [[nodiscard]] Result<std::string> tell(std::string_view what);
-  [[nodiscard]] Result<Ranges> setting();
-  [[nodiscard]] Result<Ranges> setting_of_each_input();
-  [[nodiscard]] Result<std::vector<Result<Celsius>>> readings();
+  [[nodiscard]] Result<std::string> tell(std::string_view what) {
+    const auto question = dcon_ask(options_.address, what);
+    return ask(question).and_then([&](const std::string& line) -> Result<std::string> {
+      auto rest = decode_dcon_answer(line, options_.address);
+      if (rest) return std::string(*rest);
+      rest.error().where = question;
+      return failure(std::move(rest.error()));
+    });
+  }
+
+  [[nodiscard]] Result<Ranges> setting() {
+    const auto configuration = tell("2").and_then([](const auto& text) { return decode_dcon_configuration(text); });
+    if (!configuration) return failure(configuration.error());
+    if (!configuration->in_engineering_units())
+      return failure(FaultKind::mismatch, "",
+                     fmt::format("set to format {:02X}, expected engineering units", configuration->format));
+    if (options_.type && configuration->type != *options_.type)
+      return failure(FaultKind::mismatch, "",
+                     fmt::format("set to type {:02X}, expected {:02X}", configuration->type, *options_.type));
+    if (const auto range = dcon_range(configuration->type)) return Ranges(kDconInputs, *range);
+    auto ranges = setting_of_each_input();
+    if (!ranges && ranges.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
+    return ranges;
+  }
+
+  [[nodiscard]] Result<Ranges> setting_of_each_input() {
+    Ranges ranges;
+    for (int input = 0; input < static_cast<int>(kDconInputs); ++input) {
+      const auto type =
+          tell(fmt::format("8C{}", input)).and_then([&](const auto& text) { return decode_dcon_type(text, input); });
+      if (!type) return failure(type.error());
+      const auto range = dcon_range(*type);
+      if (!range) return no_thermocouple(*type, fmt::format("input {}", input));
+      ranges.push_back(*range);
+    }
+    return ranges;
+  }
+
+  [[nodiscard]] Result<std::vector<Result<Celsius>>> readings() {
+    if (ranges_.empty()) {
+      auto found = setting();
+      if (!found) return failure(std::move(found.error()));
+      ranges_ = std::move(*found);
+    }
+    return ask(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
+      return decode_dcon_readings(line, options_.address, ranges_);
+    });
+  }
 
   std::shared_ptr<TextExchange> exchange_;
   std::string place_;
   DconOptions options_;
   Ranges ranges_;  ///< empty: the module has yet to tell
 };
-
-Result<std::string> DconThermometer::ask(std::string_view question) {
-  const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
-  // Readings come without an address, names with it.
-  const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
-                           .answer_begins = fmt::format("!{:02X}", options_.address)};
-  auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
-    return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
-  });
-  if (!answer && answer.error().where.empty()) answer.error().where = question;
-  return answer;
-}
-
-Result<std::string> DconThermometer::tell(std::string_view what) {
-  const auto question = dcon_ask(options_.address, what);
-  return ask(question).and_then([&](const std::string& line) -> Result<std::string> {
-    auto rest = decode_dcon_answer(line, options_.address);
-    if (rest) return std::string(*rest);
-    rest.error().where = question;
-    return failure(std::move(rest.error()));
-  });
-}
-
-Result<DconThermometer::Ranges> DconThermometer::setting_of_each_input() {
-  Ranges ranges;
-  for (int input = 0; input < static_cast<int>(kDconInputs); ++input) {
-    const auto type =
-        tell(fmt::format("8C{}", input)).and_then([&](const auto& text) { return decode_dcon_type(text, input); });
-    if (!type) return failure(type.error());
-    const auto range = dcon_range(*type);
-    if (!range) return no_thermocouple(*type, fmt::format("input {}", input));
-    ranges.push_back(*range);
-  }
-  return ranges;
-}
-
-Result<DconThermometer::Ranges> DconThermometer::setting() {
-  const auto configuration = tell("2").and_then([](const auto& text) { return decode_dcon_configuration(text); });
-  if (!configuration) return failure(configuration.error());
-  if (!configuration->in_engineering_units())
-    return failure(FaultKind::mismatch, "",
-                   fmt::format("set to format {:02X}, expected engineering units", configuration->format));
-  if (options_.type && configuration->type != *options_.type)
-    return failure(FaultKind::mismatch, "",
-                   fmt::format("set to type {:02X}, expected {:02X}", configuration->type, *options_.type));
-  if (const auto range = dcon_range(configuration->type)) return Ranges(kDconInputs, *range);
-  auto ranges = setting_of_each_input();
-  if (!ranges && ranges.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
-  return ranges;
-}
-
-Result<std::vector<Result<Celsius>>> DconThermometer::readings() {
-  if (ranges_.empty()) {
-    auto found = setting();
-    if (!found) return failure(std::move(found.error()));
-    ranges_ = std::move(*found);
-  }
-  return ask(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
-    return decode_dcon_readings(line, options_.address, ranges_);
-  });
-}
-
-Result<std::string> DconThermometer::identify() {
-  ranges_.clear();
-  auto name = tell("M");
-  if (!name) return failure(at_instrument(place_, std::move(name.error())));
-  auto ranges = setting();
-  if (!ranges) return failure(at_instrument(place_, std::move(ranges.error())));
-  ranges_ = std::move(*ranges);
-  return fmt::format("{} at {:02X}", *name, options_.address);
-}
-
-std::vector<Result<Celsius>> DconThermometer::read() {
-  auto found = readings();
-  if (!found) ranges_.clear();  // who answers next may be another module
-  return readings_at(place_, kDconInputs, std::move(found));
-}
 
 /// Several of them on one line.
 class DconModules final : public Thermometer {
@@ -276,40 +267,37 @@ class DconModules final : public Thermometer {
   };
   explicit DconModules(std::vector<Module> modules) : modules_(std::move(modules)) {}
 
-  Result<std::string> identify() override;
-  std::vector<Result<Celsius>> read() override;
+  Result<std::string> identify() override {
+    std::string all;
+    for (auto& module : modules_) {
+      auto who = module.thermometer->identify();
+      if (!who) return who;
+      all += (all.empty() ? "" : ", ") + *who;
+    }
+    return all;
+  }
+
+  std::vector<Result<Celsius>> read() override {
+    std::vector<Result<Celsius>> all;
+    for (auto& module : modules_) {
+      if (module.backoff.left() > Duration::zero()) {
+        all.insert(all.end(), kDconInputs, failure(module.last));
+        continue;
+      }
+      auto readings = module.thermometer->read();
+      const auto& first = readings.front();
+      const bool silent =
+          !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
+      if (silent) module.last = first.error();
+      silent ? module.backoff.failed() : module.backoff.succeeded();
+      all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));
+    }
+    return all;
+  }
 
  private:
   std::vector<Module> modules_;
 };
-
-Result<std::string> DconModules::identify() {
-  std::string all;
-  for (auto& module : modules_) {
-    auto who = module.thermometer->identify();
-    if (!who) return who;
-    all += (all.empty() ? "" : ", ") + *who;
-  }
-  return all;
-}
-
-std::vector<Result<Celsius>> DconModules::read() {
-  std::vector<Result<Celsius>> all;
-  for (auto& module : modules_) {
-    if (module.backoff.left() > Duration::zero()) {
-      all.insert(all.end(), kDconInputs, failure(module.last));
-      continue;
-    }
-    auto readings = module.thermometer->read();
-    const auto& first = readings.front();
-    const bool silent =
-        !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
-    if (silent) module.last = first.error();
-    silent ? module.backoff.failed() : module.backoff.succeeded();
-    all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));
-  }
-  return all;
-}
 
 }  // namespace
 

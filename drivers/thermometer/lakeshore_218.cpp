@@ -92,27 +92,24 @@ class Lakeshore218 final : public Thermometer {
                                     .clock = timing.clock}),
         place_(std::move(place)) {}
 
-  Result<std::string> identify() override;
-  std::vector<Result<Celsius>> read() override;
+  Result<std::string> identify() override {
+    auto who = exchange_.ask(kResync.question, kResync);
+    if (!who) return failure(at_instrument(place_, std::move(who.error())));
+    if (!who->starts_with(kWho))
+      return failure(at_instrument(
+          place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
+    return who;
+  }
+
+  std::vector<Result<Celsius>> read() override {
+    return readings_at(place_, kLakeshore218Inputs,
+                       exchange_.ask("CRDG? 0", kResync).and_then([](const auto& line) { return decode_crdg(line); }));
+  }
 
  private:
   TextExchange exchange_;
   std::string place_;
 };
-
-Result<std::string> Lakeshore218::identify() {
-  auto who = exchange_.ask(kResync.question, kResync);
-  if (!who) return failure(at_instrument(place_, std::move(who.error())));
-  if (!who->starts_with(kWho))
-    return failure(
-        at_instrument(place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
-  return who;
-}
-
-std::vector<Result<Celsius>> Lakeshore218::read() {
-  return readings_at(place_, kLakeshore218Inputs,
-                     exchange_.ask("CRDG? 0", kResync).and_then([](const auto& line) { return decode_crdg(line); }));
-}
 
 }  // namespace
 

@@ -95,30 +95,27 @@ class Pt12 final : public Thermometer {
                                     .clock = timing.clock}),
         place_(std::move(place)) {}
 
-  Result<std::string> identify() override;
-  std::vector<Result<Celsius>> read() override;
+  Result<std::string> identify() override {
+    auto who = exchange_.ask(kPt12Resync.question, kPt12Resync);
+    if (!who) return failure(at_instrument(place_, std::move(who.error())));
+    if (*who != kPt12)
+      return failure(
+          at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
+    auto serial = exchange_.ask("SN?", kPt12Resync);
+    if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
+    return fmt::format("{} {}", kPt12, *serial);
+  }
+
+  std::vector<Result<Celsius>> read() override {
+    return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kPt12Resync).and_then([](const auto& line) {
+      return decode_pt12_temperatures(line);
+    }));
+  }
 
  private:
   TextExchange exchange_;
   std::string place_;
 };
-
-Result<std::string> Pt12::identify() {
-  auto who = exchange_.ask(kPt12Resync.question, kPt12Resync);
-  if (!who) return failure(at_instrument(place_, std::move(who.error())));
-  if (*who != kPt12)
-    return failure(
-        at_instrument(place_, {FaultKind::mismatch, "ID?", fmt::format("\"{}\" answers, expected {}", *who, kPt12)}));
-  auto serial = exchange_.ask("SN?", kPt12Resync);
-  if (!serial) return failure(at_instrument(place_, std::move(serial.error())));
-  return fmt::format("{} {}", kPt12, *serial);
-}
-
-std::vector<Result<Celsius>> Pt12::read() {
-  return readings_at(place_, kPt12Inputs, exchange_.ask("T?", kPt12Resync).and_then([](const auto& line) {
-    return decode_pt12_temperatures(line);
-  }));
-}
 
 }  // namespace
 

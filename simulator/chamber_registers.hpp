@@ -117,7 +117,6 @@ class ProgramRun {
   [[nodiscard]] Stage stage() const { return stage_; }
   [[nodiscard]] bool runs() const { return stage_ == Stage::ramping || stage_ == Stage::soaking; }
   [[nodiscard]] int step() const { return static_cast<int>(step_); }  ///< from 0
-  [[nodiscard]] const drivers::ChamberProgram& program() const { return program_; }
 
   /// The set point of the second that begins now; only while it runs. Then that second is over, unless a guaranteed
   /// soak waits for the air.

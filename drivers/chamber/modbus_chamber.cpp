@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -33,6 +34,49 @@ std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double v
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+struct ChamberStatus {
+  ChamberActivity activity = ChamberActivity::unknown;
+  std::vector<std::string> alarms;  ///< the gravest first
+  bool must_stop{};
+};
+
+/// The value of an item by name; nothing where it is not known, and then its rules say nothing.
+using ItemValue = std::function<std::optional<double>(const std::string&)>;
+
+ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
+  ChamberStatus status;
+  for (const auto& rule : map.states) {
+    const auto found = value(rule.when.item);
+    if (!found || !holds(rule.when, *found)) continue;
+    status.activity = rule.activity;
+    break;
+  }
+  std::vector<std::pair<AlarmSeverity, std::string>> raised;
+  for (const auto& rule : map.alarms) {
+    const auto found = value(rule.when.item);
+    if (found && holds(rule.when, *found))
+      raised.emplace_back(rule.severity, alarm_text(rule, *map.find(rule.when.item), *found));
+  }
+  std::ranges::stable_sort(raised, [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (auto& [severity, text] : raised) {
+    status.must_stop = status.must_stop || severity == AlarmSeverity::stop;
+    status.alarms.push_back(std::move(text));
+  }
+  return status;
+}
+
+/// The items that status_of() asks for, each once.
+std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
+  std::vector<const RegisterItem*> items;
+  const auto add = [&](const std::string& name) {
+    const auto* item = map.find(name);
+    if (item && item->readable && std::ranges::find(items, item) == items.end()) items.push_back(item);
+  };
+  for (const auto& rule : map.states) add(rule.when.item);
+  for (const auto& rule : map.alarms) add(rule.when.item);
+  return items;
+}
+
 /// A reading that has lasted so long is left: nobody waits for it any more.
 constexpr Duration kLongestReading = std::chrono::milliseconds(900);
 /// On a line whose exchanges take so long, settings of the controller (unit, decimals) that were read in this second
@@ -43,33 +87,277 @@ class ModbusChamber final : public Chamber {
  public:
   ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses);
 
-  Result<std::string> identify() override;
-  Result<ChamberState> read() override;
-  Result<ChamberState> inspect() override;
-  Result<void> head_for(Celsius target) override;
-  Result<void> start() override;
-  Result<void> stop() override;
-  Result<void> perform(const std::string& command) override;
+  Result<std::string> identify() override {
+    limits_.reset();
+    turns_.begin_anew_at_once();
+    const auto who = fmt::format("{} {}", map_.vendor, map_.name);
+    if (identity_ && identity_->type == RegisterType::text) {
+      const auto found = items_.read_text(*identity_);
+      if (!found) return found;
+      if (matches(map_.identity->pattern, *found)) return fmt::format("{} ({} = {})", who, identity_->name, *found);
+      return failure(FaultKind::mismatch, place(*identity_),
+                     fmt::format("reads \"{}\", expected \"{}\"", *found, map_.identity->pattern));
+    }
+    const auto found = items_.read(identity_ ? *identity_ : air_);
+    if (!found) return failure(found.error());
+    if (!identity_) return who + " (its map has no fingerprint to check)";
+    if (auto same = check_number(*found); !same) return failure(std::move(same.error()));
+    return fmt::format("{} ({} = {})", who, identity_->name, *found);
+  }
+
+  /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
+  Result<ChamberState> read() override {
+    auto state = look();
+    if (state && turns_.is_overdue())
+      return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
+    if (state) return state;
+    turns_.begin_anew();
+    status_.activity = ChamberActivity::unknown;
+    status_known_ = false;
+    return state;
+  }
+
+  /// A piece that is lost is asked for again, a few times.
+  Result<ChamberState> inspect() override {
+    constexpr int kTries = 3;
+    unhurried_ = true;
+    status_known_ = false;
+    Result<ChamberState> state;
+    for (int i = 0; i < kTries && !(state && status_known_); ++i) {
+      turns_.begin_anew_at_once();
+      state = look();
+      status_known_ = status_known_ || turns_.pieces() == 0;
+    }
+    unhurried_ = false;
+    if (state && !status_known_) return failure(FaultKind::timeout, place(air_), "what it is doing could not be read");
+    return state;
+  }
+
+  /// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
+  /// overrule it.
+  Result<void> head_for(Celsius target) override {
+    if (auto allowed = check_limits(target); !allowed) return allowed;
+    if (std::isnan(sent_c_))
+      if (auto free = end_program(); !free) return free;
+    if (auto free = end_known_program(); !free) return free;
+    auto done = items_.write(set_point_, target.value);
+    if (done) sent_c_ = target.value;
+    to_be_seen_ = done && set_point_.seen_later && set_point_.readable;
+    return done;
+  }
+
+  /// A program that ran in the controller may have taken the set point with it.
+  Result<void> start() override {
+    if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
+    if (auto started = perform("start"); !started) return started;
+    if (!set_point_.readable || std::isnan(sent_c_)) return {};
+    const auto now = items_.read(set_point_);
+    if (!now) return failure(now.error());
+    const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
+    return kept ? Result<void>{} : head_for({sent_c_});
+  }
+
+  Result<void> stop() override {
+    if (map_.sequences.contains("stop")) return perform("stop");
+    if (map_.control) return switch_to(map_.control->off);
+    return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
+  }
+
+  Result<void> perform(const std::string& command) override {
+    turns_.begin_anew();
+    const auto found = map_.sequences.find(command);
+    if (found != map_.sequences.end()) return items_.perform(found->second, {});
+    return failure(FaultKind::refused, "chamber " + command,
+                   fmt::format("its register map has no command \"{}\"", command));
+  }
+
   void end_rest() override { registers_->insist(); }
-  Result<void> insist(Celsius target) override;
-  Result<void> end_program() override;
-  Result<SetPointRange> limits() override;
-  ChamberEffort effort() const override;
-  Result<std::string> upload(const ChamberProgram& program) override;
-  Result<void> start_program() override;
+
+  Result<void> insist(Celsius target) override {
+    end_rest();
+    const auto free = end_known_program();
+    auto seen_at_once = set_point_;
+    seen_at_once.seen_later = false;
+    auto done = items_.write_insisting(seen_at_once, target.value);
+    if (done) sent_c_ = target.value;
+    to_be_seen_ = false;
+    return done ? free : done;
+  }
+
+  Result<void> end_program() override {
+    if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
+    const auto state = inspect();
+    if (!state) return failure(state.error());
+    if (!carries_out_program(state->activity)) return {};
+    return perform("stop_program").map([&] { program_runs_ = false; });
+  }
+
+  Result<SetPointRange> limits() override {
+    limits_.reset();
+    return learn_limits().map([&] { return *limits_; });
+  }
+
+  ChamberEffort effort() const override {
+    const bool seen_at_once = set_point_.readable && !set_point_.seen_later;
+    return {.each_second = static_cast<int>(core_plan_.size()),
+            .new_set_point = seen_at_once ? 2 : 1,
+            .status = turns_.pieces(),
+            .longest = exchange_};
+  }
+
+  Result<std::string> upload(const ChamberProgram& program) override {
+    if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
+      return failure(FaultKind::refused, "chamber upload",
+                     "its register map does not say how a program is started and ended");
+    for (const auto& step : program.steps)
+      for (const auto target : {step.start, step.target})
+        if (auto allowed = check_limits(target); !allowed) return failure(allowed.error());
+    const auto report = upload_program(map_, items_, *registers_, *pauses_, program);
+    if (!report) return failure(report.error());
+    uploaded_ = report->program;
+    return in_words(*report);
+  }
+
+  Result<void> start_program() override {
+    if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
+    turns_.begin_anew();
+    auto started =
+        items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
+    program_runs_ = true;  // even if it only may: head_for() is to end it
+    return started;
+  }
 
  private:
-  [[nodiscard]] std::vector<const RegisterItem*> core_items() const;
-  [[nodiscard]] Result<void> check_number(double found) const;
-  [[nodiscard]] Result<ChamberState> look();
-  [[nodiscard]] Result<Snapshot> look_at_core(Duration began);
-  [[nodiscard]] Result<double> set_point_in(const Snapshot& core);
-  void look_at_status(const Snapshot& core, Duration began);
-  [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const;
-  [[nodiscard]] Result<void> learn_limits();
-  [[nodiscard]] Result<void> check_limits(Celsius target);
-  [[nodiscard]] Result<void> end_known_program();
-  [[nodiscard]] Result<void> switch_to(std::int64_t code);
+  /// What each read() wants.
+  [[nodiscard]] std::vector<const RegisterItem*> core_items() const {
+    std::vector<const RegisterItem*> core{&air_};
+    if (set_point_.readable) core.push_back(&set_point_);
+    if (map_.one_block && identity_) core.push_back(identity_);
+    const auto context = items_.needed_by(core);
+    core.insert(core.end(), context.begin(), context.end());
+    return core;
+  }
+
+  [[nodiscard]] Result<void> check_number(double found) const {
+    const auto& print = *map_.identity;
+    const auto masked = [&](double value) {
+      return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
+    };
+    constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
+    if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
+    return failure(FaultKind::mismatch, place(*identity_),
+                   fmt::format("holds {}, expected {} of a {} {}", found, print.value, map_.vendor, map_.name));
+  }
+
+  [[nodiscard]] Result<ChamberState> look() {
+    const auto began = pauses_->now();
+    const auto core = look_at_core(began);
+    if (!core) return failure(core.error());
+    if (map_.one_block && identity_) {
+      const auto same = items_.value_in(*core, *identity_).and_then([&](double found) { return check_number(found); });
+      if (!same) return failure(same.error());
+    }
+    const auto air = items_.value_in(*core, air_);
+    if (!air) return failure(air.error());
+    const auto set_point = set_point_in(*core);
+    if (!set_point) return failure(set_point.error());
+    look_at_status(*core, began);
+    return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
+  }
+
+  /// Fails with the first piece that fails, or with timeout where there is no time for all of them.
+  [[nodiscard]] Result<Snapshot> look_at_core(Duration began) {
+    Snapshot core;
+    for (const auto& span : core_plan_) {
+      const auto before = pauses_->now();
+      if (before - began >= kLongestReading && !unhurried_)
+        return failure(FaultKind::timeout, place(air_),
+                       "the line is too slow, or loses too much, for a reading a second");
+      auto words = registers_->read(span.function, span.first, span.count);
+      if (!words) return failure(std::move(words.error()));
+      exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
+      core.add(span, std::move(*words));
+    }
+    items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
+    return core;
+  }
+
+  [[nodiscard]] Result<double> set_point_in(const Snapshot& core) {
+    const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
+    if (!set_point) return set_point;
+    const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
+    if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
+      return failure(FaultKind::mismatch, place(set_point_),
+                     fmt::format("reads {} after {} was written", *set_point, sent_c_));
+    return set_point;
+  }
+
+  /// A piece that is lost is asked for again by the next reading; the status stays as it was until all are there.
+  void look_at_status(const Snapshot& core, Duration began) {
+    turns_.begin_reading();
+    while (const auto* span = turns_.next(pauses_->now() - began, exchange_)) {
+      auto words = registers_->read(span->function, span->first, span->count);
+      if (words)
+        turns_.found(std::move(*words));
+      else if (words.error().kind != FaultKind::refused || !turns_.refused())
+        return;
+    }
+    if (!turns_.is_complete()) return;
+    status_ = judge(core, turns_.take());
+    status_known_ = true;
+  }
+
+  [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const {
+    return status_of(map_, [&](const std::string& name) -> std::optional<double> {
+      const auto& item = items_.item(name);
+      for (const auto* snapshot : {&more, &core}) {
+        if (snapshot->words_of(item).empty()) continue;
+        const auto value = items_.value_in(*snapshot, item);
+        return value ? std::optional(*value) : std::nullopt;
+      }
+      return std::nullopt;
+    });
+  }
+
+  [[nodiscard]] Result<void> learn_limits() {
+    if (limits_) return {};
+    const auto limit = [&](const std::string& name, std::optional<Celsius> fixed) -> Result<std::optional<Celsius>> {
+      if (name.empty()) return fixed;
+      const auto found = items_.read(items_.item(name));
+      if (!found) return failure(found.error());
+      return std::optional(Celsius{*found});
+    };
+    const auto lowest = limit(map_.limits.lowest_item, map_.limits.lowest);
+    if (!lowest) return failure(lowest.error());
+    const auto highest = limit(map_.limits.highest_item, map_.limits.highest);
+    if (!highest) return failure(highest.error());
+    limits_ = SetPointRange{*lowest, *highest};
+    return {};
+  }
+
+  [[nodiscard]] Result<void> check_limits(Celsius target) {
+    if (auto known = learn_limits(); !known) return known;
+    const auto refuse = [&](const char* side, Celsius limit) {
+      return failure(FaultKind::out_of_range, place(set_point_),
+                     fmt::format("{:g} °C is {} the controller's limit of {:g} °C", target.value, side, limit.value));
+    };
+    if (limits_->lowest && target < *limits_->lowest) return refuse("below", *limits_->lowest);
+    if (limits_->highest && target > *limits_->highest) return refuse("above", *limits_->highest);
+    return {};
+  }
+
+  /// One that this program started, or that somebody else did, as the controller said when it was last asked.
+  [[nodiscard]] Result<void> end_known_program() {
+    const bool foreign = status_known_ && carries_out_program(status_.activity);
+    if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
+    return perform("stop_program").map([&] { program_runs_ = false; });
+  }
+
+  [[nodiscard]] Result<void> switch_to(std::int64_t code) {
+    auto commanded = items_.item(map_.control->commanded);
+    commanded.seen_in = map_.control->active;
+    return items_.write(commanded, static_cast<double>(code));
+  }
 
   RegisterMap map_;
   std::unique_ptr<Registers> registers_;
@@ -108,309 +396,7 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
   turns_ = StatusTurns(plan_reads(status, map_.holes, at_most), asks ? map_.status_every : 0);
 }
 
-/// What each read() wants.
-std::vector<const RegisterItem*> ModbusChamber::core_items() const {
-  std::vector<const RegisterItem*> core{&air_};
-  if (set_point_.readable) core.push_back(&set_point_);
-  if (map_.one_block && identity_) core.push_back(identity_);
-  const auto context = items_.needed_by(core);
-  core.insert(core.end(), context.begin(), context.end());
-  return core;
-}
-
-Result<void> ModbusChamber::check_number(double found) const {
-  const auto& print = *map_.identity;
-  const auto masked = [&](double value) {
-    return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
-  };
-  constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
-  if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
-  return failure(FaultKind::mismatch, place(*identity_),
-                 fmt::format("holds {}, expected {} of a {} {}", found, print.value, map_.vendor, map_.name));
-}
-
-Result<std::string> ModbusChamber::identify() {
-  limits_.reset();
-  turns_.begin_anew_at_once();
-  const auto who = fmt::format("{} {}", map_.vendor, map_.name);
-  if (identity_ && identity_->type == RegisterType::text) {
-    const auto found = items_.read_text(*identity_);
-    if (!found) return found;
-    if (matches(map_.identity->pattern, *found)) return fmt::format("{} ({} = {})", who, identity_->name, *found);
-    return failure(FaultKind::mismatch, place(*identity_),
-                   fmt::format("reads \"{}\", expected \"{}\"", *found, map_.identity->pattern));
-  }
-  const auto found = items_.read(identity_ ? *identity_ : air_);
-  if (!found) return failure(found.error());
-  if (!identity_) return who + " (its map has no fingerprint to check)";
-  if (auto same = check_number(*found); !same) return failure(std::move(same.error()));
-  return fmt::format("{} ({} = {})", who, identity_->name, *found);
-}
-
-/// Fails with the first piece that fails, or with timeout where there is no time for all of them.
-Result<Snapshot> ModbusChamber::look_at_core(Duration began) {
-  Snapshot core;
-  for (const auto& span : core_plan_) {
-    const auto before = pauses_->now();
-    if (before - began >= kLongestReading && !unhurried_)
-      return failure(FaultKind::timeout, place(air_),
-                     "the line is too slow, or loses too much, for a reading a second");
-    auto words = registers_->read(span.function, span.first, span.count);
-    if (!words) return failure(std::move(words.error()));
-    exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
-    core.add(span, std::move(*words));
-  }
-  items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
-  return core;
-}
-
-/// A piece that is lost is asked for again by the next reading; the status stays as it was until all are there.
-void ModbusChamber::look_at_status(const Snapshot& core, Duration began) {
-  turns_.begin_reading();
-  while (const auto* span = turns_.next(pauses_->now() - began, exchange_)) {
-    auto words = registers_->read(span->function, span->first, span->count);
-    if (words)
-      turns_.found(std::move(*words));
-    else if (words.error().kind != FaultKind::refused || !turns_.refused())
-      return;
-  }
-  if (!turns_.is_complete()) return;
-  status_ = judge(core, turns_.take());
-  status_known_ = true;
-}
-
-ChamberStatus ModbusChamber::judge(const Snapshot& core, const Snapshot& more) const {
-  return status_of(map_, [&](const std::string& name) -> std::optional<double> {
-    const auto& item = items_.item(name);
-    for (const auto* snapshot : {&more, &core}) {
-      if (snapshot->words_of(item).empty()) continue;
-      const auto value = items_.value_in(*snapshot, item);
-      return value ? std::optional(*value) : std::nullopt;
-    }
-    return std::nullopt;
-  });
-}
-
-Result<double> ModbusChamber::set_point_in(const Snapshot& core) {
-  const auto set_point = set_point_.readable ? items_.value_in(core, set_point_) : Result<double>(sent_c_);
-  if (!set_point) return set_point;
-  const double as_written = set_point_.tolerance.value_or(std::max(finest_step(set_point_), 1e-3));
-  if (std::exchange(to_be_seen_, false) && std::abs(*set_point - sent_c_) > as_written)
-    return failure(FaultKind::mismatch, place(set_point_),
-                   fmt::format("reads {} after {} was written", *set_point, sent_c_));
-  return set_point;
-}
-
-Result<ChamberState> ModbusChamber::look() {
-  const auto began = pauses_->now();
-  const auto core = look_at_core(began);
-  if (!core) return failure(core.error());
-  if (map_.one_block && identity_) {
-    const auto same = items_.value_in(*core, *identity_).and_then([&](double found) { return check_number(found); });
-    if (!same) return failure(same.error());
-  }
-  const auto air = items_.value_in(*core, air_);
-  if (!air) return failure(air.error());
-  const auto set_point = set_point_in(*core);
-  if (!set_point) return failure(set_point.error());
-  look_at_status(*core, began);
-  return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
-}
-
-/// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
-Result<ChamberState> ModbusChamber::read() {
-  auto state = look();
-  if (state && turns_.is_overdue())
-    return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
-  if (state) return state;
-  turns_.begin_anew();
-  status_.activity = ChamberActivity::unknown;
-  status_known_ = false;
-  return state;
-}
-
-/// A piece that is lost is asked for again, a few times.
-Result<ChamberState> ModbusChamber::inspect() {
-  constexpr int kTries = 3;
-  unhurried_ = true;
-  status_known_ = false;
-  Result<ChamberState> state;
-  for (int i = 0; i < kTries && !(state && status_known_); ++i) {
-    turns_.begin_anew_at_once();
-    state = look();
-    status_known_ = status_known_ || turns_.pieces() == 0;
-  }
-  unhurried_ = false;
-  if (state && !status_known_) return failure(FaultKind::timeout, place(air_), "what it is doing could not be read");
-  return state;
-}
-
-Result<SetPointRange> ModbusChamber::limits() {
-  limits_.reset();
-  return learn_limits().map([&] { return *limits_; });
-}
-
-ChamberEffort ModbusChamber::effort() const {
-  const bool seen_at_once = set_point_.readable && !set_point_.seen_later;
-  return {.each_second = static_cast<int>(core_plan_.size()),
-          .new_set_point = seen_at_once ? 2 : 1,
-          .status = turns_.pieces(),
-          .longest = exchange_};
-}
-
-Result<void> ModbusChamber::learn_limits() {
-  if (limits_) return {};
-  const auto limit = [&](const std::string& name, std::optional<Celsius> fixed) -> Result<std::optional<Celsius>> {
-    if (name.empty()) return fixed;
-    const auto found = items_.read(items_.item(name));
-    if (!found) return failure(found.error());
-    return std::optional(Celsius{*found});
-  };
-  const auto lowest = limit(map_.limits.lowest_item, map_.limits.lowest);
-  if (!lowest) return failure(lowest.error());
-  const auto highest = limit(map_.limits.highest_item, map_.limits.highest);
-  if (!highest) return failure(highest.error());
-  limits_ = SetPointRange{*lowest, *highest};
-  return {};
-}
-
-Result<void> ModbusChamber::check_limits(Celsius target) {
-  if (auto known = learn_limits(); !known) return known;
-  const auto refuse = [&](const char* side, Celsius limit) {
-    return failure(FaultKind::out_of_range, place(set_point_),
-                   fmt::format("{:g} °C is {} the controller's limit of {:g} °C", target.value, side, limit.value));
-  };
-  if (limits_->lowest && target < *limits_->lowest) return refuse("below", *limits_->lowest);
-  if (limits_->highest && target > *limits_->highest) return refuse("above", *limits_->highest);
-  return {};
-}
-
-Result<void> ModbusChamber::end_program() {
-  if (!map_.sequences.contains("stop_program") || map_.states.empty()) return {};
-  const auto state = inspect();
-  if (!state) return failure(state.error());
-  if (!carries_out_program(state->activity)) return {};
-  return perform("stop_program").map([&] { program_runs_ = false; });
-}
-
-/// One that this program started, or that somebody else did, as the controller said when it was last asked.
-Result<void> ModbusChamber::end_known_program() {
-  const bool foreign = status_known_ && carries_out_program(status_.activity);
-  if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
-  return perform("stop_program").map([&] { program_runs_ = false; });
-}
-
-/// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
-/// overrule it.
-Result<void> ModbusChamber::head_for(Celsius target) {
-  if (auto allowed = check_limits(target); !allowed) return allowed;
-  if (std::isnan(sent_c_))
-    if (auto free = end_program(); !free) return free;
-  if (auto free = end_known_program(); !free) return free;
-  auto done = items_.write(set_point_, target.value);
-  if (done) sent_c_ = target.value;
-  to_be_seen_ = done && set_point_.seen_later && set_point_.readable;
-  return done;
-}
-
-Result<void> ModbusChamber::insist(Celsius target) {
-  end_rest();
-  const auto free = end_known_program();
-  auto seen_at_once = set_point_;
-  seen_at_once.seen_later = false;
-  auto done = items_.write_insisting(seen_at_once, target.value);
-  if (done) sent_c_ = target.value;
-  to_be_seen_ = false;
-  return done ? free : done;
-}
-
-Result<void> ModbusChamber::switch_to(std::int64_t code) {
-  auto commanded = items_.item(map_.control->commanded);
-  commanded.seen_in = map_.control->active;
-  return items_.write(commanded, static_cast<double>(code));
-}
-
-/// A program that ran in the controller may have taken the set point with it.
-Result<void> ModbusChamber::start() {
-  if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
-  if (auto started = perform("start"); !started) return started;
-  if (!set_point_.readable || std::isnan(sent_c_)) return {};
-  const auto now = items_.read(set_point_);
-  if (!now) return failure(now.error());
-  const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
-  return kept ? Result<void>{} : head_for({sent_c_});
-}
-
-Result<void> ModbusChamber::stop() {
-  if (map_.sequences.contains("stop")) return perform("stop");
-  if (map_.control) return switch_to(map_.control->off);
-  return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
-}
-
-Result<void> ModbusChamber::perform(const std::string& command) {
-  turns_.begin_anew();
-  const auto found = map_.sequences.find(command);
-  if (found != map_.sequences.end()) return items_.perform(found->second, {});
-  return failure(FaultKind::refused, "chamber " + command,
-                 fmt::format("its register map has no command \"{}\"", command));
-}
-
-Result<std::string> ModbusChamber::upload(const ChamberProgram& program) {
-  if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
-    return failure(FaultKind::refused, "chamber upload",
-                   "its register map does not say how a program is started and ended");
-  for (const auto& step : program.steps)
-    for (const auto target : {step.start, step.target})
-      if (auto allowed = check_limits(target); !allowed) return failure(allowed.error());
-  const auto report = upload_program(map_, items_, *registers_, *pauses_, program);
-  if (!report) return failure(report.error());
-  uploaded_ = report->program;
-  return in_words(*report);
-}
-
-Result<void> ModbusChamber::start_program() {
-  if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
-  turns_.begin_anew();
-  auto started =
-      items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
-  program_runs_ = true;  // even if it only may: head_for() is to end it
-  return started;
-}
-
 }  // namespace
-
-ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
-  ChamberStatus status;
-  for (const auto& rule : map.states) {
-    const auto found = value(rule.when.item);
-    if (!found || !holds(rule.when, *found)) continue;
-    status.activity = rule.activity;
-    break;
-  }
-  std::vector<std::pair<AlarmSeverity, std::string>> raised;
-  for (const auto& rule : map.alarms) {
-    const auto found = value(rule.when.item);
-    if (found && holds(rule.when, *found))
-      raised.emplace_back(rule.severity, alarm_text(rule, *map.find(rule.when.item), *found));
-  }
-  std::ranges::stable_sort(raised, [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (auto& [severity, text] : raised) {
-    status.must_stop = status.must_stop || severity == AlarmSeverity::stop;
-    status.alarms.push_back(std::move(text));
-  }
-  return status;
-}
-
-std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
-  std::vector<const RegisterItem*> items;
-  const auto add = [&](const std::string& name) {
-    const auto* item = map.find(name);
-    if (item && item->readable && std::ranges::find(items, item) == items.end()) items.push_back(item);
-  };
-  for (const auto& rule : map.states) add(rule.when.item);
-  for (const auto& rule : map.alarms) add(rule.when.item);
-  return items;
-}
 
 bool matches(std::string_view pattern, std::string_view text) {
   const auto star = pattern.find('*');

@@ -2,7 +2,6 @@
 /// Any chamber that a register map describes.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,19 +13,6 @@
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {
-
-struct ChamberStatus {
-  ChamberActivity activity = ChamberActivity::unknown;
-  std::vector<std::string> alarms;  ///< the gravest first
-  bool must_stop{};
-};
-
-/// The value of an item by name; nothing where it is not known, and then its rules say nothing.
-using ItemValue = std::function<std::optional<double>(const std::string&)>;
-
-[[nodiscard]] ChamberStatus status_of(const RegisterMap& map, const ItemValue& value);
-/// The items that status_of() asks for, each once.
-[[nodiscard]] std::vector<const RegisterItem*> status_items(const RegisterMap& map);
 
 /// Whether `text` is what `pattern` says, in which "*" stands for any characters or none.
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view text);

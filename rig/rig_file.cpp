@@ -266,9 +266,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
 }
 
 Result<RigFile> read_rig(const std::string& file) {
-  const auto text = read_text_file(file);
-  if (!text) return failure(text.error());
-  return parse_rig(*text, file);
+  return read_text_file(file).and_then([&](const std::string& text) { return parse_rig(text, file); });
 }
 
 std::vector<record::Channel> channels_of(const RigFile& rig) {

@@ -104,15 +104,6 @@ bool has_reduced_gyro(const TomlTable& table) {
   return table.choice("body", {"reference", "twin"}, "reference") == "twin";
 }
 
-void expect_not_negative(const TomlTable& table, const char* key, double value) {
-  if (table.has(key) && !(value >= 0)) table.mistake(key, fmt::format("{} is below 0", value));
-}
-
-void expect_step(const TomlTable& table, const char* key, double value) {
-  if (table.has(key) && !(value >= 1))
-    table.mistake(key, fmt::format("{} s, expected at least the step of 1 s", value));
-}
-
 }  // namespace
 
 Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string& file,
@@ -169,27 +160,16 @@ double positive(const TomlTable& table, const char* key) {
   return value;
 }
 
-double not_negative(const TomlTable& table, const char* key) {
-  const double value = table.number(key);
-  expect_not_negative(table, key, value);
-  return value;
-}
-
-double not_negative(const TomlTable& table, const char* key, double fallback) {
+double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback) {
   const double value = table.number(key, fallback);
-  expect_not_negative(table, key, value);
+  if (table.has(key) && !(value >= 0)) table.mistake(key, fmt::format("{} is below 0", value));
   return value;
 }
 
-double time_constant_s(const TomlTable& table, const char* key) {
-  const double value = table.number(key);
-  expect_step(table, key, value);
-  return value;
-}
-
-double time_constant_s(const TomlTable& table, const char* key, double fallback) {
+double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback) {
   const double value = table.number(key, fallback);
-  expect_step(table, key, value);
+  if (table.has(key) && !(value >= 1))
+    table.mistake(key, fmt::format("{} s, expected at least the step of 1 s", value));
   return value;
 }
 

@@ -42,11 +42,9 @@ struct LaboratoryFaults {
 
 /// Numbers with a condition; one that breaks it is a mistake at its key.
 [[nodiscard]] double positive(const TomlTable& table, const char* key);
-[[nodiscard]] double not_negative(const TomlTable& table, const char* key);
-[[nodiscard]] double not_negative(const TomlTable& table, const char* key, double fallback);
+[[nodiscard]] double not_negative(const TomlTable& table, const char* key, std::optional<double> fallback = {});
 /// A time constant that a step of one second can follow.
-[[nodiscard]] double time_constant_s(const TomlTable& table, const char* key);
-[[nodiscard]] double time_constant_s(const TomlTable& table, const char* key, double fallback);
+[[nodiscard]] double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback = {});
 /// As many numbers as wanted, none below `least`; on a mistake that many zeros.
 [[nodiscard]] std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least);
 

@@ -104,9 +104,9 @@ Result<double> ItemExchange::read(const RegisterItem& item) {
   const RegisterItem* const self = &item;
   auto wanted = needed_by(std::span(&self, 1));
   wanted.push_back(self);
-  const auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
-  if (!snapshot) return failure(snapshot.error());
-  return value_in(*snapshot, item);
+  return look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most)).and_then([&](const Snapshot& snapshot) {
+    return value_in(snapshot, item);
+  });
 }
 
 Result<std::vector<std::uint16_t>> ItemExchange::read_words(const RegisterItem& item) {
@@ -117,9 +117,7 @@ Result<std::vector<std::uint16_t>> ItemExchange::read_words(const RegisterItem& 
 }
 
 Result<std::string> ItemExchange::read_text(const RegisterItem& item) {
-  const auto words = read_words(item);
-  if (!words) return failure(words.error());
-  return decode_text(item.text, *words);
+  return read_words(item).map([&](const auto& words) { return decode_text(item.text, words); });
 }
 
 Result<CivilTime> ItemExchange::read_date(const RegisterItem& item) {

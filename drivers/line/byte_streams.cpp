@@ -26,87 +26,99 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-class TcpStream final : public ByteStream {
+/// A line that is a file of the operating system: opened at first use, and again after it broke.
+class DescriptorStream : public ByteStream {
  public:
-  TcpStream(TcpLine line, Duration connect_within) : line_(std::move(line)), connect_within_(connect_within) {}
+  Result<void> write(std::span<const std::byte> bytes, Duration within) override {
+    if (auto opened = open(); !opened) return opened;
+    const Deadline deadline(within);
+    while (!bytes.empty()) {
+      const auto size = put(bytes);
+      if (size > 0) {
+        bytes = bytes.subspan(static_cast<std::size_t>(size));
+        continue;
+      }
+      if (size < 0 && !would_block()) return broken(std::strerror(errno));
+      if (!deadline.over() && ready(line_.number(), POLLOUT, deadline)) continue;
+      (void)broken("a part may have been sent");
+      return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
+    }
+    return {};
+  }
+
+ protected:
+  [[nodiscard]] Result<void> open() {
+    if (line_.is_open()) return {};
+    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
+    return open_line();
+  }
+
+  /// What broke is closed at once: a port that is gone stays ready for ever.
+  [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
+    line_.close();
+    backoff_.failed();
+    return failure(FaultKind::disconnected, place(), std::move(why));
+  }
+
+  [[nodiscard]] virtual std::string place() const = 0;
+
+  Descriptor line_;
+  Backoff backoff_;
+
+ private:
+  [[nodiscard]] virtual Result<void> open_line() = 0;
+  /// How many bytes the system took; −1 with errno set.
+  [[nodiscard]] virtual ssize_t put(std::span<const std::byte> bytes) const = 0;
+};
+
+class TcpStream final : public DescriptorStream {
+ public:
+  TcpStream(TcpLine peer, Duration connect_within) : peer_(std::move(peer)), connect_within_(connect_within) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    if (auto connected = connect(); !connected) return failure(std::move(connected.error()));
+    if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const Deadline deadline(within);
     while (true) {
-      const auto size = recv(socket_.number(), buffer.data(), buffer.size(), 0);
+      const auto size = recv(line_.number(), buffer.data(), buffer.size(), 0);
       if (size > 0) {
         backoff_.succeeded();
         return static_cast<std::size_t>(size);
       }
       if (size == 0) return broken("the other end closed the line");
       if (!would_block()) return broken(std::strerror(errno));
-      if (deadline.over() || !ready(socket_.number(), POLLIN, deadline))
+      if (deadline.over() || !ready(line_.number(), POLLIN, deadline))
         return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
     }
   }
 
-  Result<void> write(std::span<const std::byte> bytes, Duration within) override {
-    if (auto connected = connect(); !connected) return connected;
-    const Deadline deadline(within);
-    while (!bytes.empty()) {
-      const auto size = send(socket_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (size > 0) {
-        bytes = bytes.subspan(static_cast<std::size_t>(size));
-        continue;
-      }
-      if (!would_block()) return broken(std::strerror(errno));
-      if (!deadline.over() && ready(socket_.number(), POLLOUT, deadline)) continue;
-      close_line();  // a part may have been sent
-      return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
-    }
-    return {};
-  }
-
  private:
-  [[nodiscard]] Result<void> connect() {
-    if (socket_.is_open()) return {};
-    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
-    return open_socket();
-  }
-
-  [[nodiscard]] Result<void> open_socket() {
-    sockaddr_in peer{};
-    peer.sin_family = AF_INET;
-    peer.sin_port = htons(line_.port);
-    if (inet_pton(AF_INET, line_.host.c_str(), &peer.sin_addr) != 1)
+  Result<void> open_line() override {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(peer_.port);
+    if (inet_pton(AF_INET, peer_.host.c_str(), &address.sin_addr) != 1)
       return broken("the host is not a numeric IPv4 address");
 
-    socket_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    if (!socket_.is_open()) return broken(std::strerror(errno));
-    guard_against_half_open(socket_.number());
-    if (::connect(socket_.number(), reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) return {};
+    line_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (!line_.is_open()) return broken(std::strerror(errno));
+    guard_against_half_open(line_.number());
+    if (::connect(line_.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
     if (errno != EINPROGRESS) return broken(std::strerror(errno));
-    if (!ready(socket_.number(), POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
+    if (!ready(line_.number(), POLLOUT, Deadline(connect_within_))) return broken("no connection in time");
     int error = 0;
     socklen_t size = sizeof error;
-    getsockopt(socket_.number(), SOL_SOCKET, SO_ERROR, &error, &size);
+    getsockopt(line_.number(), SOL_SOCKET, SO_ERROR, &error, &size);
     if (error != 0) return broken(std::strerror(error));
     return {};
   }
 
-  /// to be opened again at the next use
-  void close_line() {
-    socket_.close();
-    backoff_.failed();
+  ssize_t put(std::span<const std::byte> bytes) const override {
+    return ::send(line_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
+  std::string place() const override { return fmt::format("tcp {}:{}", peer_.host, peer_.port); }
 
-  [[nodiscard]] std::string place() const { return fmt::format("tcp {}:{}", line_.host, line_.port); }
-
-  [[nodiscard]] tl::unexpected<Fault> broken(const char* why) {
-    close_line();
-    return failure(FaultKind::disconnected, place(), why);
-  }
-
-  TcpLine line_;
+  TcpLine peer_;
   Duration connect_within_;
-  Descriptor socket_;
-  Backoff backoff_;
 };
 
 }  // namespace
@@ -224,15 +236,15 @@ std::string stable_name(const std::string& device) {
 
 std::string words(const char* text) { return text == nullptr ? "" : text; }
 
-class SerialStream final : public ByteStream {
+class SerialStream final : public DescriptorStream {
  public:
   SerialStream(std::string device, const SerialFormat& format) : device_(std::move(device)), format_(format) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const Deadline deadline(within);
-    while (ready(port_.number(), POLLIN, deadline)) {
-      const auto size = ::read(port_.number(), buffer.data(), buffer.size());
+    while (ready(line_.number(), POLLIN, deadline)) {
+      const auto size = ::read(line_.number(), buffer.data(), buffer.size());
       if (size > 0) {
         backoff_.succeeded();
         return static_cast<std::size_t>(size);
@@ -243,46 +255,21 @@ class SerialStream final : public ByteStream {
     return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
   }
 
-  Result<void> write(std::span<const std::byte> bytes, Duration within) override {
-    if (auto opened = open(); !opened) return opened;
-    const Deadline deadline(within);
-    while (!bytes.empty()) {
-      const auto size = ::write(port_.number(), bytes.data(), bytes.size());
-      if (size > 0) {
-        bytes = bytes.subspan(static_cast<std::size_t>(size));
-        continue;
-      }
-      if (size < 0 && !would_block()) return broken(std::strerror(errno));
-      if (!deadline.over() && ready(port_.number(), POLLOUT, deadline)) continue;
-      (void)broken("a part may have been sent");
-      return failure(FaultKind::timeout, place(), fmt::format("could not send in {:.3f} s", to_seconds(within)));
-    }
-    return {};
-  }
-
  private:
-  [[nodiscard]] Result<void> open() {
-    if (port_.is_open()) return {};
-    if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(), backoff_.words());
+  Result<void> open_line() override {
     auto opened = open_serial_port(device_, format_);
     if (!opened) return broken(std::move(opened.error().what));
-    port_ = std::move(*opened);
+    line_ = std::move(*opened);
     return {};
   }
 
-  [[nodiscard]] std::string place() const { return "serial " + device_; }
-
-  /// A port that is gone stays ready for ever, so it is closed at once.
-  [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
-    port_.close();
-    backoff_.failed();
-    return failure(FaultKind::disconnected, place(), std::move(why));
+  ssize_t put(std::span<const std::byte> bytes) const override {
+    return ::write(line_.number(), bytes.data(), bytes.size());
   }
+  std::string place() const override { return "serial " + device_; }
 
   std::string device_;
   SerialFormat format_;
-  Descriptor port_;
-  Backoff backoff_;
 };
 
 }  // namespace

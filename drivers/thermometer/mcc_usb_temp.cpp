@@ -390,9 +390,7 @@ class MccUsbTemp final : public Thermometer {
   }
 
   [[nodiscard]] Result<Bytes> ask_bytes(const MccRequest& request) {
-    const auto report = ask(request);
-    if (!report) return failure(report.error());
-    return decode_mcc_bytes(request, *report);
+    return ask(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
   }
 
   /// Whether the item that `set_item` sets has that value already.

@@ -50,7 +50,6 @@ void describe(auto& form, Like<FrameCount> auto& frames) {
 
 /// What a controller says that it is doing.
 enum class ChamberActivity {
-  unknown,  ///< it does not say, or was not asked
   off,
   running,  ///< it conditions at its set point
   program,  ///< it carries out a program of its own
@@ -63,6 +62,7 @@ enum class ChamberActivity {
   door_open,
   emergency_stop,
   power_failure,
+  unknown,  ///< it does not say, or was not asked
 };
 
 /// Whether it says that the controller carries out a program of its own, which overrules a set point.
@@ -135,10 +135,9 @@ struct RunStanding {
 };
 
 [[nodiscard]] inline const char* name(ChamberActivity activity) {
-  return word_in<ChamberActivity::power_failure>(
-      {"unknown", "off", "running", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm", "door open",
-       "emergency stop", "power failure"},
-      activity);
+  return word_in<ChamberActivity::unknown>({"off", "running", "program", "ramping", "soaking", "waiting", "holding",
+                                            "done", "alarm", "door open", "emergency stop", "power failure", "unknown"},
+                                           activity);
 }
 [[nodiscard]] inline const char* name(Phase phase) {
   return word_in<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);

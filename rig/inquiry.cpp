@@ -69,8 +69,7 @@ Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Reg
   if (!air_words) return failure(air_words.error());
   const auto set_point_words = words_of(*set_point, registers);
   if (!set_point_words) return failure(set_point_words.error());
-  const auto findings = probe_word_order(*air, *air_words, *set_point, *set_point_words);
-  return findings.empty() ? std::string() : in_words(findings);
+  return in_words(probe_word_order(*air, *air_words, *set_point, *set_point_words));
 }
 
 Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {

@@ -144,12 +144,13 @@ void take(const MemoryCell& cell, const RegisterItem& form, double value, FoundS
 
 /// A block's cells with their values.
 template <class Take>
-Result<void> for_each_cell(const MemoryBlock& block, const std::vector<std::uint16_t>& words, const ContextOf& context,
-                           Take take_cell) {
-  if (words.size() < block.count) return failure(FaultKind::corrupted, "profile memory", "a block is too short");
+Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<std::uint16_t>>& words,
+                           const ContextOf& context, Take take_cell) {
+  if (!words) return failure(words.error());
+  if (words->size() < block.count) return failure(FaultKind::corrupted, "profile memory", "a block is too short");
   for (const auto& cell : block.cells) {
     const auto form = form_of(cell, context);
-    const auto own = std::span(words).subspan(cell.at, word_count(form));
+    const auto own = std::span(*words).subspan(cell.at, word_count(form));
     take_cell(cell, form, own);
   }
   return {};
@@ -166,11 +167,10 @@ Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockW
   FoundStep found;
   for (const auto& block : memory.step) {
     if (block.select || !may_have(block, found.kind)) continue;
-    const auto words = words_of(block, index);
-    if (!words) return failure(words.error());
-    const auto taken = for_each_cell(block, *words, context, [&](const auto& cell, const auto& form, auto own) {
-      if (cell.source != CellSource::name) take(cell, form, decode_as_written(form, own), found);
-    });
+    const auto taken =
+        for_each_cell(block, words_of(block, index), context, [&](const auto& cell, const auto& form, auto own) {
+          if (cell.source != CellSource::name) take(cell, form, decode_as_written(form, own), found);
+        });
     if (!taken) return failure(taken.error());
     if (found.kind == word(StepKind::end) && !found.start) break;
   }
@@ -183,14 +183,13 @@ Result<int> find_header(const ProfileMemory& memory, const BlockWords& words_of,
   int count = memory.steps_at_most;
   for (const auto& block : memory.header) {
     if (block.select) continue;
-    const auto words = words_of(block, -1);
-    if (!words) return failure(words.error());
-    const auto taken = for_each_cell(block, *words, context, [&](const auto& cell, const auto& form, auto own) {
-      if (cell.source == CellSource::name) program.name = decode_text(form.text, own);
-      if (cell.source == CellSource::soak_band) program.soak_band = {decode_as_written(form, own)};
-      if (cell.source == CellSource::step_count)
-        count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
-    });
+    const auto taken =
+        for_each_cell(block, words_of(block, -1), context, [&](const auto& cell, const auto& form, auto own) {
+          if (cell.source == CellSource::name) program.name = decode_text(form.text, own);
+          if (cell.source == CellSource::soak_band) program.soak_band = {decode_as_written(form, own)};
+          if (cell.source == CellSource::step_count)
+            count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
+        });
     if (!taken) return failure(taken.error());
   }
   return count;

@@ -34,7 +34,7 @@ struct Condition {
 
 /// What the chamber is doing if a condition holds; the first that does decides.
 struct StateRule {
-  ChamberActivity activity{};
+  ChamberActivity activity = ChamberActivity::unknown;
   Condition when;
 };
 

@@ -473,19 +473,9 @@ void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
     modbus.busy_exceptions.push_back(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
 }
 
-constexpr Vocabulary<ChamberActivity, 13> kActivities{{{"off", ChamberActivity::off},
-                                                       {"running", ChamberActivity::running},
-                                                       {"program", ChamberActivity::program},
-                                                       {"ramping", ChamberActivity::ramping},
-                                                       {"soaking", ChamberActivity::soaking},
-                                                       {"waiting", ChamberActivity::waiting},
-                                                       {"holding", ChamberActivity::holding},
-                                                       {"done", ChamberActivity::done},
-                                                       {"alarm", ChamberActivity::alarm},
-                                                       {"door_open", ChamberActivity::door_open},
-                                                       {"emergency_stop", ChamberActivity::emergency_stop},
-                                                       {"power_failure", ChamberActivity::power_failure},
-                                                       {"unknown", ChamberActivity::unknown}}};
+constexpr auto kActivities = words_in_order<ChamberActivity::off, ChamberActivity::unknown>(
+    "off", "running", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm", "door_open",
+    "emergency_stop", "power_failure", "unknown");
 constexpr auto kSeverities = words_in_order<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
 std::vector<std::int64_t> every_code(const RegisterItem& item) {

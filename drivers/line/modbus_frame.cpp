@@ -286,12 +286,6 @@ std::string exception_meaning(std::uint8_t exception) {
   }
 }
 
-Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer) {
-  if (answer.exception == 0) return std::move(answer.words);
-  return failure(FaultKind::refused, "",
-                 fmt::format("exception {}, {}", answer.exception, exception_meaning(answer.exception)));
-}
-
 std::vector<std::byte> encode_request(const ModbusRequest& request) {
   auto frame = begin_frame(request.transaction, request.unit);
   append_request(request, frame);
@@ -301,10 +295,6 @@ std::vector<std::byte> encode_request(const ModbusRequest& request) {
 Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (auto header = check_header(request, reply); !header) return failure(std::move(header.error()));
   return decode_answer_of(request, reply.subspan(kFunctionAt));
-}
-
-Result<std::vector<std::uint16_t>> decode_reply(const ModbusRequest& request, std::span<const std::byte> reply) {
-  return decode_answer(request, reply).and_then(words_of);
 }
 
 Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes) {

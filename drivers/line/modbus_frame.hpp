@@ -47,8 +47,6 @@ struct ModbusAnswer {
 
 /// "illegal data address"
 [[nodiscard]] std::string exception_meaning(std::uint8_t exception);
-/// The words, or the exception as a fault (refused): "exception 2, illegal data address".
-[[nodiscard]] Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer);
 
 [[nodiscard]] constexpr bool reads(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
 [[nodiscard]] constexpr bool reads_bits(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 2; }
@@ -62,9 +60,6 @@ struct ModbusAnswer {
 /// Compares every field of a reply with its request (transaction, protocol 0, length, unit, function, byte count; for
 /// writes address and count or value). Fails with corrupted, naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
-/// The registers read (none for a write); an exception, named, is a fault too (refused).
-[[nodiscard]] Result<std::vector<std::uint16_t>> decode_reply(const ModbusRequest& request,
-                                                              std::span<const std::byte> reply);
 
 /// The server's side: the length of the first whole frame in `bytes`; nothing if more bytes are needed; a fault
 /// (corrupted) if this cannot become a frame.

@@ -31,12 +31,9 @@ struct Layout {
   std::size_t reply;  ///< the least; a scan, memory and an item may hold more
 };
 constexpr Layout kLayouts[] = {
-    {MccCommand::port_direction, 1, 0}, {MccCommand::bit_direction, 2, 0}, {MccCommand::read_port, 0, 1},
-    {MccCommand::write_port, 1, 0},     {MccCommand::read_bit, 1, 1},      {MccCommand::write_bit, 2, 0},
-    {MccCommand::read_input, 2, 4},     {MccCommand::scan, 3, 4},          {MccCommand::read_memory, 4, 1},
-    {MccCommand::blink, 0, 0},          {MccCommand::reset, 0, 0},         {MccCommand::read_status, 0, 1},
-    {MccCommand::set_item, 3, 0},       {MccCommand::read_item, 2, 1},     {MccCommand::calibrate, 0, 0},
-    {MccCommand::read_burnout, 1, 1},
+    {MccCommand::read_input, 2, 4},  {MccCommand::scan, 3, 4},     {MccCommand::read_memory, 4, 1},
+    {MccCommand::read_status, 0, 1}, {MccCommand::set_item, 3, 0}, {MccCommand::read_item, 2, 1},
+    {MccCommand::calibrate, 0, 0},
 };
 
 const Layout* layout_of(std::uint8_t command) {

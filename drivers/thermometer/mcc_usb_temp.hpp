@@ -33,22 +33,13 @@ inline constexpr std::size_t kMccInputs = 8;
 inline constexpr std::size_t kMccLongestReport = 64;
 
 enum class MccCommand : std::uint8_t {
-  port_direction = 0x01,
-  bit_direction = 0x02,
-  read_port = 0x03,
-  write_port = 0x04,
-  read_bit = 0x05,
-  write_bit = 0x06,
   read_input = 0x18,
   scan = 0x19,
   read_memory = 0x30,
-  blink = 0x40,
-  reset = 0x41,
   read_status = 0x44,
   set_item = 0x49,
   read_item = 0x4A,
   calibrate = 0x4B,
-  read_burnout = 0x4C,
 };
 
 /// What is set or read per input. The first four are shared by the two inputs of a converter (0 and 1, 2 and 3, …); of

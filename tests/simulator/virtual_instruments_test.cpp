@@ -13,6 +13,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
+#include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::simulator {
 namespace {

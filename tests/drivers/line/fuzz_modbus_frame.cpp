@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::drivers {
 

@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "tests/support/modbus_words.hpp"
+
 namespace gyrotherm::drivers {
 namespace {
 

@@ -5,6 +5,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/support/hex_bytes.hpp"
+#include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

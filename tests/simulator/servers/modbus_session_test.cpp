@@ -6,6 +6,7 @@
 #include "drivers/line/modbus_frame.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
+#include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::simulator {
 namespace {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The words of an answer to a Modbus request, where a test asks for nothing else.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "drivers/line/modbus_frame.hpp"
+
+namespace gyrotherm::drivers {
+
+/// The words, or the exception as a fault (refused): "exception 2, illegal data address".
+[[nodiscard]] inline Result<std::vector<std::uint16_t>> words_of(ModbusAnswer answer) {
+  if (answer.exception == 0) return std::move(answer.words);
+  return failure(FaultKind::refused, "",
+                 fmt::format("exception {}, {}", answer.exception, exception_meaning(answer.exception)));
+}
+
+/// The registers read (none for a write); an exception, named, is a fault too (refused).
+[[nodiscard]] inline Result<std::vector<std::uint16_t>> decode_reply(const ModbusRequest& request,
+                                                                     std::span<const std::byte> reply) {
+  return decode_answer(request, reply).and_then(words_of);
+}
+
+}  // namespace gyrotherm::drivers

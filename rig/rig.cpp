@@ -58,7 +58,7 @@ class Drivers {
 
 class DriversOnLines final : public Drivers {
  public:
-  /// `world`: of a virtual rig; it outlives this.
+  /// `laboratory`: of a virtual rig; it outlives this.
   DriversOnLines(Lines lines, simulator::VirtualInstruments* laboratory)
       : lines_(std::move(lines)), laboratory_(laboratory) {}
 

@@ -58,19 +58,25 @@ double arcsec_per_count(const TomlTable& table, const drivers::FrameFormat& fram
   return weight;
 }
 
-drivers::SerialFormat serial_format(const GyroSettings& settings) {
-  drivers::SerialFormat format{.baud = 115200};
-  if (!settings.stream) return format;
-  const auto& port = settings.stream->port;
-  format = {.baud = static_cast<int>(port.baud), .data_bits = port.data_bits, .stop_bits = port.stop_bits};
-  if (port.parity == 'O') format.parity = drivers::SerialParity::odd;
-  if (port.parity == 'E') format.parity = drivers::SerialParity::even;
-  return format;
-}
-
 void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
   if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
     table.mistake(key, "the safe set point is outside what the chamber can do");
+}
+
+/// Of the table [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits of the
+/// rig: a limiter set inside them would trip in a run, and is a mistake.
+std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest) {
+  if (!chamber.has("limiter")) return {};
+  const auto table = chamber.table("limiter");
+  Limiter limiter{.protection_class = table.choice("class", {"1", "2", "3.1", "3.2", "3.3"}),
+                  .lowest = read_side(table, "lowest"),
+                  .highest = read_side(table, "highest")};
+  if (!limiter.lowest && !limiter.highest) table.mistake("", "expected lowest, highest or both: what it is set to");
+  if (limiter.lowest && *limiter.lowest >= lowest)
+    table.mistake("lowest", "the limiter would trip at a set point that the chamber may be given");
+  if (limiter.highest && *limiter.highest <= highest)
+    table.mistake("highest", "the limiter would trip at a set point that the chamber may be given");
+  return limiter;
 }
 
 void read_chamber(const TomlTable& table, RigFile& rig) {
@@ -163,20 +169,6 @@ void settle_simulated(const TomlTable& root, RigFile& rig) {
 
 }  // namespace
 
-std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest) {
-  if (!chamber.has("limiter")) return {};
-  const auto table = chamber.table("limiter");
-  Limiter limiter{.protection_class = table.choice("class", {"1", "2", "3.1", "3.2", "3.3"}),
-                  .lowest = read_side(table, "lowest"),
-                  .highest = read_side(table, "highest")};
-  if (!limiter.lowest && !limiter.highest) table.mistake("", "expected lowest, highest or both: what it is set to");
-  if (limiter.lowest && *limiter.lowest >= lowest)
-    table.mistake("lowest", "the limiter would trip at a set point that the chamber may be given");
-  if (limiter.highest && *limiter.highest <= highest)
-    table.mistake("highest", "the limiter would trip at a set point that the chamber may be given");
-  return limiter;
-}
-
 std::string in_words(const Limiter& limiter) {
   auto text = "class " + limiter.protection_class;
   if (limiter.lowest) text += fmt::format(", below {:g} °C", limiter.lowest->value);
@@ -213,7 +205,8 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
 
 std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line, Duration within,
                                          bool simulated) {
-  auto stream = make_stream(line, {.serial = serial_format(settings)}, kConnectWithin);
+  const auto serial = settings.stream ? settings.stream->port : drivers::SerialFormat{.baud = 115200};
+  auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
   if (simulated) return make_simulated_gyro(settings, std::move(stream), within);
   drivers::GyroCommands commands;
   if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};

@@ -29,10 +29,6 @@ struct Limiter {
   std::optional<Celsius> lowest, highest;  ///< what it is set to; nothing: it does not look to that side
 };
 
-/// Of the table [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits of the
-/// rig: a limiter set inside them would trip in a run, and is a mistake.
-[[nodiscard]] std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest);
-
 /// "class 3.3, below -50 °C, above 75 °C": when it trips.
 [[nodiscard]] std::string in_words(const Limiter& limiter);
 

@@ -29,6 +29,33 @@ float number(const TomlTable& table, const char* key, float fallback) {
   return table.has(key) ? number(table, key) : fallback;
 }
 
+/// `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`, `c_per_k4`),
+/// "thermocouple" (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`, `scale`,
+/// `differential`). `wires`, of the first and the third: "2-wire" (the default) or "4-wire", which let every input have
+/// a sensor.
+drivers::MccSensor read_sensor(const TomlTable& table) {
+  switch (one_of(kKinds, table, "kind", "rtd")) {
+    case SensorKind::thermocouple: return drivers::MccThermocouple{one_of(kTypes, table, "type")};
+    case SensorKind::thermistor:
+      return drivers::MccThermistor{.wires = one_of(kWires, table, "wires", "2-wire"),
+                                    .a = number(table, "a"),
+                                    .b = number(table, "b"),
+                                    .c = number(table, "c")};
+    case SensorKind::semiconductor:
+      return drivers::MccSemiconductor{.differential = table.boolean("differential", false),
+                                       .offset = number(table, "offset"),
+                                       .scale = number(table, "scale")};
+    case SensorKind::rtd: break;
+  }
+  drivers::MccRtd rtd{.wires = one_of(kWires, table, "wires", "2-wire")};
+  rtd.r0_ohm = number(table, "r0_ohm", rtd.r0_ohm);
+  rtd.a_per_k = number(table, "a_per_k", rtd.a_per_k);
+  rtd.b_per_k2 = number(table, "b_per_k2", rtd.b_per_k2);
+  rtd.c_per_k4 = number(table, "c_per_k4", rtd.c_per_k4);
+  if (!(rtd.r0_ohm > 0)) table.mistake("r0_ohm", "expected a resistance above zero");
+  return rtd;
+}
+
 using Kind = drivers::ThermometerKind;
 
 constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
@@ -126,29 +153,6 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 }
 
 }  // namespace
-
-drivers::MccSensor read_sensor(const TomlTable& table) {
-  switch (one_of(kKinds, table, "kind", "rtd")) {
-    case SensorKind::thermocouple: return drivers::MccThermocouple{one_of(kTypes, table, "type")};
-    case SensorKind::thermistor:
-      return drivers::MccThermistor{.wires = one_of(kWires, table, "wires", "2-wire"),
-                                    .a = number(table, "a"),
-                                    .b = number(table, "b"),
-                                    .c = number(table, "c")};
-    case SensorKind::semiconductor:
-      return drivers::MccSemiconductor{.differential = table.boolean("differential", false),
-                                       .offset = number(table, "offset"),
-                                       .scale = number(table, "scale")};
-    case SensorKind::rtd: break;
-  }
-  drivers::MccRtd rtd{.wires = one_of(kWires, table, "wires", "2-wire")};
-  rtd.r0_ohm = number(table, "r0_ohm", rtd.r0_ohm);
-  rtd.a_per_k = number(table, "a_per_k", rtd.a_per_k);
-  rtd.b_per_k2 = number(table, "b_per_k2", rtd.b_per_k2);
-  rtd.c_per_k4 = number(table, "c_per_k4", rtd.c_per_k4);
-  if (!(rtd.r0_ohm > 0)) table.mistake("r0_ohm", "expected a resistance above zero");
-  return rtd;
-}
 
 void check_line(const TomlTable& table, const std::string& line) {
   const auto parsed = drivers::parse_line(line);

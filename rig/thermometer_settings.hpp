@@ -19,12 +19,6 @@
 
 namespace gyrotherm::rig {
 
-/// `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`, `c_per_k4`),
-/// "thermocouple"
-/// (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`, `scale`, `differential`).
-/// `wires`, of the first and the third: "2-wire" (the default) or "4-wire", which let every input have a sensor.
-[[nodiscard]] drivers::MccSensor read_sensor(const TomlTable& table);
-
 inline constexpr std::string_view kVirtualLine = "virtual";
 inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
 

@@ -3,6 +3,9 @@
 /// sensor.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/quantity.hpp"
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"
@@ -13,20 +16,55 @@ namespace gyrotherm::simulator {
 /// stops while the output is at its limit. Explicit Euler, 1 s. Free of noise.
 class ChamberPlant {
  public:
-  explicit ChamberPlant(const PlantParameters& parameters);
+  explicit ChamberPlant(const PlantParameters& parameters)
+      : parameters_(parameters),
+        air_c_(parameters.start_c),
+        wall_c_(parameters.start_c),
+        sensed_c_(parameters.start_c) {}
 
   /// Lets one second pass. Switched off, heater and cooler run down and air and wall drift towards the room.
-  void step(Celsius set_point, bool on);
+  void step(Celsius set_point, bool on) {
+    const auto& p = parameters_;
+    if (!on) integral_ = 0;
+    const double wanted = on && std::isfinite(sensed().value) ? demand(set_point.value - sensed().value) : 0;
+
+    constexpr double kAirByOpenDoorSeconds = 60;
+    const double room_k_per_s = faults_.door_open ? (p.room_c - air_c_) / kAirByOpenDoorSeconds : 0;
+    const double air_k_per_s = machinery_k_per_s() + (wall_c_ - air_c_) / p.air_by_wall_s + room_k_per_s;
+    const double wall_k_per_s = (air_c_ - wall_c_) / p.wall_by_air_s + (p.room_c - wall_c_) / p.wall_by_room_s;
+    sensed_c_ += (air_c_ - sensed_c_) / p.sensor_s;
+    output_ += (wanted - output_) / p.actuator_s;
+    air_c_ += air_k_per_s;
+    wall_c_ += wall_k_per_s;
+  }
+
   /// From the next step on.
   void inject(const PlantFaults& faults) { faults_ = faults; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
-  [[nodiscard]] Celsius sensed() const;                                  ///< behind the sensor's lag, or what it shows
+  /// Behind the sensor's lag, or what it shows.
+  [[nodiscard]] Celsius sensed() const { return {faults_.sensor_c.value_or(sensed_c_ + faults_.sensor_error_k)}; }
   [[nodiscard]] double output_percent() const { return 100 * output_; }  ///< −100 full cooling … 100 full heating
 
  private:
-  [[nodiscard]] double demand(double error_k);
-  [[nodiscard]] double machinery_k_per_s() const;
+  [[nodiscard]] double demand(double error_k) {
+    const double proportional = parameters_.proportional_per_k * error_k;
+    const double growth = proportional / parameters_.integral_time_s;
+    const double wanted = proportional + integral_ + growth;
+    const bool winds_up = (wanted > 1 && growth > 0) || (wanted < -1 && growth < 0);
+    if (!winds_up) integral_ += growth;
+    return std::clamp(wanted, -1.0, 1.0);
+  }
+
+  [[nodiscard]] double machinery_k_per_s() const {
+    const auto& p = parameters_;
+    const double output = faults_.stuck_output.value_or(output_);
+    const double share = output > 0 ? faults_.heating_share : faults_.cooling_share;
+    const double above_20_k = air_c_ - 20;
+    const double full_k_per_min = output > 0 ? p.heating_k_per_min + p.heating_slope_per_min * above_20_k
+                                             : p.cooling_k_per_min + p.cooling_slope_per_min * above_20_k;
+    return share * output * std::max(full_k_per_min, 0.0) / 60;
+  }
 
   PlantParameters parameters_;
   PlantFaults faults_;

@@ -139,7 +139,7 @@ enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_addres
 /// which nothing switches it on describes a chamber that is on. Any other item keeps what is written to it.
 class ChamberRegisters {
  public:
-  /// `world` must outlive this. The map's [simulated] table has been found to be good.
+  /// `laboratory` must outlive this. The map's [simulated] table has been found to be good.
   ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 

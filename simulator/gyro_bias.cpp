@@ -21,6 +21,13 @@ std::array<double, 4> mirrors_c(InnerTemperatures inner_c) {
           at(inner_c, thermal::ThermalOutput::mirror_f), at(inner_c, thermal::ThermalOutput::mirror_h)};
 }
 
+/// What the light's path has grown by follows this: the mean of block and mirrors, half each.
+double light_path_c(InnerTemperatures inner_c) {
+  const auto mirrors = mirrors_c(inner_c);
+  const double mirror_mean = (mirrors[0] + mirrors[1] + mirrors[2] + mirrors[3]) / 4;
+  return (at(inner_c, thermal::ThermalOutput::block) + mirror_mean) / 2;
+}
+
 double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std::vector<Play>& plays) {
   double sum = 0;
   for (std::size_t i = 0; i < plays.size(); ++i) sum += worth[i].deg_per_h * plays[i].lag_k() / worth[i].half_width_k;
@@ -58,12 +65,6 @@ double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double p
     sum += wave.deg_per_h * std::sin(2 * std::numbers::pi * turns);
   }
   return sum;
-}
-
-double light_path_c(InnerTemperatures inner_c) {
-  const auto mirrors = mirrors_c(inner_c);
-  const double mirror_mean = (mirrors[0] + mirrors[1] + mirrors[2] + mirrors[3]) / 4;
-  return (at(inner_c, thermal::ThermalOutput::block) + mirror_mean) / 2;
 }
 
 GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c)

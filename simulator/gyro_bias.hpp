@@ -109,9 +109,6 @@ using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  //
 /// Σ u sin(2π x/period + phase), x the path's temperature less 20 °C.
 [[nodiscard]] double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double path_c);
 
-/// What the light's path has grown by follows this: the mean of block and mirrors, half each.
-[[nodiscard]] double light_path_c(InnerTemperatures inner_c);
-
 /// °/h each; the bias is their sum.
 struct BiasParts {
   double gas_flow{};

@@ -46,7 +46,7 @@ class Flicker {
 
 /// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
 /// The rate is bias + Earth rate + turn-on offset + what drifts: a first-order Markov process and bias instability
-/// (flicker.hpp), both from their stationary distribution on, and a rate random walk (K in °/h/√h) from 0 on.
+/// (Flicker), both from their stationary distribution on, and a rate random walk (K in °/h/√h) from 0 on.
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);

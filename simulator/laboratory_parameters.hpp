@@ -53,7 +53,7 @@ struct NetworkParameters {
   std::vector<ThermalLink> links;       ///< by conduction
 };
 
-/// [virtual.bias] of the reference simulation (reference_gyro.hpp has the formula).
+/// [virtual.bias] of the reference simulation (lumped_gyro.hpp has the formula).
 struct LumpedBias {
   double scale = 1;                     ///< s, of everything below
   double linear_deg_per_h_per_k{};      ///< k1

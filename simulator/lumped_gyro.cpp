@@ -46,6 +46,11 @@ Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& values) {
 
 enum Place : std::size_t { A, B, C, D, E };
 
+/// The mean of A…H.
+double block_mean_c(BlockTemperatures block_c) {
+  return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockPlaces;
+}
+
 double gradient_part(const LumpedBias& bias, BlockTemperatures t) {
   double sum = 0;
   for (std::size_t x = 1; x < kBlockPlaces; ++x) sum += bias.gradient_deg_per_h_per_k[x - 1] * (t[A] - t[x]);
@@ -188,10 +193,6 @@ void ThermalNetwork::step(Celsius air) {
 
 void ThermalNetwork::publish() {
   for (std::size_t i = 0; i < kThermalPlaces; ++i) places_c_[i] = state_c_[place_nodes_[i]];
-}
-
-double block_mean_c(BlockTemperatures block_c) {
-  return std::accumulate(block_c.begin(), block_c.end(), 0.0) / kBlockPlaces;
 }
 
 DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {

@@ -18,7 +18,7 @@
 namespace gyrotherm::simulator {
 
 struct LaboratoryParameters;  // simulator/laboratory_parameters.hpp
-struct LaboratoryFaults;      // simulator/laboratory_faults.hpp
+struct LaboratoryFaults;      // simulator/laboratory_file.hpp
 
 /// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
 /// rig file holds whole.

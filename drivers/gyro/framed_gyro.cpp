@@ -24,11 +24,12 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr Vocabulary<char, 3> kParityWords{{{"none", 'N'}, {"even", 'E'}, {"odd", 'O'}}};
+constexpr Vocabulary<SerialParity, 3> kParityWords{
+    {{"none", SerialParity::none}, {"even", SerialParity::even}, {"odd", SerialParity::odd}}};
 
-GyroPort read_port(const TomlTable& table) {
-  GyroPort port;
-  port.baud = bounded<std::uint32_t>(table, "baud", table.integer("baud"), 50, 20'000'000);
+SerialFormat read_port(const TomlTable& table) {
+  SerialFormat port;
+  port.baud = bounded<int>(table, "baud", table.integer("baud"), 50, 20'000'000);
   port.data_bits = bounded<int>(table, "data_bits", table.integer("data_bits", 8), 5, 8);
   port.parity = one_of(kParityWords, table, "parity", "none");
   port.stop_bits = bounded<int>(table, "stop_bits", table.integer("stop_bits", 1), 1, 2);

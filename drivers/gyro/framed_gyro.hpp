@@ -13,16 +13,10 @@
 #include "core/result.hpp"
 #include "drivers/gyro/frame_format.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {
-
-struct GyroPort {
-  std::uint32_t baud{};
-  int data_bits = 8;
-  char parity = 'N';  ///< N, E, O
-  int stop_bits = 1;
-};
 
 /// What is sent, how long to wait then, and what must have come by then (empty: anything).
 struct GyroCommand {
@@ -36,7 +30,7 @@ struct GyroStream {
   std::string vendor;
   std::string source;      ///< where its facts come from
   std::string confidence;  ///< "verified" (against published frames), "manual", "secondary" (someone's driver)
-  GyroPort port;
+  SerialFormat port;
   std::vector<GyroCommand> start;  ///< makes it send; in order
   std::vector<GyroCommand> stop;
   FrameFormat frame;
@@ -74,11 +68,10 @@ struct GyroCommands {
 /// frame_sum.hpp). Interval: between the frame that ended the last read and the newest one, by the device's clock; by
 /// `expected` itself if the format has none. A read that saw less than `expected` returns what it saw with its exact
 /// interval; one that saw a single frame, and none before it to count from, fails with corrupted, but where that frame
-/// is what take_origin() waits for. Lost frames make the read
-/// fail with corrupted: a jump of the sequence; without one, of the device's time at the nominal rate; without both, or
-/// where a lock stands in for a sync, bytes that are no frame. Frames that the gyro marks as bad make it fail with
-/// out_of_range; the next read counts from the newest frame. After a timeout or a broken line there is no frame to
-/// count from.
+/// is what take_origin() waits for. Lost frames make the read fail with corrupted: a jump of the sequence; without one,
+/// of the device's time at the nominal rate; without both, or where a lock stands in for a sync, bytes that are no
+/// frame. Frames that the gyro marks as bad make it fail with out_of_range; the next read counts from the newest frame.
+/// After a timeout or a broken line there is no frame to count from.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

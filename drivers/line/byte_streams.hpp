@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A byte stream over TCP.
+/// Byte streams over TCP and over a serial port.
 #pragma once
 
 #include <netinet/in.h>
@@ -35,8 +35,6 @@ inline void guard_against_half_open(int socket) {
 /// Connects at first use, and again after the line broke; a connection has `connect_within` to come about.
 /// After a second failure in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once.
 [[nodiscard]] std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within);
-
-// A byte stream over a serial port.
 
 /// Opens `device` without waiting for a carrier, for this program alone (a lock that others respect, and the kernel's),
 /// with `format`, which is read back. Reads and writes do not block. Fails with disconnected.

@@ -54,7 +54,7 @@ struct ModbusLink {
 /// in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once. An exception is an
 /// answer and no failure of the line. Counts are within the link's limits.
 ///
-/// What stands between a reply and its request: on TCP see modbus_tcp.hpp, on RTU modbus_rtu.hpp.
+/// What stands between a reply and its request: see modbus_lines.hpp.
 [[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);
 
 /// One request and its answer, with a framing that tells whether they belong together.

@@ -35,11 +35,11 @@ class TextExchange {
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
   /// The one line that answers `question`. What an older question left on the line is taken away before; after a
-  /// question that nothing answered, the `beat` must first be found again, so that a late answer is not taken for the
-  /// next. The line must be silent for `within` before the beat, unless its instrument is alone and owes no answer to
-  /// an earlier beat; once a beat is lost, or a question while one is owed, nothing is asked for 3.25 s. Fails with
+  /// question that nothing answered, `resync` must first be answered, so that a late answer is not taken for the
+  /// next. The line must be silent for `within` before that, unless its instrument is alone and owes no answer to
+  /// an earlier one; once that is lost, or a question while one is owed, nothing is asked for 3.25 s. Fails with
   /// timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end: two answers to
-  /// one question). Without a beat an answer that is later than twice `within` passes for that to the next question.
+  /// one question). Without `resync` an answer that is later than twice `within` passes for that to the next question.
   [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
 
  private:

@@ -4,14 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "core/clock.hpp"
 #include "core/toml_reader.hpp"
-#include "drivers/chamber/item_exchange.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
@@ -74,12 +72,6 @@ Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const
   return unit;
 }
 
-int image_address(const drivers::RegisterItem& item) {
-  const bool coil =
-      item.write_function == drivers::WriteFunction::coil || item.read_function == drivers::ReadFunction::coils;
-  return item.address + (coil ? kCoils : 0);
-}
-
 RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit) : map_(map) {
   if (map.identity && map.identity->pattern.empty()) set_value(*map.find(map.identity->item), map.identity->value);
   for (const auto& [name, value] : unit.initial) set_value(*map.find(name), value);
@@ -92,43 +84,6 @@ RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUni
   auto text = map.identity->pattern;
   std::erase(text, '*');
   set_text(*map.find(map.identity->item), text);
-}
-
-std::uint16_t RegisterImage::word(int address) const {
-  const auto found = words_.find(address);
-  return found == words_.end() ? std::uint16_t{0} : found->second;
-}
-
-std::vector<std::uint16_t> RegisterImage::words(int address, int count) const {
-  std::vector<std::uint16_t> all(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = word(address + i);
-  return all;
-}
-
-drivers::RegisterItem RegisterImage::in_its_context(const drivers::RegisterItem& item) const {
-  if (item.decimals.empty() && item.unit.empty()) return item;
-  const auto context =
-      context_of(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
-  return in_context(item, context.value_or(drivers::ItemContext{}));
-}
-
-double RegisterImage::value(const drivers::RegisterItem& item) const {
-  auto form = in_its_context(item);
-  form.write_scale.reset();
-  return decode_as_written(form, words(image_address(item), word_count(item)));
-}
-
-std::vector<std::uint16_t> RegisterImage::words_at(const drivers::RegisterItem& item, double value) const {
-  const bool as_it_is = item.decimals.empty() && item.unit.empty();  // no copy for what is read every second
-  auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
-  if (item.type != drivers::RegisterType::bits) return words;
-  words[0] = with_other_bits(item, words[0], word(image_address(item)));
-  return words;
-}
-
-void RegisterImage::set_value(const drivers::RegisterItem& item, double value) {
-  const auto words = words_at(item, value);
-  for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
 }
 
 MemoryImage::MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers) : map_(map), registers_(registers) {
@@ -150,86 +105,6 @@ MemoryImage::MemoryImage(const drivers::RegisterMap& map, RegisterImage& registe
         if (const auto end = cell.form.codes.find("end"); end != cell.form.codes.end())
           fresh_[block.address + cell.at] = static_cast<std::uint16_t>(end->second.front());
   }
-}
-
-const MemoryImage::Range* MemoryImage::range_of(int address) const {
-  const auto found =
-      std::ranges::find_if(ranges_, [&](const auto& r) { return address >= r.first && address <= r.last; });
-  return found == ranges_.end() ? nullptr : &*found;
-}
-
-bool MemoryImage::holds(int address) const { return range_of(address) != nullptr; }
-
-int MemoryImage::selected_step() const {
-  return step_selector_ < 0 ? 0 : registers_.word(step_selector_) - map_.memory->first_step;
-}
-
-std::uint16_t MemoryImage::word_at(const Place& place) const {
-  if (const auto found = window_.find(place); found != window_.end()) return found->second;
-  const auto fresh = fresh_.find(place.second);
-  return fresh == fresh_.end() ? registers_.word(place.second) : fresh->second;
-}
-
-std::uint16_t MemoryImage::word(int address) const {
-  const auto* range = range_of(address);
-  return range && range->windowed ? word_at({selected_step(), address}) : word_at({0, address});
-}
-
-void MemoryImage::set_word(int address, std::uint16_t word) {
-  const auto* range = range_of(address);
-  window_[{range && range->windowed ? selected_step() : 0, address}] = word;
-}
-
-Result<drivers::ChamberProgram> MemoryImage::program(Celsius from) const {
-  if (!map_.memory) return failure(FaultKind::refused, "profile memory", "this controller has none");
-  const auto& memory = *map_.memory;
-  const auto words_of = [&](const drivers::MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
-    const bool window = memory.stride == 0 && step >= 0;
-    std::vector<std::uint16_t> words;
-    const int first = block.address + std::max(step, 0) * memory.stride;
-    for (int i = 0; i < block.count; ++i) words.push_back(word_at({window ? step : 0, first + i}));
-    return words;
-  };
-  const auto value_of = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
-  const auto context = [&](const drivers::RegisterItem& form) {
-    return context_of(map_, form, value_of).value_or(drivers::ItemContext{});
-  };
-  return decode_program(memory, from, words_of, context);
-}
-
-void ProgramRun::start(drivers::ChamberProgram program, int first) {
-  program_ = std::move(program);
-  enter(static_cast<std::size_t>(first < 0 ? 0 : first));
-}
-
-void ProgramRun::enter(std::size_t step) {
-  step_ = step;
-  elapsed_ = {};
-  if (step_ >= program_.steps.size())
-    stage_ = Stage::done;
-  else
-    stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
-}
-
-void ProgramRun::hold() {
-  if (runs()) stage_ = Stage::held;
-}
-
-void ProgramRun::resume() {
-  if (stage_ == Stage::held)
-    stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
-}
-
-Celsius ProgramRun::next_set_point(Celsius air) {
-  assert(runs());
-  while (runs() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
-  if (!runs()) return program_.steps.back().target;
-  const auto& step = program_.steps[step_];
-  const double part = to_seconds(elapsed_) / to_seconds(step.duration);
-  const auto set_point = step.start + (step.target - step.start) * part;
-  const bool waits = step.guaranteed_soak && abs(air - step.target) > program_.soak_band;
-  if (!waits) elapsed_ += std::chrono::seconds(1);
-  return set_point;
 }
 
 ChamberRegisters::ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory)

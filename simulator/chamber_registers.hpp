@@ -3,6 +3,9 @@
 /// that it carries out by itself.
 #pragma once
 
+#include <algorithm>
+#include <cassert>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -12,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "simulator/virtual_laboratory.hpp"
@@ -43,47 +47,103 @@ struct SimulatedUnit {
 /// Reads the table from the map's text, which `file` names in faults. Fails with bad_file if it has mistakes.
 [[nodiscard]] Result<SimulatedUnit> read_simulated_unit(const drivers::RegisterMap& map, const std::string& file);
 
+/// Coils and registers have addresses of their own: those of coils are this much higher in an image.
+inline constexpr int kCoils = 0x10000;
+[[nodiscard]] inline int image_address(const drivers::RegisterItem& item) {
+  const bool coil =
+      item.write_function == drivers::WriteFunction::coil || item.read_function == drivers::ReadFunction::coils;
+  return item.address + (coil ? kCoils : 0);
+}
+
 class RegisterImage {
  public:
   /// `map` outlives it. Holds the map's fingerprint and initial values, zeros otherwise.
   RegisterImage(const drivers::RegisterMap& map, const SimulatedUnit& unit);
 
-  [[nodiscard]] std::uint16_t word(int address) const;
+  [[nodiscard]] std::uint16_t word(int address) const {
+    const auto found = words_.find(address);
+    return found == words_.end() ? std::uint16_t{0} : found->second;
+  }
+
   void set_word(int address, std::uint16_t word) { words_[address] = word; }
-  [[nodiscard]] std::vector<std::uint16_t> words(int address, int count) const;
+
+  [[nodiscard]] std::vector<std::uint16_t> words(int address, int count) const {
+    std::vector<std::uint16_t> all(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) all[static_cast<std::size_t>(i)] = word(address + i);
+    return all;
+  }
 
   /// As the controller shows it, with its decimals and unit.
-  [[nodiscard]] double value(const drivers::RegisterItem& item) const;
-  void set_value(const drivers::RegisterItem& item, double value);
-  [[nodiscard]] drivers::RegisterItem in_its_context(const drivers::RegisterItem& item) const;
+  [[nodiscard]] double value(const drivers::RegisterItem& item) const {
+    auto form = in_its_context(item);
+    form.write_scale.reset();
+    return decode_as_written(form, words(image_address(item), word_count(item)));
+  }
+
+  void set_value(const drivers::RegisterItem& item, double value) {
+    const auto words = words_at(item, value);
+    for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
+  }
+
+  [[nodiscard]] drivers::RegisterItem in_its_context(const drivers::RegisterItem& item) const {
+    if (item.decimals.empty() && item.unit.empty()) return item;
+    const auto context =
+        context_of(map_, item, [&](const drivers::RegisterItem& other) -> Result<double> { return value(other); });
+    return in_context(item, context.value_or(drivers::ItemContext{}));
+  }
 
   /// The words of `item` at `value`; of a bit field with the other bits as they are.
-  [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const;
+  [[nodiscard]] std::vector<std::uint16_t> words_at(const drivers::RegisterItem& item, double value) const {
+    const bool as_it_is = item.decimals.empty() && item.unit.empty();  // no copy for what is read every second
+    auto words = as_it_is ? encode_as_read(item, value) : encode_as_read(in_its_context(item), value);
+    if (item.type != drivers::RegisterType::bits) return words;
+    words[0] = with_other_bits(item, words[0], word(image_address(item)));
+    return words;
+  }
 
  private:
   const drivers::RegisterMap& map_;
   std::map<int, std::uint16_t> words_;
 };
 
-/// Coils and registers have addresses of their own: those of coils are this much higher in an image.
-inline constexpr int kCoils = 0x10000;
-[[nodiscard]] int image_address(const drivers::RegisterItem& item);
-
 class MemoryImage {
  public:
   /// Both outlive it.
   MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers);
 
-  [[nodiscard]] bool holds(int address) const;
-  [[nodiscard]] std::uint16_t word(int address) const;
-  void set_word(int address, std::uint16_t word);
+  [[nodiscard]] bool holds(int address) const { return range_of(address) != nullptr; }
+
+  [[nodiscard]] std::uint16_t word(int address) const {
+    const auto* range = range_of(address);
+    return range && range->windowed ? word_at({selected_step(), address}) : word_at({0, address});
+  }
+
+  void set_word(int address, std::uint16_t word) {
+    const auto* range = range_of(address);
+    window_[{range && range->windowed ? selected_step() : 0, address}] = word;
+  }
 
   /// The edit window's content is kept, or comes back.
   void clear() { window_.clear(); }
   void store() { stored_ = window_; }
   void load() { window_ = stored_; }
 
-  [[nodiscard]] Result<drivers::ChamberProgram> program(Celsius from) const;
+  [[nodiscard]] Result<drivers::ChamberProgram> program(Celsius from) const {
+    if (!map_.memory) return failure(FaultKind::refused, "profile memory", "this controller has none");
+    const auto& memory = *map_.memory;
+    const auto words_of = [&](const drivers::MemoryBlock& block, int step) -> Result<std::vector<std::uint16_t>> {
+      const bool window = memory.stride == 0 && step >= 0;
+      std::vector<std::uint16_t> words;
+      const int first = block.address + std::max(step, 0) * memory.stride;
+      for (int i = 0; i < block.count; ++i) words.push_back(word_at({window ? step : 0, first + i}));
+      return words;
+    };
+    const auto value_of = [&](const drivers::RegisterItem& item) -> Result<double> { return registers_.value(item); };
+    const auto context = [&](const drivers::RegisterItem& form) {
+      return context_of(map_, form, value_of).value_or(drivers::ItemContext{});
+    };
+    return decode_program(memory, from, words_of, context);
+  }
 
  private:
   struct Range {
@@ -92,9 +152,21 @@ class MemoryImage {
   };
   using Place = std::pair<int, int>;  ///< step (of a window; else 0), address
 
-  [[nodiscard]] const Range* range_of(int address) const;
-  [[nodiscard]] int selected_step() const;
-  [[nodiscard]] std::uint16_t word_at(const Place& place) const;
+  [[nodiscard]] const Range* range_of(int address) const {
+    const auto found =
+        std::ranges::find_if(ranges_, [&](const auto& r) { return address >= r.first && address <= r.last; });
+    return found == ranges_.end() ? nullptr : &*found;
+  }
+
+  [[nodiscard]] int selected_step() const {
+    return step_selector_ < 0 ? 0 : registers_.word(step_selector_) - map_.memory->first_step;
+  }
+
+  [[nodiscard]] std::uint16_t word_at(const Place& place) const {
+    if (const auto found = window_.find(place); found != window_.end()) return found->second;
+    const auto fresh = fresh_.find(place.second);
+    return fresh == fresh_.end() ? registers_.word(place.second) : fresh->second;
+  }
 
   const drivers::RegisterMap& map_;
   RegisterImage& registers_;
@@ -109,9 +181,20 @@ class ProgramRun {
   enum class Stage { none, ramping, soaking, held, done };
 
   /// From the step `first` (from 0) on; a program without it is done at once.
-  void start(drivers::ChamberProgram program, int first);
-  void hold();
-  void resume();
+  void start(drivers::ChamberProgram program, int first) {
+    program_ = std::move(program);
+    enter(static_cast<std::size_t>(first < 0 ? 0 : first));
+  }
+
+  void hold() {
+    if (runs()) stage_ = Stage::held;
+  }
+
+  void resume() {
+    if (stage_ == Stage::held)
+      stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
+  }
+
   void end() { stage_ = Stage::none; }
 
   [[nodiscard]] Stage stage() const { return stage_; }
@@ -120,10 +203,27 @@ class ProgramRun {
 
   /// The set point of the second that begins now; only while it runs. Then that second is over, unless a guaranteed
   /// soak waits for the air.
-  [[nodiscard]] Celsius next_set_point(Celsius air);
+  [[nodiscard]] Celsius next_set_point(Celsius air) {
+    assert(runs());
+    while (runs() && elapsed_ >= program_.steps[step_].duration) enter(step_ + 1);
+    if (!runs()) return program_.steps.back().target;
+    const auto& step = program_.steps[step_];
+    const double part = to_seconds(elapsed_) / to_seconds(step.duration);
+    const auto set_point = step.start + (step.target - step.start) * part;
+    const bool waits = step.guaranteed_soak && abs(air - step.target) > program_.soak_band;
+    if (!waits) elapsed_ += std::chrono::seconds(1);
+    return set_point;
+  }
 
  private:
-  void enter(std::size_t step);
+  void enter(std::size_t step) {
+    step_ = step;
+    elapsed_ = {};
+    if (step_ >= program_.steps.size())
+      stage_ = Stage::done;
+    else
+      stage_ = program_.steps[step_].kind == drivers::StepKind::ramp ? Stage::ramping : Stage::soaking;
+  }
 
   drivers::ChamberProgram program_;
   std::size_t step_{};

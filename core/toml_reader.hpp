@@ -133,9 +133,16 @@ template <class T>
   return static_cast<T>(std::clamp(value, low, high));
 }
 
+/// Reads a whole number at `key` that lies in [low, high]. Without a `fallback` the key is required.
+template <class T>
+[[nodiscard]] T whole(const TomlTable& table, const char* key, std::int64_t low, std::int64_t high,
+                      std::optional<std::int64_t> fallback = {}) {
+  return bounded<T>(table, key, table.integer(key, fallback), low, high);
+}
+
 /// Reads a whole number of 32 bits at `key`.
 [[nodiscard]] inline std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
-  return bounded<std::uint32_t>(table, key, table.integer(key, fallback), 0, 0xFFFFFFFF);
+  return whole<std::uint32_t>(table, key, 0, 0xFFFFFFFF, fallback);
 }
 
 /// The orders of bytes, and whether the most significant one comes first.

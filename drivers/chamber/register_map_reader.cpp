@@ -31,10 +31,10 @@ constexpr auto kDateParts =
     words_in_order<DatePart::year, DatePart::second>("year", "month", "day", "weekday", "hour", "minute", "second");
 
 void read_text_form(const TomlTable& table, TextForm& form) {
-  form.characters = bounded<std::uint16_t>(table, "characters", table.integer("characters"), 1, 125);
-  form.per_register = bounded<std::uint8_t>(table, "per_register", table.integer("per_register", 2), 1, 2);
+  form.characters = whole<std::uint16_t>(table, "characters", 1, 125);
+  form.per_register = whole<std::uint8_t>(table, "per_register", 1, 2, 2);
   form.low_byte_first = table.boolean("low_byte_first", false);
-  form.stride = bounded<std::uint16_t>(table, "stride", table.integer("stride", 1), 1, 16);
+  form.stride = whole<std::uint16_t>(table, "stride", 1, 16, 1);
   form.padding = table.choice("padding", {"space", "zero"}, "space") == "zero" ? '\0' : ' ';
 }
 
@@ -55,13 +55,13 @@ void read_date_form(const TomlTable& table, DateForm& form) {
     form.words.push_back(parts);
   }
   if (form.words.empty() || form.words.size() > 7) table.mistake("parts", "expected one to seven registers of parts");
-  form.stride = bounded<std::uint16_t>(table, "stride", table.integer("stride", 1), 1, 16);
-  form.century = bounded<int>(table, "century", table.integer("century", 0), 0, 2100);
+  form.stride = whole<std::uint16_t>(table, "stride", 1, 16, 1);
+  form.century = whole<int>(table, "century", 0, 2100, 0);
 }
 
 void read_bits(const TomlTable& table, RegisterItem& item) {
-  item.first_bit = bounded<std::uint8_t>(table, "bit", table.integer("bit"), 0, 15);
-  item.bit_count = bounded<std::uint8_t>(table, "width", table.integer("width", 1), 1, 16 - item.first_bit);
+  item.first_bit = whole<std::uint8_t>(table, "bit", 0, 15);
+  item.bit_count = whole<std::uint8_t>(table, "width", 1, 16 - item.first_bit, 1);
 }
 
 void read_scale(const TomlTable& table, RegisterItem& item) {
@@ -168,7 +168,7 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
   read_access(table, item);
   read_functions(table, defaults, item);
   read_limits_of_value(table, item);
-  item.read_count = bounded<std::uint16_t>(table, "read_count", table.integer("read_count", 0), 0, 125);
+  item.read_count = whole<std::uint16_t>(table, "read_count", 0, 125, 0);
   item.confidence = one_of(kConfidences, table, "confidence", "unverified");
   item.note = table.text("note", "");
   const auto last = std::max(item.address, item.rtu_address.value_or(0)) + word_count(item);
@@ -179,8 +179,8 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
 /// Items that are alike, at equal distances: "alarm" becomes "alarm_1", "alarm_2", …
 std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& item) {
   if (!table.has("count")) return {item};
-  const auto count = bounded<int>(table, "count", table.integer("count"), 1, kMostOfOneKind);
-  const auto spacing = bounded<int>(table, "spacing", table.integer("spacing"), 1, 4096);
+  const auto count = whole<int>(table, "count", 1, kMostOfOneKind);
+  const auto spacing = whole<int>(table, "spacing", 1, 4096);
   std::vector<RegisterItem> all;
   for (int i = 0; i < count; ++i) {
     auto& one = all.emplace_back(item);
@@ -243,7 +243,7 @@ void check_codes(const TomlTable& table, const MemoryCell& cell) {
 
 MemoryCell read_cell(const TomlTable& table, const ItemDefaults& defaults) {
   MemoryCell cell;
-  cell.at = bounded<std::uint16_t>(table, "at", table.integer("at", 0), 0, 122);
+  cell.at = whole<std::uint16_t>(table, "at", 0, 122, 0);
   cell.source = one_of(kSources, table, "holds", "constant");
   if (cell.source == CellSource::constant) cell.constant = table.number("value");
   read_form(table, defaults.order, cell.form);
@@ -270,7 +270,7 @@ MemoryBlock read_block(const TomlTable& table, const ItemDefaults& defaults, con
     end = std::max(end, block.cells.back().at + word_count(block.cells.back().form));
   }
   if (block.cells.empty()) table.mistake("cell", "a block has at least one cell");
-  block.count = bounded<std::uint16_t>(table, "count", table.integer("count", std::max(end, 1)), std::max(end, 1), 123);
+  block.count = whole<std::uint16_t>(table, "count", std::max(end, 1), 123, std::max(end, 1));
   for (const auto& link : map.links)
     if (block.count > link.modbus.write_at_most)
       table.mistake("count", fmt::format("{} registers, of which at most {} can be written at once", block.count,
@@ -360,11 +360,11 @@ void read_items(const TomlTable& file, const ItemDefaults& defaults, RegisterMap
 
 void read_memory(const TomlTable& table, const ItemDefaults& defaults, RegisterMap& map) {
   ProfileMemory memory;
-  memory.steps_at_most = bounded<int>(table, "steps_at_most", table.integer("steps_at_most"), 1, 1000);
-  memory.programs = bounded<int>(table, "programs", table.integer("programs", 1), 1, 1000);
-  memory.first_program = bounded<int>(table, "first_program", table.integer("first_program", 1), 0, 1);
-  memory.first_step = bounded<int>(table, "first_step", table.integer("first_step", 1), 0, 1);
-  memory.stride = bounded<std::uint16_t>(table, "stride", table.integer("stride", 0), 0, 1000);
+  memory.steps_at_most = whole<int>(table, "steps_at_most", 1, 1000);
+  memory.programs = whole<int>(table, "programs", 1, 1000, 1);
+  memory.first_program = whole<int>(table, "first_program", 0, 1, 1);
+  memory.first_step = whole<int>(table, "first_step", 0, 1, 1);
+  memory.stride = whole<std::uint16_t>(table, "stride", 0, 1000, 0);
   memory.ramps_by_rate = table.choice("ramps_by", {"time", "rate"}, "time") == "rate";
   memory.end_step = table.boolean("end_step", false);
   memory.end_time = table.duration("end_time", Duration{});
@@ -441,8 +441,8 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
 
 /// What both [link] and the table of one link may say; the latter has the last word.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
-  modbus.unit = bounded<std::uint8_t>(link, "unit", link.integer("unit", modbus.unit), 0, 255);
-  modbus.port = bounded<std::uint16_t>(link, "port", link.integer("port", modbus.port), 1, 65535);
+  modbus.unit = whole<std::uint8_t>(link, "unit", 0, 255, modbus.unit);
+  modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
   read_time(link, "timeout", modbus.timeout);
   constexpr Duration kLongest = std::chrono::seconds(2);  // three of them are less than the guard's patience
   if (modbus.timeout <= Duration::zero() || modbus.timeout > kLongest)
@@ -451,7 +451,7 @@ void read_settings(const TomlTable& link, ModbusLink& modbus) {
   read_time(link, "after_write", modbus.after_write);
   read_time(link, "gap", modbus.gap);
   const auto limit = [&](const char* key, std::uint16_t& value, int most) {
-    value = bounded<std::uint16_t>(link, key, link.integer(key, value), 1, most);
+    value = whole<std::uint16_t>(link, key, 1, most, value);
   };
   limit("read_at_most", modbus.read_at_most, kMostReadAtOnce);
   limit("write_at_most", modbus.write_at_most, kMostWrittenAtOnce);
@@ -532,7 +532,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
   read_exceptions(link, common);
   map.one_block = link.boolean("one_block", false);
   map.holes = link.boolean("holes", false);
-  map.status_every = bounded<int>(link, "status_every", link.integer("status_every", 1), 0, 3600);
+  map.status_every = whole<int>(link, "status_every", 0, 3600, 1);
   const auto add = [&](LinkKind kind, const TomlTable* own) {
     MapLink made{.kind = kind, .modbus = common};
     made.modbus.framing = kind == LinkKind::tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
@@ -568,7 +568,7 @@ void read_identity(const TomlTable& table, RegisterMap& map) {
     print.pattern = table.text("pattern");
   else
     print.value = table.number("value");
-  if (!is_text) print.mask = bounded<std::uint32_t>(table, "mask", table.integer("mask", 0xFFFFFFFF), 1, 0xFFFFFFFF);
+  if (!is_text) print.mask = whole<std::uint32_t>(table, "mask", 1, 0xFFFFFFFF, 0xFFFFFFFF);
   if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", item->name));
   map.identity = std::move(print);
 }

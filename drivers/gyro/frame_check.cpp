@@ -29,7 +29,7 @@ constexpr Vocabulary<KindWord, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
 
 Crc read_crc(const TomlTable& table, int width) {
   Crc model;
-  model.width = width != 0 ? width : bounded<int>(table, "width", table.integer("width"), 3, 32);
+  model.width = width != 0 ? width : whole<int>(table, "width", 3, 32);
   model.polynomial = word32(table, "polynomial", 0);
   if (model.polynomial == 0)
     table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
@@ -82,19 +82,19 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   FrameCheck check{.kind = word.kind};
   if (check.kind == CheckKind::none) return check;
   if (check.kind == CheckKind::crc) check.model = read_crc(table, word.width);
-  check.from = bounded<std::ptrdiff_t>(table, "from", table.integer("from", 0), -kLongestFrame, kLongestFrame);
+  check.from = whole<std::ptrdiff_t>(table, "from", -kLongestFrame, kLongestFrame, 0);
   if (in_line) {
     if (is_parity(check.kind)) table.mistake("kind", "a line of text has no parity bit, expected a sum or a crc");
     if (check.from < 0) table.mistake("from", "expected a place from the line's start");
     return check;
   }
-  check.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kLongestFrame, kLongestFrame);
+  check.offset = whole<std::ptrdiff_t>(table, "offset", -kLongestFrame, kLongestFrame);
   const auto end = is_parity(check.kind) ? static_cast<std::int64_t>(shortest) : check.offset;
-  check.to = bounded<std::ptrdiff_t>(table, "to", table.integer("to", end), -kLongestFrame, kLongestFrame);
+  check.to = whole<std::ptrdiff_t>(table, "to", -kLongestFrame, kLongestFrame, end);
   check.big_endian = one_of(kEndians, table, "endian", "little");
-  check.padded_to = bounded<std::size_t>(table, "padded_to", table.integer("padded_to", 1), 1, 64);
+  check.padded_to = whole<std::size_t>(table, "padded_to", 1, 64, 1);
   check.mask = word32(table, "mask", 0xFFFFFFFF);
-  if (is_parity(check.kind)) check.bit = bounded<unsigned>(table, "bit", table.integer("bit"), 0, 7);
+  if (is_parity(check.kind)) check.bit = whole<unsigned>(table, "bit", 0, 7);
   if (!extent_of(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
   return check;
 }

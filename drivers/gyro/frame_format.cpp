@@ -41,8 +41,8 @@ std::vector<std::byte> read_bytes(const TomlTable& table, const char* key) {
 
 HeadNumber read_head_number(const TomlTable& table) {
   HeadNumber number;
-  number.offset = bounded<std::size_t>(table, "offset", table.integer("offset"), 0, 255);
-  number.bytes = bounded<std::size_t>(table, "bytes", table.integer("bytes", 1), 1, 4);
+  number.offset = whole<std::size_t>(table, "offset", 0, 255);
+  number.bytes = whole<std::size_t>(table, "bytes", 1, 4, 1);
   number.big_endian = one_of(kEndians, table, "endian", "little");
   return number;
 }
@@ -50,9 +50,9 @@ HeadNumber read_head_number(const TomlTable& table) {
 void read_variants(const TomlTable& table, FrameFormat& format) {
   for (const auto& each : table.tables("message")) {
     FrameVariant variant;
-    variant.id = bounded<std::uint32_t>(each, "id", each.integer("id"), 0, 0xFFFFFFFF);
+    variant.id = whole<std::uint32_t>(each, "id", 0, 0xFFFFFFFF);
     const auto fallback = format.length_at ? 0 : static_cast<std::int64_t>(format.length);
-    variant.length = bounded<std::size_t>(each, "length", each.integer("length", fallback), 0, kLongestFrame);
+    variant.length = whole<std::size_t>(each, "length", 0, kLongestFrame, fallback);
     if (variant.length < format.head_size() && (variant.length != 0 || !format.length_at))
       each.mistake("length", fmt::format("{} bytes, expected at least the frame's head", variant.length));
     if (each.has("check"))
@@ -71,7 +71,7 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
   if (table.has("length_at")) {
     const auto at = table.table("length_at");
     format.length_at = read_head_number(at);
-    format.length_plus = bounded<std::size_t>(at, "plus", at.integer("plus", 0), 0, kLongestFrame);
+    format.length_plus = whole<std::size_t>(at, "plus", 0, kLongestFrame, 0);
   }
   const bool by_message = format.id && !table.has("length");
   format.length = bounded<std::size_t>(table, "length", by_message ? 1 : table.integer("length"), 1, kLongestFrame);
@@ -80,7 +80,7 @@ void read_framing(const TomlTable& table, FrameFormat& format) {
     table.mistake("length", "no length, expected one here or in every [[frame.message]]");
   if (by_message && !format.variants.empty()) format.length = format.variants.front().length;
   if (format.head_size() > format.length) table.mistake("length", "the frame is shorter than its head");
-  format.lock_frames = bounded<std::size_t>(table, "lock_frames", table.integer("lock_frames", 0), 0, 1000);
+  format.lock_frames = whole<std::size_t>(table, "lock_frames", 0, 1000, 0);
   if (format.sync.empty() && format.lock_frames == 0 && format.variants.empty())
     table.mistake("sync", "\"sync\" has 0 bytes: expected some, message ids, or \"lock_frames\"");
   if (format.length_at && format.lock_frames > 0)
@@ -152,17 +152,15 @@ constexpr auto kMeanings =
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   if (format.line) {
     field.type = one_of(kWordTypes, table, "type");
-    field.offset = bounded<std::ptrdiff_t>(table, "word", table.integer("word"), 0,
-                                           static_cast<std::int64_t>(format.line->words) - 1);
+    field.offset = whole<std::ptrdiff_t>(table, "word", 0, static_cast<std::int64_t>(format.line->words) - 1);
     field.bits = 64;
   } else {
     field.type = one_of(kFieldTypes, table, "type");
-    field.offset = bounded<std::ptrdiff_t>(table, "offset", table.integer("offset"), -kLongestFrame, kLongestFrame);
+    field.offset = whole<std::ptrdiff_t>(table, "offset", -kLongestFrame, kLongestFrame);
     field.big_endian = one_of(kEndians, table, "endian", "little");
-    field.bits_per_byte = bounded<unsigned>(table, "bits_per_byte", table.integer("bits_per_byte", 8), 7, 8);
+    field.bits_per_byte = whole<unsigned>(table, "bits_per_byte", 7, 8, 8);
     const auto size = static_cast<std::int64_t>(byte_count(field.type));
-    field.bytes =
-        bounded<std::size_t>(table, "bytes", table.integer("bytes", size), 1, field.bits_per_byte == 7 ? 9 : 8);
+    field.bytes = whole<std::size_t>(table, "bytes", 1, field.bits_per_byte == 7 ? 9 : 8, size);
     field.bits =
         static_cast<unsigned>(std::min<std::size_t>(field.bits_per_byte * field.bytes, 8 * byte_count(field.type)));
   }
@@ -171,9 +169,9 @@ void read_place(const TomlTable& table, const FrameFormat& format, FrameField& f
       table.mistake("type", "a floating-point number is made of whole bytes, expected an integer type");
     return;
   }
-  const auto whole = static_cast<std::int64_t>(field.bits);
-  field.low_bit = bounded<unsigned>(table, "bit", table.integer("bit", 0), 0, whole - 1);
-  field.bits = bounded<unsigned>(table, "bits", table.integer("bits", whole - field.low_bit), 1, whole - field.low_bit);
+  const auto width = static_cast<std::int64_t>(field.bits);
+  field.low_bit = whole<unsigned>(table, "bit", 0, width - 1, 0);
+  field.bits = whole<unsigned>(table, "bits", 1, width - field.low_bit, width - field.low_bit);
 }
 
 /// When the field is there.
@@ -184,8 +182,8 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
     if (!format.variants.empty() && std::none_of(format.variants.begin(), format.variants.end(),
                                                  [&](const auto& variant) { return variant.id == id; }))
       table.mistake("ids", fmt::format("no message has the id {:#x}", id));
-  field.every = bounded<std::uint32_t>(table, "every", table.integer("every", 1), 1, 65536);
-  field.turn = bounded<std::uint32_t>(table, "turn", table.integer("turn", 0), 0, field.every - 1);
+  field.every = whole<std::uint32_t>(table, "every", 1, 65536, 1);
+  field.turn = whole<std::uint32_t>(table, "turn", 0, field.every - 1, 0);
 }
 
 void check_place(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
@@ -204,9 +202,9 @@ void check_place(const TomlTable& table, const FrameFormat& format, const FrameF
 
 ExactScale read_scale(const TomlTable& table) {
   ExactScale scale;
-  scale.numerator = bounded<std::int64_t>(table, "numerator", table.integer("numerator", 1), -kMostCounts, kMostCounts);
-  scale.denominator = bounded<std::int64_t>(table, "denominator", table.integer("denominator", 1), 1, kMostCounts);
-  scale.power_of_two = bounded<int>(table, "power_of_two", table.integer("power_of_two", 0), -200, 200);
+  scale.numerator = whole<std::int64_t>(table, "numerator", -kMostCounts, kMostCounts, 1);
+  scale.denominator = whole<std::int64_t>(table, "denominator", 1, kMostCounts, 1);
+  scale.power_of_two = whole<int>(table, "power_of_two", -200, 200, 0);
   if (scale.numerator == 0) table.mistake("numerator", "the scale is zero, expected another number");
   return scale;
 }
@@ -273,11 +271,11 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
 
 void read_meaning(const TomlTable& table, FrameField& field) {
   if (is_gyro(field.role)) return read_gyro_field(table, field);
-  const bool whole = !is_real(field.type) && !(is_signed(field.type) && !is_word(field.type)) && field.bits <= 32;
+  const bool is_whole = !is_real(field.type) && !(is_signed(field.type) && !is_word(field.type)) && field.bits <= 32;
   switch (field.role) {
     case FieldRole::sequence:
       field.range = read_range(table, field, 1);
-      field.step = bounded<std::uint64_t>(table, "step", table.integer("step", 1), 1, 65536);
+      field.step = whole<std::uint64_t>(table, "step", 1, 65536, 1);
       break;
     case FieldRole::timestamp: read_time(table, field); break;
     case FieldRole::status: read_status(table, field); break;
@@ -285,7 +283,7 @@ void read_meaning(const TomlTable& table, FrameField& field) {
   }
   const bool counted = field.role == FieldRole::sequence || field.role == FieldRole::status;
   const bool timed = field.role == FieldRole::timestamp && !is_real(field.type);
-  if ((counted && !whole && !is_word(field.type)) || (counted && is_real(field.type)) ||
+  if ((counted && !is_whole && !is_word(field.type)) || (counted && is_real(field.type)) ||
       (timed && is_signed(field.type) && !is_word(field.type)))
     table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
 }
@@ -306,7 +304,7 @@ FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
 
 void read_header(const TomlTable& table, LineFormat& format) {
   if (!table.has("header_words") && !table.has("header_end")) return;
-  format.header_words = bounded<std::size_t>(table, "header_words", table.integer("header_words"), 1, 255);
+  format.header_words = whole<std::size_t>(table, "header_words", 1, 255);
   format.header_end = table.text("header_end");
   if (format.header_end.empty() || format.header_end.find_first_of(format.separators) != std::string::npos)
     table.mistake("header_end", "expected what stands behind the header and is no separator, like \";\"");
@@ -324,8 +322,8 @@ LineFormat read_line_format(const TomlTable& table) {
   if (format.separators.empty()) table.mistake("separators", "empty, expected what stands between words");
   format.merges = table.boolean("merges", true);
   format.mark = table.text("mark", "");
-  format.words = bounded<std::size_t>(table, "words", table.integer("words"), 1, 256);
-  format.longest = bounded<std::size_t>(table, "longest", table.integer("longest", 256), 1, 4096);
+  format.words = whole<std::size_t>(table, "words", 1, 256);
+  format.longest = whole<std::size_t>(table, "longest", 1, 4096, 256);
   read_header(table, format);
   return format;
 }

@@ -40,8 +40,6 @@ std::optional<double> arcsec_per_count(const FrameFormat& format) {
   return field.scale.of(*unit);
 }
 
-bool FrameSum::has_clock() const { return format_.clocked_by_sequence || format_.find(FieldRole::timestamp); }
-
 std::uint64_t FrameSum::frames_since(std::uint32_t sequence) const {
   const auto* field = format_.find(FieldRole::sequence);
   return forward(sequence, *sequence_, field->range) / field->step;

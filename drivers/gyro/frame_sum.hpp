@@ -35,7 +35,7 @@ class FrameSum {
   void add(const GyroFrame& frame, FrameTally& tally);
   [[nodiscard]] bool has_origin() const { return origin_; }
   /// The format has a clock of the device's own.
-  [[nodiscard]] bool has_clock() const;
+  [[nodiscard]] bool has_clock() const { return format_.clocked_by_sequence || format_.find(FieldRole::timestamp); }
   /// The sum in counts (see arcsec_per_count) over `interval`, which a rate needs.
   [[nodiscard]] std::int64_t counts(const FrameTally& tally, Duration interval) const;
 

@@ -29,10 +29,10 @@ constexpr Vocabulary<SerialParity, 3> kParityWords{
 
 SerialFormat read_port(const TomlTable& table) {
   SerialFormat port;
-  port.baud = bounded<int>(table, "baud", table.integer("baud"), 50, 20'000'000);
-  port.data_bits = bounded<int>(table, "data_bits", table.integer("data_bits", 8), 5, 8);
+  port.baud = whole<int>(table, "baud", 50, 20'000'000);
+  port.data_bits = whole<int>(table, "data_bits", 5, 8, 8);
   port.parity = one_of(kParityWords, table, "parity", "none");
-  port.stop_bits = bounded<int>(table, "stop_bits", table.integer("stop_bits", 1), 1, 2);
+  port.stop_bits = whole<int>(table, "stop_bits", 1, 2, 1);
   return port;
 }
 

@@ -121,7 +121,6 @@ enum class LinkKind { tcp, rtu, rtu_over_tcp };
 struct MapLink {
   LinkKind kind{};
   ModbusLink modbus;
-  int clients_at_most = 0;  ///< TCP connections that the unit takes at once; 0: not known
 };
 
 /// What a register holds if the instrument is the one that the map describes.
@@ -144,25 +143,14 @@ struct ControlMode {
 struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
-  CelsiusPerMinute fastest{};  ///< 0: not known
-  Duration every{};            ///< a set point no more often than this; 0: as often as the link allows
-};
-
-/// Registers that must not be written, and why.
-struct Forbidden {
-  std::uint16_t first{}, last{};
-  std::string why;
+  Duration every{};  ///< a set point no more often than this; 0: as often as the link allows
 };
 
 struct RegisterMap {
   std::string name;
   std::string vendor;
-  std::string model;
-  std::string firmware;
-  std::string source;
-  Confidence confidence = Confidence::unverified;  ///< of the least sure item that this program uses
-  std::vector<MapLink> links;                      ///< at least one; the first is the usual one
-  MapLink link;                                    ///< the one in use
+  std::vector<MapLink> links;  ///< at least one; the first is the usual one
+  MapLink link;                ///< the one in use
   bool one_block{};    ///< air_temperature, set_point and the fingerprint may be read as one block, holes included
   bool holes{};        ///< any registers within the link's limit may be read as one block, holes included
   int status_every{};  ///< state and alarms are asked for at each n-th read; 0: never
@@ -173,7 +161,6 @@ struct RegisterMap {
   std::vector<StateRule> states;
   std::vector<AlarmRule> alarms;
   SetPointLimits limits;
-  std::vector<Forbidden> forbidden;
   std::optional<ProfileMemory> memory;
   std::string text;  ///< the file, as read
 

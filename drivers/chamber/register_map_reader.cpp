@@ -538,7 +538,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
     made.modbus.framing = kind == LinkKind::tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
     if (own) {
       read_settings(*own, made.modbus);
-      made.clients_at_most = bounded<int>(*own, "clients_at_most", own->integer("clients_at_most", 0), 0, 1000);
+      (void)whole<int>(*own, "clients_at_most", 0, 1000, 0);  // for people
     }
     map.links.push_back(std::move(made));
   };
@@ -618,21 +618,20 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   };
   limits.lowest_item = item("lowest_register");
   limits.highest_item = item("highest_register");
-  limits.fastest = table.rate("fastest", CelsiusPerMinute{});
+  (void)table.rate("fastest", CelsiusPerMinute{});  // for people
   limits.every = table.duration("every", Duration{});
 }
 
-void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, RegisterMap& map) {
+/// Ranges of registers that must not be written, and why: no item that is writable may lie there.
+void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const RegisterMap& map) {
   for (const auto& table : file.tables("forbidden")) {
-    Forbidden range;
-    range.first = read_address(table, "first", defaults.address_base);
-    range.last = table.has("last") ? read_address(table, "last", defaults.address_base) : range.first;
-    range.why = table.text("why");
-    if (range.last < range.first) table.mistake("last", "\"last\" is below \"first\"");
+    const auto first = read_address(table, "first", defaults.address_base);
+    const auto last = table.has("last") ? read_address(table, "last", defaults.address_base) : first;
+    (void)table.text("why");
+    if (last < first) table.mistake("last", "\"last\" is below \"first\"");
     for (const auto& item : map.items)
-      if (item.writable && item.address <= range.last && item.address + word_count(item) > range.first)
+      if (item.writable && item.address <= last && item.address + word_count(item) > first)
         table.mistake("first", fmt::format("register \"{}\" lies here and is writable", item.name));
-    map.forbidden.push_back(std::move(range));
   }
 }
 
@@ -684,9 +683,8 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   (void)parsed->choice("schema", {"gyrotherm-chamber/1"});
   map.name = parsed->text("name");
   map.vendor = parsed->text("vendor");
-  map.model = parsed->text("model", map.name);
-  map.firmware = parsed->text("firmware", "");
-  map.source = parsed->text("source");
+  for (const auto* said : {"model", "firmware"}) (void)parsed->text(said, "");  // for people
+  (void)parsed->text("source");
   const auto link = parsed->table("link");
   read_links(link, map);
   const auto defaults = read_item_defaults(link, word_order);

@@ -23,28 +23,6 @@ namespace {
 constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
 constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
 
-/// Where each instrument of a rig is, the virtual ones included.
-struct Lines {
-  drivers::Line chamber;
-  std::vector<drivers::Line> thermometers;
-  drivers::Line gyro;
-};
-
-Lines lines_of(const simulator::VirtualInstruments& instruments, std::size_t thermometers) {
-  const auto local = [](std::uint16_t port) { return drivers::Line(drivers::TcpLine{"127.0.0.1", port}); };
-  Lines lines{.chamber = local(instruments.chamber_port()), .thermometers = {}, .gyro = local(instruments.gyro_port())};
-  for (std::size_t i = 0; i < thermometers; ++i) lines.thermometers.push_back(local(instruments.thermometer_port(i)));
-  return lines;
-}
-
-/// The file's lines were checked when it was read.
-Lines lines_of(const RigFile& file) {
-  const auto checked = [](const std::string& line) { return drivers::parse_line(line).value(); };
-  Lines lines{.chamber = checked(file.chamber_line), .thermometers = {}, .gyro = checked(file.gyro.line)};
-  for (const auto& settings : file.thermometers) lines.thermometers.push_back(checked(settings.line));
-  return lines;
-}
-
 /// Who makes the drivers of a rig's instruments, each on its line.
 class Drivers {
  public:
@@ -56,32 +34,26 @@ class Drivers {
   [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) = 0;
 };
 
+/// Of a real rig. The file's lines were checked when it was read.
 class DriversOnLines final : public Drivers {
  public:
-  /// `laboratory`: of a virtual rig; it outlives this.
-  DriversOnLines(Lines lines, simulator::VirtualInstruments* laboratory)
-      : lines_(std::move(lines)), laboratory_(laboratory) {}
+  explicit DriversOnLines(const std::string& chamber) : chamber_(drivers::parse_line(chamber).value()) {}
 
   std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
-    return make_modbus(lines_.chamber, map.link.modbus);
+    return make_modbus(chamber_, map.link.modbus);
   }
-  std::unique_ptr<drivers::Pauses> pauses() override {
-    return laboratory_ ? drivers::virtual_pauses() : drivers::real_pauses();
-  }
+  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::real_pauses(); }
   std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
                                                     const std::string& place) override {
     const auto& settings = file.thermometers[index];
-    if (laboratory_ && settings.kind == drivers::ThermometerKind::mcc_usb_temp)
-      return make_usb_temp(settings, place, laboratory_->usb_temp(index));
-    return make_thermometer(settings, place, lines_.thermometers[index], file.simulated);
+    return make_thermometer(settings, place, drivers::parse_line(settings.line).value());
   }
   std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) override {
-    return make_gyro(file.gyro, lines_.gyro, within, file.simulated);
+    return make_gyro(file.gyro, drivers::parse_line(file.gyro.line).value(), within);
   }
 
  private:
-  Lines lines_;
-  simulator::VirtualInstruments* laboratory_;
+  drivers::Line chamber_;
 };
 
 class DriversOnWires final : public Drivers {
@@ -252,9 +224,7 @@ class AssembledRig : public Rig {
 class RealRig final : public AssembledRig {
  public:
   RealRig(const RigFile& file, Duration already)
-      : AssembledRig(file, std::make_unique<DriversOnLines>(lines_of(file), nullptr)),
-        already_(already),
-        clock_(already) {}
+      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line)), already_(already), clock_(already) {}
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
   const Clock& clock() const override { return clock_; }
@@ -269,35 +239,48 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
-/// The world is a base, for the instruments' wires end in it: it comes before them and goes after them.
-struct OwnedLaboratory {
-  std::unique_ptr<simulator::VirtualInstruments> laboratory_;
-};
-
-class VirtualRig final : private OwnedLaboratory, public AssembledRig {
+/// Those to virtual instruments of its own, which serve on loopback.
+class LoopbackWires final : public Wires {
  public:
-  VirtualRig(const RigFile& file, Duration already, Lines lines,
-             std::unique_ptr<simulator::VirtualInstruments> laboratory)
-      : OwnedLaboratory{std::move(laboratory)},
-        AssembledRig(file, std::make_unique<DriversOnLines>(std::move(lines), laboratory_.get())),
-        clock_(already - kSecond) {}
+  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already)
+      : instruments_(std::move(instruments)), clock_(already - kSecond) {}
 
+  std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
+    return make_modbus(local(instruments_->chamber_port()), map.link.modbus);
+  }
+  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::virtual_pauses(); }
+  Wire<drivers::ByteStream> thermometer(std::size_t index) override {
+    return {.line = make_stream(local(instruments_->thermometer_port(index)), {}, kConnectWithin)};
+  }
+  Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
+  Wire<drivers::ByteStream> gyro() override {
+    return {.line = make_stream(local(instruments_->gyro_port()), {}, kConnectWithin)};
+  }
+
+  const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {
-    laboratory_->advance(static_cast<int>(seconds));
+    instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
-  const Clock& clock() const override { return clock_; }
-  Duration will_start_utc() const override { return clock_.now().utc + kSecond; }
 
  private:
-  std::unique_ptr<io::InstrumentIo> make_io() override { return io::InstrumentIo::inline_calls(instruments()); }
+  static drivers::Line local(std::uint16_t port) { return drivers::TcpLine{"127.0.0.1", port}; }
+
+  std::unique_ptr<simulator::VirtualInstruments> instruments_;
   VirtualClock clock_;
 };
 
-class WiredRig final : public AssembledRig {
+/// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
+struct OwnedWires {
+  std::unique_ptr<Wires> owned_;
+};
+
+class VirtualRig final : private OwnedWires, public AssembledRig {
  public:
-  WiredRig(const RigFile& file, Wires& wires)
+  VirtualRig(const RigFile& file, Wires& wires)
       : AssembledRig(file, std::make_unique<DriversOnWires>(wires)), wires_(wires) {}
+  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires)
+      : OwnedWires{std::move(wires)}, AssembledRig(file, std::make_unique<DriversOnWires>(*owned_)), wires_(*owned_) {}
 
   void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
   const Clock& clock() const override { return wires_.clock(); }
@@ -342,13 +325,12 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   auto laboratory = serve_virtual(file, start.seed);
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
-  auto lines = lines_of(**laboratory, file.thermometers.size());
-  return std::make_unique<VirtualRig>(file, start.already, std::move(lines), std::move(*laboratory));
+  return std::make_unique<VirtualRig>(file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already));
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {
   assert(file.simulated);
-  return std::make_unique<WiredRig>(file, wires);
+  return std::make_unique<VirtualRig>(file, wires);
 }
 
 }  // namespace gyrotherm::rig

@@ -203,11 +203,9 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
   return settings;
 }
 
-std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line, Duration within,
-                                         bool simulated) {
+std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line, Duration within) {
   const auto serial = settings.stream ? settings.stream->port : drivers::SerialFormat{.baud = 115200};
   auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
-  if (simulated) return make_simulated_gyro(settings, std::move(stream), within);
   drivers::GyroCommands commands;
   if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};
   return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));

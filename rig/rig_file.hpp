@@ -46,11 +46,12 @@ struct GyroSettings {
 [[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
                                              const std::optional<std::string>& known);
 
-/// The driver on `line`; one read may take `within`. A real gyro is sent the stream's commands, and its line is read
-/// all the time; a simulated one sends one frame a second by itself.
+/// The driver of a real one on `line`; one read may take `within`. The gyro is sent the stream's commands, and its line
+/// is read all the time.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line,
-                                                       Duration within, bool simulated);
-/// The driver of a simulated one whose wire is there already; `clock`: of a wire with a time of its own.
+                                                       Duration within);
+/// The driver of a simulated one, which sends one frame a second by itself and whose wire is there already; `clock`: of
+/// a wire with a time of its own.
 [[nodiscard]] std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroSettings& settings,
                                                                  std::unique_ptr<drivers::ByteStream> stream,
                                                                  Duration within, const Clock* clock = nullptr);

@@ -178,12 +178,12 @@ ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
 }
 
 std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
-                                                       const drivers::Line& line, bool simulated) {
+                                                       const drivers::Line& line) {
   if (const auto* hid = std::get_if<drivers::HidLine>(&line))
     return make_usb_temp(settings, place,
                          drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
   return make_thermometer(settings, place, make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin),
-                          simulated);
+                          false);
 }
 
 std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,

@@ -45,12 +45,12 @@ void check_line(const TomlTable& table, const std::string& line);
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
                                                    std::set<std::string>& seen);
 
-/// The driver, on `line`. `place` names the instrument in its faults; a simulated one needs no pauses.
+/// The driver of a real one, on `line`. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
                                                                      const std::string& place,
-                                                                     const drivers::Line& line, bool simulated);
-/// The driver of one that is spoken to in bytes, whose wire is there already; `clock`: of a wire with a time of its
-/// own.
+                                                                     const drivers::Line& line);
+/// The driver of one that is spoken to in bytes, whose wire is there already; a simulated one needs no pauses.
+/// `clock`: of a wire with a time of its own.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
                                                                      const std::string& place,
                                                                      std::unique_ptr<drivers::ByteStream> stream,

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Solves a symmetric positive definite sparse system for one right-hand side after another: conjugate gradients, with
-/// algebraic multigrid (hypre's BoomerAMG) set up once as preconditioner, or with the diagonal where the program is
-/// built without hypre.
+/// Solves a symmetric positive definite sparse system for one right-hand side after another: conjugate gradients,
+/// preconditioned by one V-cycle of algebraic multigrid (hypre's BoomerAMG) that is set up once; a single process.
 #pragma once
 
 #include <Eigen/Core>
 #include <memory>
-#include <string_view>
 
 #include "core/result.hpp"
 #include "thermal/reduced/thermal_system.hpp"
@@ -15,7 +13,7 @@ namespace gyrotherm::thermal {
 
 struct ConjugateGradientsOptions {
   double tolerance = 1e-10;      ///< residual's 2-norm over the right-hand side's
-  int most_iterations = 20'000;  ///< the diagonal needs thousands, multigrid tens
+  int most_iterations = 20'000;  ///< multigrid needs tens
 };
 
 /// Serial; one instance is used by one thread at a time. The first of a process starts a message-passing library for
@@ -49,8 +47,5 @@ class ConjugateGradients {
   explicit ConjugateGradients(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };
-
-/// "hypre BoomerAMG" or "diagonal".
-[[nodiscard]] std::string_view preconditioner_name();
 
 }  // namespace gyrotherm::thermal

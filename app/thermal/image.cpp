@@ -13,7 +13,6 @@
 #include "app/timings.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "thermal/conjugate_gradients.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh_files.hpp"
@@ -107,9 +106,9 @@ std::string words(const Solved& solved, const ThermalArguments& options) {
   text += fmt::format("  energy    {:.6f} W in, {:.6f} W out\n", state.power_in_w, state.power_out_w);
   text += fmt::format("  film      {:g} W/(m²·K); ballast read as \"{}\"\n", solved.film_w_per_m2_k,
                       thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
-  text += fmt::format("  mesh      {}, {} elements, {} unknowns; {} iterations ({}), {:.1f} s, {:.0f} MB\n",
-                      options.mesh, solved.mesh.element_count, state.unknowns, state.iterations,
-                      thermal::preconditioner_name(), solved.wall_s, peak_memory_mb());
+  text += fmt::format(
+      "  mesh      {}, {} elements, {} unknowns; {} iterations (hypre BoomerAMG), {:.1f} s, {:.0f} MB\n", options.mesh,
+      solved.mesh.element_count, state.unknowns, state.iterations, solved.wall_s, peak_memory_mb());
   if (options.fit) text += family_words(solved, *options.fit);
   return text;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// With hypre: conjugate gradients preconditioned by one V-cycle of BoomerAMG, a single process.
+#include "thermal/conjugate_gradients.hpp"
+
 #define OMPI_SKIP_MPICXX 1
 #define MPICH_SKIP_MPICXX 1
 #include <HYPRE.h>
@@ -19,8 +20,6 @@
 #include <numeric>
 #include <utility>
 #include <vector>
-
-#include "thermal/conjugate_gradients.hpp"
 
 namespace gyrotherm::thermal {
 namespace {
@@ -257,7 +256,5 @@ Result<void> ConjugateGradients::replace(SparseMatrix matrix) {
   if (const int noted = errors(); noted != 0) return failure(fault(noted));
   return {};
 }
-
-std::string_view preconditioner_name() { return "hypre BoomerAMG"; }
 
 }  // namespace gyrotherm::thermal

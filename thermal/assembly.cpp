@@ -5,11 +5,19 @@
 #include <array>
 #include <bitset>
 #include <cassert>
+#include <utility>
+#include <vector>
 
 #include "thermal/hex20.hpp"
 
 namespace gyrotherm::thermal {
 namespace {
+
+/// What a class of bricks weighs in a matrix: conductivities, or a heat capacity by volume, J/(m³·K).
+struct BrickWeight {
+  Conductivity k;
+  double capacity{};
+};
 
 constexpr int kReach = 125;  // points of the doubled grid at most two away along each axis
 using Reached = std::bitset<kReach>;
@@ -47,17 +55,17 @@ Span span(int place, int bricks) {
 
 class Rows {
  public:
-  Rows(const GyroMesh& mesh, const std::vector<BrickWeight>& weight_of_class)
-      : mesh_(mesh), weights_(weight_of_class), around_(make_around()), reference_(hex20_integrals()) {}
+  Rows(const GyroMesh& mesh, std::vector<BrickWeight> weight_of_class)
+      : mesh_(mesh), weights_(std::move(weight_of_class)), around_(make_around()), reference_(hex20_integrals()) {}
 
   SparseMatrix assemble() {
     const auto n = static_cast<Eigen::Index>(mesh_.node_count);
     SparseMatrix matrix(n, n);
     auto* outer = matrix.outerIndexPtr();
     outer[0] = 0;
-    each_node([&](int node, int I, int J, int K) {
+    each_node(mesh_, [&](int node, int I, int J, int K) {
       Reached reached;
-      each_brick(I, J, K, [&](int, int, int, int local, const BrickWeight&) { reached |= around_.reached[local]; });
+      each_brick_at(I, J, K, [&](int, int, int, int local, const BrickWeight&) { reached |= around_.reached[local]; });
       outer[node + 1] = static_cast<int>(reached.count());
     });
     std::int64_t total = 0;
@@ -67,23 +75,14 @@ class Rows {
       outer[row + 1] = static_cast<int>(total);
     }
     matrix.resizeNonZeros(total);
-    each_node([&](int node, int I, int J, int K) { fill(matrix, node, I, J, K); });
+    each_node(mesh_, [&](int node, int I, int J, int K) { fill(matrix, node, I, J, K); });
     return matrix;
   }
 
  private:
-  template <class Visit>
-  void each_node(Visit visit) const {
-    std::size_t point = 0;
-    for (int K = 0; K <= 2 * mesh_.nz(); ++K)
-      for (int J = 0; J <= 2 * mesh_.ny(); ++J)
-        for (int I = 0; I <= 2 * mesh_.nx(); ++I, ++point)
-          if (mesh_.nodes[point] >= 0) visit(mesh_.nodes[point], I, J, K);
-  }
-
   /// Bricks of weight around a point, with the point's number in each.
   template <class Visit>
-  void each_brick(int I, int J, int K, Visit visit) const {
+  void each_brick_at(int I, int J, int K, Visit visit) const {
     const auto xs = span(I, mesh_.nx());
     const auto ys = span(J, mesh_.ny());
     const auto zs = span(K, mesh_.nz());
@@ -91,7 +90,7 @@ class Rows {
       for (int j = ys.from; j <= ys.to; ++j)
         for (int i = xs.from; i <= xs.to; ++i) {
           const auto& weight = weights_[mesh_.bricks[mesh_.brick(i, j, k)]];
-          if (weight.zz == 0 && weight.xx == 0 && weight.capacity == 0) continue;
+          if (weight.k.zz == 0 && weight.k.xx == 0 && weight.capacity == 0) continue;
           visit(i, j, k, around_.node_at[(I - 2 * i) + 3 * (J - 2 * j) + 9 * (K - 2 * k)], weight);
         }
   }
@@ -99,14 +98,14 @@ class Rows {
   void fill(SparseMatrix& matrix, int node, int I, int J, int K) {
     std::array<double, kReach> sum{};
     Reached reached;
-    each_brick(I, J, K, [&](int i, int j, int k, int local, const BrickWeight& weight) {
+    each_brick_at(I, J, K, [&](int i, int j, int k, int local, const BrickWeight& weight) {
       reached |= around_.reached[local];
       const auto h = edges(mesh_, i, j, k);
       const double eighth = h.volume() / 8;
-      const double x = 4 * eighth * weight.xx / (h.x * h.x);
-      const double y = 4 * eighth * weight.yy / (h.y * h.y);
-      const double z = 4 * eighth * weight.zz / (h.z * h.z);
-      const double xy = 4 * eighth * weight.xy / (h.x * h.y);
+      const double x = 4 * eighth * weight.k.xx / (h.x * h.x);
+      const double y = 4 * eighth * weight.k.yy / (h.y * h.y);
+      const double z = 4 * eighth * weight.k.zz / (h.z * h.z);
+      const double xy = 4 * eighth * weight.k.xy / (h.x * h.y);
       const double c = eighth * weight.capacity;
       const auto& r = reference_;
       Hex20Vector column = x * r.slopes[0].col(local) + y * r.slopes[1].col(local) + z * r.slopes[2].col(local);
@@ -125,7 +124,7 @@ class Rows {
   }
 
   const GyroMesh& mesh_;
-  const std::vector<BrickWeight>& weights_;
+  std::vector<BrickWeight> weights_;
   Around around_;
   const Hex20Integrals& reference_;
 };
@@ -135,10 +134,7 @@ template <class Visit>
 void each_film_entry(const GyroMesh& mesh, Visit visit) {
   const auto& reference = hex20_integrals();
   for (const auto& face : mesh.film) {
-    const auto b = static_cast<int>(face.brick);
-    const int i = b % mesh.nx();
-    const int j = b / mesh.nx() % mesh.ny();
-    const int k = b / mesh.nx() / mesh.ny();
+    const auto [i, j, k] = mesh.place(face.brick);
     const auto nodes = nodes_of(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n)
@@ -211,22 +207,23 @@ Conductivity at(const AffineConductivity& k, const BrickClass& brick, const Ther
   return tensor(along, across, brick);
 }
 
-BrickWeight weight(const Conductivity& k) { return {k.xx, k.yy, k.zz, k.xy, 0}; }
-
+/// Sum over the bricks of their conduction and capacity matrices, each class with the weight that `of_class` gives it.
+/// Two nodes have an entry where they share a brick that weighs anything. Symmetric to the last bit.
 template <class OfClass>
-std::vector<BrickWeight> weights(const GyroMesh& mesh, OfClass of_class) {
-  std::vector<BrickWeight> values;
-  for (const auto& brick : mesh.classes) values.push_back(of_class(brick));
-  return values;
+SparseMatrix assemble_rows(const GyroMesh& mesh, OfClass of_class) {
+  std::vector<BrickWeight> weights;
+  for (const auto& brick : mesh.classes) weights.push_back(of_class(brick));
+  return Rows(mesh, std::move(weights)).assemble();
 }
 
-template <class Visit>
-void each_brick(const GyroMesh& mesh, Visit visit) {
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i)
-        if (const auto& brick = mesh.classes[mesh.bricks[mesh.brick(i, j, k)]]; !brick.shares.empty())
-          visit(i, j, k, brick);
+/// Sum over the mesh's film faces, per unit of film: the matrix, W/K per W/(m²·K).
+SparseMatrix assemble_film(const GyroMesh& mesh) {
+  std::vector<Eigen::Triplet<double>> entries;
+  each_film_entry(mesh, [&](int n, int m, double value) { entries.emplace_back(n, m, value); });
+  const auto n = static_cast<Eigen::Index>(mesh.node_count);
+  SparseMatrix matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
 }
 
 /// For each part, the integral of every shape function over it divided by its volume: what spreads a watt over the
@@ -248,24 +245,6 @@ void each_mean(const GyroMesh& mesh, const std::vector<GyroPart>& parts, Add add
 }
 
 }  // namespace
-
-SparseMatrix assemble_rows(const GyroMesh& mesh, const std::vector<BrickWeight>& weight_of_class) {
-  assert(weight_of_class.size() == mesh.classes.size());
-  return Rows(mesh, weight_of_class).assemble();
-}
-
-SparseMatrix assemble_film(const GyroMesh& mesh) {
-  std::vector<Eigen::Triplet<double>> entries;
-  each_film_entry(mesh, [&](int n, int m, double value) { entries.emplace_back(n, m, value); });
-  const auto n = static_cast<Eigen::Index>(mesh.node_count);
-  SparseMatrix matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-void add_film(const GyroMesh& mesh, double film_w_per_m2_k, SparseMatrix& matrix) {
-  each_film_entry(mesh, [&](int n, int m, double value) { matrix.coeffRef(n, m) += film_w_per_m2_k * value; });
-}
 
 Conductivity conductivity(const GyroModel& model, const BrickClass& brick, const ThermalCoefficients& coefficients) {
   return at(affine_conductivity(model, brick), brick, coefficients);
@@ -305,15 +284,16 @@ BrickPoint locate(const GyroMesh& mesh, double x, double y, double z) {
 
 SparseMatrix assemble_conduction(const GyroModel& model, const GyroMesh& mesh,
                                  const ThermalCoefficients& coefficients) {
-  const auto of_class = [&](const BrickClass& brick) { return weight(conductivity(model, brick, coefficients)); };
-  auto matrix = assemble_rows(mesh, weights(mesh, of_class));
-  add_film(mesh, coefficients[static_cast<std::size_t>(ThermalCoefficient::film)], matrix);
+  const auto of_class = [&](const BrickClass& brick) { return BrickWeight{conductivity(model, brick, coefficients)}; };
+  auto matrix = assemble_rows(mesh, of_class);
+  const double film = coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
+  each_film_entry(mesh, [&](int n, int m, double value) { matrix.coeffRef(n, m) += film * value; });
   return matrix;
 }
 
 SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh) {
-  const auto of_class = [&](const BrickClass& brick) { return BrickWeight{.capacity = heat_capacity(model, brick)}; };
-  return assemble_rows(mesh, weights(mesh, of_class));
+  const auto of_class = [&](const BrickClass& brick) { return BrickWeight{{}, heat_capacity(model, brick)}; };
+  return assemble_rows(mesh, of_class);
 }
 
 Eigen::MatrixXd assemble_inputs(const GyroMesh& mesh) {
@@ -328,10 +308,7 @@ Eigen::VectorXd assemble_film_ambient(const GyroMesh& mesh) {
   Eigen::VectorXd area = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.node_count));
   const auto& load = hex20_integrals().face_load;
   for (const auto& face : mesh.film) {
-    const auto b = static_cast<int>(face.brick);
-    const int i = b % mesh.nx();
-    const int j = b / mesh.nx() % mesh.ny();
-    const int k = b / mesh.nx() / mesh.ny();
+    const auto [i, j, k] = mesh.place(face.brick);
     const auto nodes = nodes_of(mesh, i, j, k);
     const double scale = face.factor * edges(mesh, i, j, k).face_area(face.face) / 4;
     for (int n = 0; n < kHex20; ++n) area[nodes[n]] += scale * load[face.face][n];
@@ -363,14 +340,14 @@ SparseMatrix assemble_outputs(const GyroModel& model, const GyroMesh& mesh) {
 ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh) {
   ThermalSystem system;
   system.capacity = assemble_capacity(model, mesh);
-  const auto without_air = [&](const BrickClass& brick) { return weight(conductivity(model, brick, {})); };
-  system.conduction = assemble_rows(mesh, weights(mesh, without_air));
+  const auto without_air = [&](const BrickClass& brick) { return BrickWeight{conductivity(model, brick, {})}; };
+  system.conduction = assemble_rows(mesh, without_air);
   for (std::size_t gap = 0; gap < kGaps.size(); ++gap) {
     const auto of_gap = [&](const BrickClass& brick) {
       const auto k = affine_conductivity(model, brick);
-      return weight(tensor(k.along.per_gap[gap], k.across.per_gap[gap], brick));
+      return BrickWeight{tensor(k.along.per_gap[gap], k.across.per_gap[gap], brick)};
     };
-    system.conduction_per[gap] = assemble_rows(mesh, weights(mesh, of_gap));
+    system.conduction_per[gap] = assemble_rows(mesh, of_gap);
   }
   system.conduction_per[static_cast<std::size_t>(ThermalCoefficient::film)] = assemble_film(mesh);
   system.inputs = assemble_inputs(mesh);

@@ -4,31 +4,12 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <vector>
 
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::thermal {
-
-/// What a class of bricks weighs in a matrix: conductivities, W/(m·K), or a heat capacity by volume, J/(m³·K).
-struct BrickWeight {
-  double xx{};
-  double yy{};
-  double zz{};
-  double xy{};
-  double capacity{};
-};
-
-/// Sum over the bricks of their conduction and capacity matrices. Two nodes have an entry where they share a brick that
-/// weighs anything. Symmetric to the last bit.
-[[nodiscard]] SparseMatrix assemble_rows(const GyroMesh& mesh, const std::vector<BrickWeight>& weight_of_class);
-
-/// Sum over the mesh's film faces, per unit of film: the matrix, W/K per W/(m²·K).
-[[nodiscard]] SparseMatrix assemble_film(const GyroMesh& mesh);
-/// Adds `film` times that to a matrix that has an entry for every two nodes of one brick.
-void add_film(const GyroMesh& mesh, double film_w_per_m2_k, SparseMatrix& matrix);
 
 /// Everything of the heat equation as thermal_system.hpp has it, 18 outputs included; of a part that the mesh lacks the
 /// row is empty. About 1.8 kB per node.
@@ -49,10 +30,7 @@ void add_film(const GyroMesh& mesh, double film_w_per_m2_k, SparseMatrix& matrix
 /// Conductivity of a brick's class, W/(m·K), affine in the coefficients: Σ f k along the face that cuts it, across the
 /// face 1/Σ(f/k), of which the tangent at 0.03 W/(m·K) of the air is taken.
 struct Conductivity {
-  double xx{};
-  double yy{};
-  double zz{};
-  double xy{};
+  double xx{}, yy{}, zz{}, xy{};
 };
 [[nodiscard]] Conductivity conductivity(const GyroModel& model, const BrickClass& brick,
                                         const ThermalCoefficients& coefficients);

@@ -288,12 +288,6 @@ void read_air(const TomlTable& root, GyroModel& model) {
 
 }  // namespace
 
-void check_geometry(const TomlTable& root, const GyroModel& model) {
-  check_block(root, model.geometry);
-  check_space(root, model);
-  check_thermometers(root, model);
-}
-
 Result<GyroModel> parse_gyro(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
@@ -310,7 +304,10 @@ Result<GyroModel> parse_gyro(std::string_view text, const std::string& file) {
   for (std::size_t t = 0; t < model.thermometers.size(); ++t)
     model.thermometers[t] = numbers<2>(thermometers, kThermalOutputNames[t], false);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
-  check_geometry(*root, model);
+  // The sizes are above zero.
+  check_block(*root, model.geometry);
+  check_space(*root, model);
+  check_thermometers(*root, model);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return model;
 }

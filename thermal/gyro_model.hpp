@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A ring laser gyro in its cabinet as a thermal body: what a gyro file says, in numbers. Lengths in millimetres here
-/// and in plan_shapes.hpp and gyro_parts.hpp alone; everything after them is SI. Axes: x to the right, y towards the
+/// and in gyro_parts.hpp alone; everything after them is SI. Axes: x to the right, y towards the
 /// cathode, z up through the lid, origin at the lower corner of the cabinet; u, v, w are offsets from the block's
 /// centre, which is the cabinet's.
 #pragma once
@@ -12,7 +12,6 @@
 #include <string_view>
 
 #include "core/result.hpp"
-#include "core/toml_reader.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::thermal {
@@ -71,7 +70,7 @@ inline constexpr std::array<std::string_view, kGyroMaterials> kGyroMaterialNames
 struct MaterialProperties {
   double density_kg_per_m3{};
   double specific_heat_j_per_kg_k{};
-  double conductivity_w_per_m_k{};  ///< of air: 0, its gaps have their own (air.hpp)
+  double conductivity_w_per_m_k{};  ///< of air: 0, its gaps have their own (thermal_system.hpp)
 };
 
 /// Upright on the wall at G; under the lid; on the base beside the hub, on the side of G.
@@ -133,9 +132,6 @@ struct GyroModel {
 void set_gap_widths(GyroModel& model);
 
 // Reads a gyro file (profiles/gyros/*.toml, schema "gyrotherm-gyro/1").
-
-/// Notes each mistake at the key of `root` that it stands at. The sizes are above zero.
-void check_geometry(const TomlTable& root, const GyroModel& model);
 
 /// Fails with bad_file, every mistake with its place: sizes that are not above zero, parts that overlap or leave the
 /// cabinet, a thermometer off the block, powers that contradict rate × volume.

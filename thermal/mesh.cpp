@@ -32,6 +32,19 @@ std::vector<double> divided(std::vector<double> marks, double edge_mm) {
   return lines;
 }
 
+/// The grid's lines, mm.
+struct GridLines {
+  std::vector<double> x, y, z;
+};
+
+/// A brick's contents, and how much of its plan is solid (from 0 to 1).
+struct BrickContents {
+  std::array<double, kGyroParts> share{};
+  double plan_share{};
+  std::array<double, 3> across{};  ///< some vector across the face that cuts it, zero: none
+  bool whole = true;               ///< lies in one box, or in nothing that is cut
+};
+
 /// How much of [a0, a1] lies in [b0, b1], of 1.
 double overlap(double a0, double a1, double b0, double b1) {
   return std::max(0.0, std::min(a1, b1) - std::max(a0, b0)) / (a1 - a0);
@@ -158,9 +171,6 @@ BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column
   return contents;
 }
 
-struct BrickPlace {
-  int i, j, k;
-};
 constexpr std::array<BrickPlace, kBrickFaces> kBeside{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
@@ -175,10 +185,7 @@ class Grid {
         ny_(static_cast<int>(lines.y.size()) - 1),
         nz_(static_cast<int>(lines.z.size()) - 1) {}
   [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx_) * ny_ * nz_; }
-  [[nodiscard]] BrickPlace place(std::size_t brick) const {
-    const auto b = static_cast<int>(brick);
-    return {b % nx_, b / nx_ % ny_, b / nx_ / ny_};
-  }
+  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx_, ny_); }
   [[nodiscard]] bool holds(BrickPlace p) const {
     return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx_ && p.j < ny_ && p.k < nz_;
   }
@@ -417,14 +424,12 @@ void classify(const std::vector<BrickContents>& contents, bool fills, GyroMesh& 
 
 std::vector<FilmFace> shell_film(const GyroMesh& mesh) {
   std::vector<FilmFace> film;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i) {
-        const std::array<bool, kBrickFaces> outer{i == 0, i == mesh.nx() - 1, j == 0, j == mesh.ny() - 1,
-                                                  k == 0, k == mesh.nz() - 1};
-        for (int face = 0; face < kBrickFaces; ++face)
-          if (outer[face]) film.push_back({mesh.brick(i, j, k), face, 1});
-      }
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass&) {
+    const std::array<bool, kBrickFaces> outer{i == 0, i == mesh.nx() - 1, j == 0, j == mesh.ny() - 1,
+                                              k == 0, k == mesh.nz() - 1};
+    for (int face = 0; face < kBrickFaces; ++face)
+      if (outer[face]) film.push_back({mesh.brick(i, j, k), face, 1});
+  });
   return film;
 }
 
@@ -434,8 +439,8 @@ std::vector<double> in_metres(const std::vector<double>& lines_mm) {
   return lines;
 }
 
-}  // namespace
-
+/// Lines on the faces of all boxes, on flat faces, hole and hub; each interval is divided evenly into the nearest whole
+/// number of pieces of `edge_mm`, at least one. mm.
 GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge_mm) {
   const auto& g = model.geometry;
   const double cx = g.cabinet[0] / 2;
@@ -470,6 +475,7 @@ GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge
   return {divided(x, edge_mm), divided(y, edge_mm), divided(z, edge_mm)};
 }
 
+/// By brick index. The shares add up to 1 in full mode, to at most 1 in block mode.
 std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroParts& parts, const GridLines& lines) {
   const auto nx = lines.x.size() - 1;
   const auto ny = lines.y.size() - 1;
@@ -499,6 +505,8 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
   return all;
 }
 
+/// Drops the cut bricks of which less than half of the plan is solid; what they hold goes to the fullest of the four
+/// neighbours beside them that stays. Volumes and plan areas keep their sums.
 void consolidate(std::vector<BrickContents>& contents, const GridLines& lines) {
   const Grid grid(lines);
   const auto before = contents;
@@ -526,6 +534,9 @@ void consolidate(std::vector<BrickContents>& contents, const GridLines& lines) {
   }
 }
 
+/// The film on the block, its mirrors and what stands on it, by brick and face: level faces by the plan area of the
+/// brick, flat upright faces where the wall lies, slanted walls spread over the brick faces near them. The hole's wall
+/// carries none. Sums are the true areas.
 std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
                                  const std::vector<BrickContents>& contents) {
   FilmOfWalls film(lines, contents);
@@ -533,6 +544,8 @@ std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
   for (const auto& wall : walls_of(parts)) film.add(wall);
   return film.faces();
 }
+
+}  // namespace
 
 double edge_mm(MeshSize size) {
   switch (size) {
@@ -565,14 +578,12 @@ void number_nodes(GyroMesh& mesh) {
   const std::size_t points = static_cast<std::size_t>(2 * mesh.nx() + 1) * (2 * mesh.ny() + 1) * (2 * mesh.nz() + 1);
   mesh.nodes.assign(points, -1);
   mesh.element_count = 0;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i) {
-        if (mesh.bricks[mesh.brick(i, j, k)] == 0) continue;
-        ++mesh.element_count;
-        for (const auto& place : kHex20Places)
-          mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])] = 0;
-      }
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass&) {
+    if (mesh.bricks[mesh.brick(i, j, k)] == 0) return;
+    ++mesh.element_count;
+    for (const auto& place : kHex20Places)
+      mesh.nodes[mesh.point(2 * i + place[0], 2 * j + place[1], 2 * k + place[2])] = 0;
+  });
   std::int32_t number = 0;
   for (auto& node : mesh.nodes)
     if (node == 0) node = number++;
@@ -581,10 +592,9 @@ void number_nodes(GyroMesh& mesh) {
 
 double volume_of(const GyroMesh& mesh, GyroPart part) {
   double volume = 0;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i)
-        volume += share_of(mesh.classes[mesh.bricks[mesh.brick(i, j, k)]], part) * edges(mesh, i, j, k).volume();
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
+    volume += share_of(brick, part) * edges(mesh, i, j, k).volume();
+  });
   return volume;
 }
 
@@ -592,5 +602,7 @@ double share_of(const BrickClass& brick, GyroPart part) {
   const auto found = std::ranges::find(brick.shares, part, &PartShare::part);
   return found == brick.shares.end() ? 0 : found->share;
 }
+
+GyroPart main_part(const BrickClass& brick) { return std::ranges::max(brick.shares, {}, &PartShare::share).part; }
 
 }  // namespace gyrotherm::thermal

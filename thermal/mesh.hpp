@@ -10,14 +10,17 @@
 /// near it in such a way that its area is the true one.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "thermal/gyro_model.hpp"
-#include "thermal/gyro_parts.hpp"
+#include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::thermal {
 
@@ -44,6 +47,15 @@ struct FilmFace {
   double factor = 1;  ///< true area over the brick face's
 };
 
+struct BrickPlace {
+  int i, j, k;
+};
+/// The place of brick (k·ny + j)·nx + i.
+[[nodiscard]] inline BrickPlace place_of(std::size_t brick, int nx, int ny) {
+  const auto b = static_cast<int>(brick);
+  return {b % nx, b / nx % ny, b / nx / ny};
+}
+
 /// Brick (i, j, k) has the index (k·ny + j)·nx + i. Nodes are numbered along the doubled grid: point (I, J, K) of
 /// (2nx + 1) × (2ny + 1) × (2nz + 1), corners at even places, middles of edges where one place is odd.
 struct GyroMesh {
@@ -63,6 +75,7 @@ struct GyroMesh {
   [[nodiscard]] std::size_t brick(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny() + j) * nx() + i;
   }
+  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx(), ny()); }
   [[nodiscard]] std::size_t point(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * (2 * ny() + 1) + j) * (2 * nx() + 1) + i;
   }
@@ -86,6 +99,24 @@ struct BrickEdges {
   return place % 2 == 0 ? lines[place / 2] : 0.5 * (lines[place / 2] + lines[place / 2 + 1]);
 }
 
+/// Calls visit(i, j, k, class) for every brick, empty ones too, in the order of their indices.
+template <class Visit>
+void each_brick(const GyroMesh& mesh, Visit visit) {
+  for (int k = 0; k < mesh.nz(); ++k)
+    for (int j = 0; j < mesh.ny(); ++j)
+      for (int i = 0; i < mesh.nx(); ++i) visit(i, j, k, mesh.classes[mesh.bricks[mesh.brick(i, j, k)]]);
+}
+
+/// Calls visit(node, I, J, K) for every node, (I, J, K) its point of the doubled grid, in the order of their numbers.
+template <class Visit>
+void each_node(const GyroMesh& mesh, Visit visit) {
+  std::size_t point = 0;
+  for (int K = 0; K <= 2 * mesh.nz(); ++K)
+    for (int J = 0; J <= 2 * mesh.ny(); ++J)
+      for (int I = 0; I <= 2 * mesh.nx(); ++I, ++point)
+        if (mesh.nodes[point] >= 0) visit(mesh.nodes[point], I, J, K);
+}
+
 [[nodiscard]] GyroMesh make_mesh(const GyroModel& model, MeshSize size);
 [[nodiscard]] GyroMesh make_mesh(const GyroModel& model, double edge_mm);
 
@@ -97,36 +128,25 @@ void number_nodes(GyroMesh& mesh);
 
 /// Share of a part in a brick's class.
 [[nodiscard]] double share_of(const BrickClass& brick, GyroPart part);
+/// The part that fills most of a brick, which is not empty.
+[[nodiscard]] GyroPart main_part(const BrickClass& brick);
 
-/// Lines on the faces of all boxes, on flat faces, hole and hub; each interval is divided evenly into the nearest whole
-/// number of pieces of `edge_mm`, at least one. mm.
-struct GridLines {
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> z;
-};
-[[nodiscard]] GridLines grid_lines(const GyroModel& model, const GyroParts& parts, double edge_mm);
+// Files for other programs (mesh_files.cpp): the steady problem for CalculiX, for whoever wants to check it, and a
+// field for ParaView.
 
-/// A brick's contents, and how much of its plan is solid (from 0 to 1).
-struct BrickContents {
-  std::array<double, kGyroParts> share{};
-  double plan_share{};
-  std::array<double, 3> across{};  ///< some vector across the face that cuts it, zero: none
-  bool whole = true;               ///< lies in one box, or in nothing that is cut
+struct CalculixOptions {
+  double ambient_c = 20;
+  ThermalCoefficients coefficients{};         ///< such as steady_state() ended with
+  std::string solver = "ITERATIVE CHOLESKY";  ///< empty: its own choice
 };
 
-/// By brick index. The shares add up to 1 in full mode, to at most 1 in block mode.
-[[nodiscard]] std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroParts& parts,
-                                                        const GridLines& lines);
+/// Elements DC3D20, node n of the mesh has the number n + 1; each class of bricks is a material. SI, °C. `ccx NAME`
+/// writes the temperatures to NAME.dat. Failure is the stream's to tell.
+void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroMesh& mesh,
+                          const CalculixOptions& options);
 
-/// Drops the cut bricks of which less than half of the plan is solid; what they hold goes to the fullest of the four
-/// neighbours beside them that stays. Volumes and plan areas keep their sums.
-void consolidate(std::vector<BrickContents>& contents, const GridLines& lines);
-
-/// The film on the block, its mirrors and what stands on it, by brick and face: level faces by the plan area of the
-/// brick, flat upright faces where the wall lies, slanted walls spread over the brick faces near them. The hole's wall
-/// carries none. Sums are the true areas.
-[[nodiscard]] std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
-                                               const std::vector<BrickContents>& contents);
+/// VTK XML unstructured grid, binary appended: points in m, quadratic bricks (type 25), the temperature T in °C by
+/// point and the number of each brick's main part (GyroPart) by cell. Failure is the stream's to tell.
+void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
 
 }  // namespace gyrotherm::thermal

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "thermal/mesh_files.hpp"
-
+/// A mesh as an input file of CalculiX, and a field on it as a file for ParaView.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 
 #include "thermal/assembly.hpp"
 #include "thermal/hex20.hpp"
+#include "thermal/mesh.hpp"
 
 namespace gyrotherm::thermal {
 
@@ -50,22 +50,17 @@ struct Element {
 std::vector<std::vector<Element>> elements_by_class(const GyroMesh& mesh) {
   std::vector<std::vector<Element>> elements(mesh.classes.size());
   std::size_t number = 0;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i)
-        if (const auto c = mesh.bricks[mesh.brick(i, j, k)]; c != 0) elements[c].push_back({++number, i, j, k});
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass&) {
+    if (const auto c = mesh.bricks[mesh.brick(i, j, k)]; c != 0) elements[c].push_back({++number, i, j, k});
+  });
   return elements;
 }
 
 void put_nodes(Writer& writer, const GyroMesh& mesh) {
   writer.put("*NODE,NSET=NALL\n");
-  std::size_t point = 0;
-  for (int K = 0; K <= 2 * mesh.nz(); ++K)
-    for (int J = 0; J <= 2 * mesh.ny(); ++J)
-      for (int I = 0; I <= 2 * mesh.nx(); ++I, ++point)
-        if (mesh.nodes[point] >= 0)
-          writer.put("{},{:.12g},{:.12g},{:.12g}\n", mesh.nodes[point] + 1, doubled(mesh.x, I), doubled(mesh.y, J),
-                     doubled(mesh.z, K));
+  each_node(mesh, [&](int node, int I, int J, int K) {
+    writer.put("{},{:.12g},{:.12g},{:.12g}\n", node + 1, doubled(mesh.x, I), doubled(mesh.y, J), doubled(mesh.z, K));
+  });
 }
 
 double density(const GyroModel& model, const BrickClass& brick) {
@@ -151,33 +146,25 @@ struct Cells {
 
 std::vector<float> points_of(const GyroMesh& mesh) {
   std::vector<float> points(3 * mesh.node_count);
-  std::size_t point = 0;
-  for (int K = 0; K <= 2 * mesh.nz(); ++K)
-    for (int J = 0; J <= 2 * mesh.ny(); ++J)
-      for (int I = 0; I <= 2 * mesh.nx(); ++I, ++point) {
-        const auto node = mesh.nodes[point];
-        if (node < 0) continue;
-        points[3 * node] = static_cast<float>(doubled(mesh.x, I));
-        points[3 * node + 1] = static_cast<float>(doubled(mesh.y, J));
-        points[3 * node + 2] = static_cast<float>(doubled(mesh.z, K));
-      }
+  each_node(mesh, [&](int node, int I, int J, int K) {
+    points[3 * node] = static_cast<float>(doubled(mesh.x, I));
+    points[3 * node + 1] = static_cast<float>(doubled(mesh.y, J));
+    points[3 * node + 2] = static_cast<float>(doubled(mesh.z, K));
+  });
   return points;
 }
 
 Cells cells_of(const GyroMesh& mesh) {
   constexpr std::uint8_t kQuadraticHexahedron = 25;
   Cells cells;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i) {
-        const auto& brick = mesh.classes[mesh.bricks[mesh.brick(i, j, k)]];
-        if (brick.shares.empty()) continue;
-        const auto nodes = nodes_of(mesh, i, j, k);
-        cells.connectivity.insert(cells.connectivity.end(), nodes.begin(), nodes.end());
-        cells.offsets.push_back(static_cast<std::int32_t>(cells.connectivity.size()));
-        cells.types.push_back(kQuadraticHexahedron);
-        cells.parts.push_back(static_cast<std::uint8_t>(std::ranges::max(brick.shares, {}, &PartShare::share).part));
-      }
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
+    if (brick.shares.empty()) return;
+    const auto nodes = nodes_of(mesh, i, j, k);
+    cells.connectivity.insert(cells.connectivity.end(), nodes.begin(), nodes.end());
+    cells.offsets.push_back(static_cast<std::int32_t>(cells.connectivity.size()));
+    cells.types.push_back(kQuadraticHexahedron);
+    cells.parts.push_back(static_cast<std::uint8_t>(main_part(brick)));
+  });
   return cells;
 }
 

@@ -12,7 +12,10 @@
 #include <optional>
 
 #include "core/random.hpp"
+#include "thermal/assembly.hpp"
+#include "thermal/conjugate_gradients.hpp"
 #include "thermal/hex20.hpp"
+#include "thermal/model_order_reduction_error.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm::thermal {
@@ -71,6 +74,26 @@ std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<do
     }
   }
   return found;
+}
+
+/// Among these the fields are chosen.
+std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
+}
+
+/// Over these they are compressed: the same region, finer.
+std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
+}
+
+/// Off both.
+std::vector<ThermalPoint> check_points(const ReducedModel& about) {
+  return {gaps_alike(about, 0.05, GyroFilm::still, 0),
+          gaps_alike(about, 0.9, GyroFilm::chamber, 0),
+          gaps_alike(about, 0.2, GyroFilm::still, 5e-4),
+          gaps_alike(about, 0.63, GyroFilm::chamber, 3e-3),
+          {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3},
+          {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
 }
 
 constexpr std::uint64_t kSums = 1024;  ///< spread of a squared norm: sqrt(2 / 1024), 4 %
@@ -288,6 +311,21 @@ double difference(const ReducedModel& a, const ReducedModel& b, const std::vecto
   return largest_k;
 }
 
+/// The model on the span of `directions` (orthonormal columns) of its states.
+ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
+  ReducedModel smaller = model;
+  const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd square = directions.transpose() * matrix * directions;
+    return (square + square.transpose()) / 2;
+  };
+  smaller.conduction = onto(model.conduction);
+  for (auto& matrix : smaller.conduction_per) matrix = onto(matrix);
+  smaller.inputs = directions.transpose() * model.inputs;
+  smaller.film_ambient = directions.transpose() * model.film_ambient;
+  smaller.outputs = model.outputs * directions;
+  return smaller;
+}
+
 ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& points) const {
   const auto& rich = basis_.model();
   const auto directions = telling_directions(rich, points, loads_);
@@ -331,23 +369,6 @@ Result<void> ModelOrderReduction::check(ReducedModel& model) {
 }
 
 }  // namespace
-
-std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
-}
-
-std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
-  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
-}
-
-std::vector<ThermalPoint> check_points(const ReducedModel& about) {
-  return {gaps_alike(about, 0.05, GyroFilm::still, 0),
-          gaps_alike(about, 0.9, GyroFilm::chamber, 0),
-          gaps_alike(about, 0.2, GyroFilm::still, 5e-4),
-          gaps_alike(about, 0.63, GyroFilm::chamber, 3e-3),
-          {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3},
-          {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
-}
 
 ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel about, Eigen::VectorXd weights,
                            Eigen::Index most_states)
@@ -439,20 +460,6 @@ Eigen::VectorXd ReducedBasis::residuals(const ThermalPoint& point, const Eigen::
   return (residual * loads).colwise().norm();
 }
 
-ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
-  ReducedModel smaller = model;
-  const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
-    const Eigen::MatrixXd square = directions.transpose() * matrix * directions;
-    return (square + square.transpose()) / 2;
-  };
-  smaller.conduction = onto(model.conduction);
-  for (auto& matrix : smaller.conduction_per) matrix = onto(matrix);
-  smaller.inputs = directions.transpose() * model.inputs;
-  smaller.film_ambient = directions.transpose() * model.film_ambient;
-  smaller.outputs = model.outputs * directions;
-  return smaller;
-}
-
 Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about) {
   Loads loads = Loads::Zero();
   loads.diagonal() = switched_on(about, kRange_k);
@@ -478,6 +485,46 @@ Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& ab
   if (!reduced) return reduced;
   if (const auto good = reduction.check(reduced->model); !good) return failure(good.error());
   return reduced;
+}
+
+SolveColumns multigrid_solver() {
+  return [](const SparseMatrix& matrix, const Eigen::MatrixXd& right) -> Result<Eigen::MatrixXd> {
+    auto solver = ConjugateGradients::set_up(matrix, {.tolerance = kSolved});
+    if (!solver) return failure(solver.error());
+    Eigen::MatrixXd solutions(right.rows(), right.cols());
+    for (Eigen::Index i = 0; i < right.cols(); ++i) {
+      auto solution = solver->solve(right.col(i));
+      if (!solution) return failure(solution.error());
+      solutions.col(i) = std::move(solution->x);
+    }
+    return solutions;
+  };
+}
+
+ReducedModel about(const GyroModel& gyro, const std::string& source_sha256) {
+  ReducedModel model;
+  model.gyro = gyro.name;
+  model.source_sha256 = source_sha256;
+  model.air = gyro.air;
+  model.powers_w = gyro.powers_w;
+  model.still_film_w_per_m2_k = gyro.still_film_w_per_m2_k;
+  model.chamber_film_w_per_m2_k = gyro.chamber_film_w_per_m2_k;
+  return model;
+}
+
+Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& source_sha256, MeshSize size,
+                                 const ReductionOptions& options, const ProgressSink& progress) {
+  const auto mesh = make_mesh(gyro, size);
+  const auto system = assemble(gyro, mesh);
+  auto what = about(gyro, source_sha256);
+  what.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
+  const auto solve = multigrid_solver();
+  auto reduced = reduce(system, what, options, solve, progress);
+  if (!reduced) return failure(reduced.error());
+  const auto error = measure(system, *reduced, {}, solve, progress);
+  if (!error) return failure(error.error());
+  reduced->model.error = *error;
+  return std::move(reduced->model);
 }
 
 }  // namespace gyrotherm::thermal

@@ -11,10 +11,13 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "core/result.hpp"
+#include "thermal/gyro_model.hpp"
 #include "thermal/hex20.hpp"
+#include "thermal/mesh.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm::thermal {
@@ -61,16 +64,6 @@ class ReducedBasis final {
   Eigen::VectorXd sketched_film_;
 };
 
-/// The model on the span of `directions` (orthonormal columns) of its states.
-[[nodiscard]] ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions);
-
-/// Among these the fields are chosen.
-[[nodiscard]] std::vector<ThermalPoint> candidate_points(const ReducedModel& about);
-/// Over these they are compressed: the same region, finer.
-[[nodiscard]] std::vector<ThermalPoint> dense_points(const ReducedModel& about);
-/// Off both.
-[[nodiscard]] std::vector<ThermalPoint> check_points(const ReducedModel& about);
-
 /// Residual over right-hand side at which a solution will do: what is solved for is what an answer still misses, of
 /// which four digits are enough.
 inline constexpr double kSolved = 1e-4;
@@ -90,7 +83,7 @@ struct ReducedSystem {
 };
 
 /// `about` says what the model is of: names, air, films, powers; its matrices and its error are not read. The model's
-/// transfer_k is set, measured at coefficients and rates that took no part; the other errors are reduction_error.hpp's.
+/// transfer_k is set, measured at coefficients and rates that took no part; measure() makes the other errors.
 /// Fails with numeric (goal not met: the figure, the place), as `solve` does, or with interrupted.
 [[nodiscard]] Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about,
                                            const ReductionOptions& options, const SolveColumns& solve,
@@ -100,5 +93,17 @@ struct ReducedSystem {
 /// preamplifier, of both ballasts; and those of the arms, and of the ballasts, one up and the other down. A source that
 /// is weak or off counts with a tenth of all.
 [[nodiscard]] Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about);
+
+// From a gyro file's model to its reduced model: mesh, matrices, reduction, errors measured on the same mesh.
+
+/// By conjugate gradients with algebraic multigrid, set up once per matrix.
+[[nodiscard]] SolveColumns multigrid_solver();
+
+/// What a reduced model says beside its matrices.
+[[nodiscard]] ReducedModel about(const GyroModel& gyro, const std::string& source_sha256);
+
+/// The medium mesh takes about two minutes and 2 GB. Fails as reduce() and measure() do.
+[[nodiscard]] Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& source_sha256, MeshSize mesh,
+                                               const ReductionOptions& options, const ProgressSink& progress = {});
 
 }  // namespace gyrotherm::thermal

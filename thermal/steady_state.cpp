@@ -15,37 +15,31 @@
 namespace gyrotherm::thermal {
 namespace {
 
-/// The part that fills most of a brick.
-GyroPart main_part(const BrickClass& brick) { return std::ranges::max(brick.shares, {}, &PartShare::share).part; }
-
 void mark_extremes(const GyroMesh& mesh, SteadyState& state) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (auto* point : {&state.hottest, &state.block_hottest}) point->temperature_c = -kInfinity;
   for (auto* point : {&state.coldest, &state.block_coldest}) point->temperature_c = kInfinity;
-  for (int k = 0; k < mesh.nz(); ++k)
-    for (int j = 0; j < mesh.ny(); ++j)
-      for (int i = 0; i < mesh.nx(); ++i) {
-        const auto& brick = mesh.classes[mesh.bricks[mesh.brick(i, j, k)]];
-        if (brick.shares.empty()) continue;
-        const auto part = main_part(brick);
-        if (is_gas(part) || is_air(part)) continue;
-        const auto nodes = nodes_of(mesh, i, j, k);
-        for (int n = 0; n < kHex20; ++n) {
-          const auto& place = kHex20Places[n];
-          const double t = state.field_c[nodes[n]];
-          const auto point = [&] {
-            return ExtremePoint{t,
-                                {doubled(mesh.x, 2 * i + place[0]), doubled(mesh.y, 2 * j + place[1]),
-                                 doubled(mesh.z, 2 * k + place[2])},
-                                part};
-          };
-          if (t > state.hottest.temperature_c) state.hottest = point();
-          if (t < state.coldest.temperature_c) state.coldest = point();
-          if (part != GyroPart::block) continue;
-          if (t > state.block_hottest.temperature_c) state.block_hottest = point();
-          if (t < state.block_coldest.temperature_c) state.block_coldest = point();
-        }
-      }
+  each_brick(mesh, [&](int i, int j, int k, const BrickClass& brick) {
+    if (brick.shares.empty()) return;
+    const auto part = main_part(brick);
+    if (is_gas(part) || is_air(part)) return;
+    const auto nodes = nodes_of(mesh, i, j, k);
+    for (int n = 0; n < kHex20; ++n) {
+      const auto& place = kHex20Places[n];
+      const double t = state.field_c[nodes[n]];
+      const auto point = [&] {
+        return ExtremePoint{
+            t,
+            {doubled(mesh.x, 2 * i + place[0]), doubled(mesh.y, 2 * j + place[1]), doubled(mesh.z, 2 * k + place[2])},
+            part};
+      };
+      if (t > state.hottest.temperature_c) state.hottest = point();
+      if (t < state.coldest.temperature_c) state.coldest = point();
+      if (part != GyroPart::block) continue;
+      if (t > state.block_hottest.temperature_c) state.block_hottest = point();
+      if (t < state.block_coldest.temperature_c) state.block_coldest = point();
+    }
+  });
 }
 
 /// One steady problem, with what does not change between the rounds.

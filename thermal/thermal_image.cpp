@@ -251,14 +251,6 @@ std::vector<double> isotherm_levels(const ThermalImage& image) {
   return levels;
 }
 
-void draw_isotherms(plot::Picture& picture, const ThermalImage& image) {
-  for (const double level : isotherm_levels(image)) {
-    for (const auto& line : isotherms(image.celsius, level)) {
-      for (const auto& point : line) put(picture, std::lround(point.row), std::lround(point.column), kLine);
-    }
-  }
-}
-
 void draw_marks(plot::Picture& picture, const ThermalImage& image) {
   const auto column_of = [&](double x_mm) {
     return std::lround((x_mm - image.x_mm.low) / (image.x_mm.high - image.x_mm.low) *
@@ -291,7 +283,11 @@ std::string svg_of(const ThermalImage& image) {
 
 std::string png_of(const ThermalImage& image) {
   plot::Picture picture = coloured(image);
-  draw_isotherms(picture, image);
+  for (const double level : isotherm_levels(image)) {
+    for (const auto& line : isotherms(image.celsius, level)) {
+      for (const auto& point : line) put(picture, std::lround(point.row), std::lround(point.column), kLine);
+    }
+  }
   draw_marks(picture, image);
   return png_of(picture);
 }

@@ -68,8 +68,7 @@ struct ThermalImage {
 /// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
 
-/// Draws the isotherms into the picture, then a dot and a letter at each thermometer.
-void draw_isotherms(plot::Picture& picture, const ThermalImage& image);
+/// Draws a dot and a letter at each thermometer into the picture.
 void draw_marks(plot::Picture& picture, const ThermalImage& image);
 
 }  // namespace gyrotherm::thermal

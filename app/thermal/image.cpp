@@ -15,7 +15,7 @@
 #include "core/json.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
-#include "thermal/mesh_files.hpp"
+#include "thermal/mesh.hpp"
 
 namespace gyrotherm::app {
 namespace {

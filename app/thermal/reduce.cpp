@@ -11,7 +11,7 @@
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "thermal/gyro_model.hpp"
-#include "thermal/gyro_reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 
 namespace gyrotherm::app {
 namespace {

@@ -26,7 +26,6 @@
 #include "core/result.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
-#include "thermal/mesh_files.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"
 #include "thermal/reduced/thermal_system.hpp"

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "tests/thermal/small_bodies.hpp"
-#include "thermal/mesh_files.hpp"
+#include "thermal/mesh.hpp"
 #include "thermal/steady_state.hpp"
 
 namespace gyrotherm::thermal {

@@ -12,7 +12,7 @@
 #include "core/sha256.hpp"
 #include "thermal/assembly.hpp"
 #include "thermal/gyro_model.hpp"
-#include "thermal/gyro_reduction.hpp"
+#include "thermal/model_order_reduction.hpp"
 #include "thermal/model_order_reduction_error.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/reduced_transient.hpp"

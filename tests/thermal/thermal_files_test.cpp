@@ -8,7 +8,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/assembly.hpp"
-#include "thermal/mesh_files.hpp"
+#include "thermal/mesh.hpp"
 
 namespace gyrotherm::thermal {
 namespace {

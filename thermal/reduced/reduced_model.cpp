@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::thermal {
@@ -179,7 +180,29 @@ void expect_sound(const TomlTable& root, const ReducedModel& model) {
   }
 }
 
+constexpr double kStefanBoltzmann = 5.670374419e-8;  // W/(m²·K⁴)
+
+/// Thermal conductivity of dry air at 1 bar, W/(m·K), −60…150 °C, by Sutherland's law.
+double air_conductivity(double air_c) {
+  constexpr double kAtZero = 0.0241;     // W/(m·K)
+  constexpr double kSutherland = 194.0;  // K; F. M. White, Viscous Fluid Flow, 3rd ed., table 1-3
+  const double t = (air_c + kZeroCelsiusInKelvin) / kZeroCelsiusInKelvin;
+  return kAtZero * std::pow(t, 1.5) * (kZeroCelsiusInKelvin + kSutherland) /
+         (air_c + kZeroCelsiusInKelvin + kSutherland);
+}
+
+/// k_eff = k_air(T)·Nu + 4 σ ε T³·width, W/(m·K), radiation linearised at T.
+double effective_conductivity(const AirGap& gap, double air_c) {
+  const double t = air_c + kZeroCelsiusInKelvin;
+  return air_conductivity(air_c) * gap.nusselt + 4 * kStefanBoltzmann * gap.emissivity * t * t * t * gap.width_m;
+}
+
 }  // namespace
+
+ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double film_w_per_m2_k) {
+  return {effective_conductivity(air.lid, air_c), effective_conductivity(air.side, air_c),
+          effective_conductivity(air.base, air_c), film_w_per_m2_k};
+}
 
 ThermalCoefficients coefficients_at(const ReducedModel& model, double air_c, GyroFilm film) {
   return coefficients_at(model.air, std::clamp(air_c, kColdestGapAir_c, kHottestGapAir_c),

@@ -19,7 +19,7 @@ namespace gyrotherm::thermal {
 /// Against the full model, measured when it was made; K, over A…H.
 struct ReductionError {
   double transfer_k{};   ///< at rest and at s > 0 of points that the reduction did not use; every output
-  double ramp_k{};       ///< on the ramps of reduction_error.hpp
+  double ramp_k{};       ///< on the ramps of model_order_reduction_error.hpp
   double switch_on_k{};  ///< after all powers came on at once
 };
 

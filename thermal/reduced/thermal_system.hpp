@@ -47,24 +47,9 @@ enum class ThermalOutput : std::size_t {
   block
 };
 inline constexpr std::size_t kThermalOutputs = 18;
-inline constexpr std::array<std::string_view, kThermalOutputs> kThermalOutputNames{"A",
-                                                                                   "B",
-                                                                                   "C",
-                                                                                   "D",
-                                                                                   "E",
-                                                                                   "F",
-                                                                                   "G",
-                                                                                   "H",
-                                                                                   "shell",
-                                                                                   "gain_left",
-                                                                                   "gain_right",
-                                                                                   "passive_bore",
-                                                                                   "preamplifier",
-                                                                                   "mirror_b",
-                                                                                   "mirror_c",
-                                                                                   "mirror_f",
-                                                                                   "mirror_h",
-                                                                                   "block"};
+inline constexpr std::array<std::string_view, kThermalOutputs> kThermalOutputNames{
+    {"A", "B", "C", "D", "E", "F", "G", "H", "shell", "gain_left", "gain_right", "passive_bore", "preamplifier",
+     "mirror_b", "mirror_c", "mirror_f", "mirror_h", "block"}};
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -89,12 +74,6 @@ struct CabinetAir {
   AirGap side;
   AirGap base;
 };
-
-/// Thermal conductivity of dry air at 1 bar, W/(m·K), −60…150 °C, by Sutherland's law.
-[[nodiscard]] double air_conductivity(double air_c);
-
-/// k_eff = k_air(T)·Nu + 4 σ ε T³·width, W/(m·K), radiation linearised at T.
-[[nodiscard]] double effective_conductivity(const AirGap& gap, double air_c);
 
 /// The three gaps at `air_c`, and the outside's film as given.
 [[nodiscard]] ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double film_w_per_m2_k);

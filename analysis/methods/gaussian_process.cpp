@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/gaussian_process.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <numbers>
 
 #include "analysis/methods/held_out.hpp"
+#include "analysis/methods/kernel_methods.hpp"
 #include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 

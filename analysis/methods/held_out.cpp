@@ -130,9 +130,8 @@ Least least_of(const std::vector<Eigen::VectorXd>& errors) {
   return least;
 }
 
-Result<Choice> choose_among(std::span<const HyperParameters> candidates,
-                            Result<Fit> (*fit)(const FitInput&, const HyperParameters&, const MethodOptions&),
-                            std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
+Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunction* fit, std::span<const Fold> folds,
+                            const MethodOptions& options, const ProgressSink& progress) {
   const Trial refit = [&](const Fold& fold, std::size_t i) -> Result<Eigen::MatrixXd> {
     const auto fitted = fit({fold.train_x, fold.train_y, fold.terms}, candidates[i], options);
     if (!fitted) return failure(fitted.error());

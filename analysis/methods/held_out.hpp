@@ -44,9 +44,7 @@ struct Least {
 
 /// Chooses the candidate with the least held-out error; each is fitted anew on each fold. Fails as held_out_errors
 /// does.
-[[nodiscard]] Result<Choice> choose_among(std::span<const HyperParameters> candidates,
-                                          Result<Fit> (*fit)(const FitInput&, const HyperParameters&,
-                                                             const MethodOptions&),
+[[nodiscard]] Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunction* fit,
                                           std::span<const Fold> folds, const MethodOptions& options,
                                           const ProgressSink& progress);
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/kohonen.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
+#include <random>
+#include <utility>
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/radial_basis.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm::methods {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/ls_svm.hpp"
-
 #include <fmt/format.h>
 
 #include <cassert>
 #include <cmath>
 
 #include "analysis/methods/held_out.hpp"
+#include "analysis/methods/kernel_methods.hpp"
 #include "analysis/svm/newton.hpp"
 #include "analysis/svm/svr.hpp"
 

@@ -7,15 +7,10 @@
 #include <array>
 #include <cassert>
 
-#include "analysis/methods/gaussian_process.hpp"
-#include "analysis/methods/kohonen.hpp"
+#include "analysis/methods/kernel_methods.hpp"
 #include "analysis/methods/linear.hpp"
-#include "analysis/methods/ls_svm.hpp"
 #include "analysis/methods/network.hpp"
-#include "analysis/methods/polynomial.hpp"
 #include "analysis/methods/radial_basis.hpp"
-#include "analysis/methods/ridge.hpp"
-#include "analysis/methods/stepwise.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
@@ -157,13 +152,6 @@ Result<const Method*> find_method(std::string_view name) {
   return failure(FaultKind::usage, "method",
                  fmt::format("\"{}\" is not one of {}{}", name, fmt::join(known, ", "),
                              meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
-}
-
-Result<void> check_folds(std::span<const Fold> folds) {
-  if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
-  for (std::size_t f = 0; f < folds.size(); ++f)
-    if (auto sound = check_fold(folds[f], f); !sound) return sound;
-  return {};
 }
 
 double value_of(const HyperParameters& parameters, std::string_view name) {

@@ -85,9 +85,6 @@ struct Fold : svm::TuningFold {
   std::vector<data::Term> terms;
 };
 
-/// Fails as check_fold() does for the first fold that it finds wrong, or if there is none.
-[[nodiscard]] Result<void> check_folds(std::span<const Fold> folds);
-
 struct MethodOptions {
   svm::TuningOptions tuning{};  ///< of the support vector methods
   std::uint64_t seed = 1;       ///< of methods that start at random
@@ -115,17 +112,21 @@ struct Fit {
   std::string particulars;        ///< in words, what else is worth knowing; may be empty
 };
 
+/// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty
+/// span is an error for a method that has something to choose.
+using ChooseFunction = Result<Choice>(std::span<const Fold> folds, const MethodOptions& options,
+                                      const ProgressSink& progress);
+/// Fits with these hyper-parameters. Fails with usage (too few samples, values that are not finite) or numeric.
+using FitFunction = Result<Fit>(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
+
 struct Method {
   std::string_view name;      ///< what --method takes
   std::string_view title;     ///< for the report
   std::string_view citation;  ///< of its published form
   std::string_view inputs;    ///< what it takes in where the user does not say: a word of --inputs
   std::array<std::string_view, 4> compared_on = {};  ///< what else it is compared on in the qualification; "": nothing
-  /// Hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty span
-  /// is an error for a method that has something to choose.
-  Result<Choice> (*choose)(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress);
-  /// Fails with usage (too few samples, values that are not finite) or numeric.
-  Result<Fit> (*fit)(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
+  ChooseFunction* choose;
+  FitFunction* fit;
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
   /// out.
   Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;

@@ -53,12 +53,10 @@ class LevenbergMarquardt {
 
 /// Chooses "hidden units" of 5, 10 or 20, "steps" of Levenberg–Marquardt, and "start", which of the ten, 0 … 9, by
 /// held-out error.
-[[nodiscard]] Result<Choice> choose_network(std::span<const Fold> folds, const MethodOptions& options,
-                                            const ProgressSink& progress);
+[[nodiscard]] ChooseFunction choose_network;
 
 /// The effective parameters are all weights, at most the samples; fewer steps make them less. Fails with usage if there
 /// is one sample only.
-[[nodiscard]] Result<Fit> fit_network(const FitInput& set, const HyperParameters& parameters,
-                                      const MethodOptions& options);
+[[nodiscard]] FitFunction fit_network;
 
 }  // namespace gyrotherm::methods

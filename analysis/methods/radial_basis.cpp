@@ -11,7 +11,7 @@
 #include <numeric>
 
 #include "analysis/methods/held_out.hpp"
-#include "analysis/methods/ridge.hpp"
+#include "analysis/methods/linear.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm::methods {

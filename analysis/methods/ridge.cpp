@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/ridge.hpp"
-
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/methods/held_out.hpp"
+#include "analysis/methods/linear.hpp"
 
 namespace gyrotherm::methods {
 namespace {

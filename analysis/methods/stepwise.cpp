@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/stepwise.hpp"
-
 #include <fmt/format.h>
 
 #include <Eigen/QR>
@@ -8,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/methods/held_out.hpp"
+#include "analysis/methods/linear.hpp"
 
 namespace gyrotherm::methods {
 namespace {

@@ -10,12 +10,11 @@
 namespace gyrotherm::methods {
 
 /// Chooses C, sigma and epsilon by tune_svr.
-[[nodiscard]] Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options,
-                                        const ProgressSink& progress);
+[[nodiscard]] ChooseFunction choose_svr;
 
 /// Fits by solve_svr and fails like it. The effective parameters are the support vectors that are not at their bound
 /// (Gunter, Zhu 2007).
-[[nodiscard]] Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
+[[nodiscard]] FitFunction fit_svr;
 
 /// The adaptive forward linear predictor with which Cheng et al., Measurement 55 (2014) 246 (ref. 16 of the paper),
 /// take the noise from the bias before they train: ŷ(n) = Σ_{k=1}^{p} a_k y(n−k), a_k += µ e(n) y(n−k), e = y − ŷ.

@@ -52,15 +52,7 @@ std::vector<PreparedFold> prepare(std::span<const TuningFold> folds) { return {f
 using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 
 // How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
-class Workers {
- public:
-  void enter() { ++busy_; }
-  void leave() { --busy_; }
-  [[nodiscard]] bool some_idle() const { return busy_ < tbb::this_task_arena::max_concurrency(); }
-
- private:
-  std::atomic<int> busy_ = 0;
-};
+using Workers = std::atomic<int>;
 
 // Mean over all held-out rows, fold after fold until it passes the limit: it can only grow. Where threads are idle the
 // folds that are left run at once, some of them in vain; the outcome is the same.
@@ -74,7 +66,7 @@ Result<double> mean_squared_error(std::span<const PreparedFold> folds, const Svr
   std::size_t known = 0;
   for (std::size_t f = 0; f < folds.size(); ++f) {
     if (f == known) {
-      known = f > 0 && workers != nullptr && workers->some_idle() ? folds.size() : f + 1;
+      known = f > 0 && workers != nullptr && *workers < tbb::this_task_arena::max_concurrency() ? folds.size() : f + 1;
       if (known > f + 1)
         tbb::parallel_for(f, known, [&](std::size_t k) { errors[k] = error_of(k); });
       else
@@ -130,13 +122,6 @@ Result<void> check_fold(const TuningFold& fold, std::size_t number) {
   return {};
 }
 
-Result<void> check_folds(std::span<const TuningFold> folds) {
-  if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
-  for (std::size_t f = 0; f < folds.size(); ++f)
-    if (auto sound = check_fold(folds[f], f); !sound) return sound;
-  return {};
-}
-
 Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
                                       const SvrOptions& options, double limit) {
   if (auto ok = check_folds(folds); !ok) return failure(ok.error());
@@ -150,11 +135,11 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   const std::vector<PreparedFold> prepared = prepare(folds);
   Memories memories;
   std::atomic<int> uncertified = 0;
-  Workers workers;
+  Workers workers = 0;
   const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
-    workers.enter();
+    ++workers;
     auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories, limit, &workers);
-    workers.leave();
+    --workers;
     if (error || error.error().kind != FaultKind::numeric) return error;
     ++uncertified;
     return kNoLimit;

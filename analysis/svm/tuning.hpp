@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <concepts>
 #include <span>
 #include <string>
 #include <utility>
@@ -29,7 +30,13 @@ struct TuningFold {
 /// finite. `number` names the fold.
 [[nodiscard]] Result<void> check_fold(const TuningFold& fold, std::size_t number);
 /// Checks all folds. Fails with usage as check_fold does for the first that it finds wrong, or if there is no fold.
-[[nodiscard]] Result<void> check_folds(std::span<const TuningFold> folds);
+template <std::derived_from<TuningFold> Fold>
+[[nodiscard]] Result<void> check_folds(std::span<const Fold> folds) {
+  if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    if (auto sound = check_fold(folds[f], f); !sound) return sound;
+  return {};
+}
 
 /// The box of errata 4, in log2, and how it is searched.
 struct TuningOptions {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "analysis/methods/kernel_methods.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <numeric>
 
-#include "analysis/methods/gaussian_process.hpp"
-#include "analysis/methods/ls_svm.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm::methods {

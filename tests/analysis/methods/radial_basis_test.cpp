@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 #include <numeric>
 
-#include "analysis/methods/kohonen.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm::methods {

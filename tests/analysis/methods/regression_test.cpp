@@ -5,9 +5,6 @@
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/linear.hpp"
-#include "analysis/methods/polynomial.hpp"
-#include "analysis/methods/ridge.hpp"
-#include "analysis/methods/stepwise.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm::methods {

@@ -1,16 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Gaussian process regression (Rasmussen and Williams 2006): squared-exponential covariance with one length per input,
-/// which says which inputs matter, and a noise, all by marginal likelihood. One of the two modern methods beside the
-/// paper's; the only one here that gives a standard deviation with each prediction.
+/// The methods that solve with a kernel matrix beside the support vector machine: its least-squares form, and Gaussian
+/// processes.
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "analysis/methods/method.hpp"
 #include "analysis/svm/svr.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::methods {
+
+// Least-squares support vector machine (Suykens et al. 2002); for ring laser gyros: Wei, Li and Long, Measurement 44
+// (2011) 1898, and Li et al., Opt. Express 23 (2015) 13320, refs. 15 and 24 of the paper.
+//
+// Solves M [b; α] = [0; y] with M = [0 1ᵀ; 1 H], H = K + I/γ: Hη = 1, Hν = y, b = 1ᵀν/1ᵀη, α = ν − bη.
+// ŷ(z) = Σ α_i K(z_i, z) + b, K(z, z') = exp(−‖z − z'‖²/(2σ²)).
+
+/// A machine, and what its solution leaves for other questions.
+struct LsSvm {
+  Eigen::MatrixXd factor;  ///< L of H = LLᵀ, lower triangle
+  Eigen::VectorXd eta;     ///< H⁻¹1
+  Eigen::VectorXd alpha;
+  double b{};
+};
+
+/// Solves for a kernel matrix (symmetric, finite) and γ > 0. Fails with numeric if H is not positive definite in
+/// double.
+[[nodiscard]] Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
+                                         const Eigen::Ref<const Eigen::VectorXd>& y, double gamma);
+
+/// The diagonal d of M⁻¹ over the samples: e_i = α_i/d_i is the residual of a sample by the machine trained without it
+/// (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007), and n − Σd_i/γ the trace of the matrix from y to
+/// fitted values.
+[[nodiscard]] Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine);
+
+/// Chooses "gamma" and "sigma" by held-out error: from a grid over log2 γ = 2 … 18 and log2 σ = −½ … 5½ in steps of 4
+/// and 1½, then around the best with half and with a quarter of these steps (quick: the grid alone). Folds are scaled
+/// each by itself, so each is solved anew. Warns of a choice at the edge of the grid.
+[[nodiscard]] ChooseFunction choose_ls_svm;
+
+/// The effective parameters are the trace; the particulars name the closed-form leave-one-out error.
+[[nodiscard]] FitFunction fit_ls_svm;
+
+// Gaussian process regression (Rasmussen and Williams 2006): squared-exponential covariance with one length per input,
+// which says which inputs matter, and a noise, all by marginal likelihood. One of the two modern methods beside the
+// paper's; the only one here that gives a standard deviation with each prediction.
 
 /// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
 struct Covariance {
@@ -54,7 +90,6 @@ struct Ascent {
 /// made from all. The prediction falls back to the training mean far from what was seen. The effective parameters are
 /// the trace; the particulars name the lengths and the predictive standard deviation. Fails with numeric if no start
 /// has a positive definite covariance.
-[[nodiscard]] Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters& parameters,
-                                               const MethodOptions& options);
+[[nodiscard]] FitFunction fit_gaussian_process;
 
 }  // namespace gyrotherm::methods

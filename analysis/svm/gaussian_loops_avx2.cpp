@@ -2,9 +2,9 @@
 // Compiled for AVX2 (see CMakeLists.txt), so nothing is included that the rest of the program would share compiled.
 #include "analysis/svm/gaussian_loops.hpp"
 
-#ifdef __AVX2__
-
 namespace gyrotherm::svm {
+
+#ifdef __AVX2__
 namespace {
 
 GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<32>);
@@ -12,13 +12,8 @@ GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<32>);
 }  // namespace
 
 const GaussianLoops* gaussian_loops_avx2() { return &kLoops; }
-
-}  // namespace gyrotherm::svm
-
 #else
-
-namespace gyrotherm::svm {
 const GaussianLoops* gaussian_loops_avx2() { return nullptr; }
-}  // namespace gyrotherm::svm
-
 #endif
+
+}  // namespace gyrotherm::svm

@@ -3,10 +3,12 @@
 #include "analysis/svm/gaussian_loops.hpp"
 
 #ifdef __AVX512DQ__
-
 #include <immintrin.h>
+#endif
 
 namespace gyrotherm::svm {
+
+#ifdef __AVX512DQ__
 namespace {
 
 // 2^(i/16).
@@ -76,13 +78,8 @@ GYROTHERM_GAUSSIAN_LOOPS(Avx512);
 }  // namespace
 
 const GaussianLoops* gaussian_loops_avx512() { return &kLoops; }
-
-}  // namespace gyrotherm::svm
-
 #else
-
-namespace gyrotherm::svm {
 const GaussianLoops* gaussian_loops_avx512() { return nullptr; }
-}  // namespace gyrotherm::svm
-
 #endif
+
+}  // namespace gyrotherm::svm

@@ -231,10 +231,6 @@ void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
   }
 }
 
-Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points) const {
-  return at(points, gaussian_loops());
-}
-
 Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, const GaussianLoops& loops) const {
   assert(points.cols() == inputs_);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(points.rows());

@@ -25,12 +25,10 @@ class GaussianSum {
   GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
               const Eigen::Ref<const Eigen::VectorXd>& weights);
 
-  /// f at each row of `points`, by the fastest loops, to the bit the same whatever rows stand beside it; NaN where the
-  /// row is not finite. Takes a few kB of scratch, however many rows.
-  [[nodiscard]] Eigen::VectorXd at(const Eigen::Ref<const SampleMatrix>& points) const;
-
-  /// f at each row of `points`, by these loops.
-  [[nodiscard]] Eigen::VectorXd at(const Eigen::Ref<const SampleMatrix>& points, const GaussianLoops& loops) const;
+  /// f at each row of `points`, by these loops, to the bit the same whatever rows stand beside it; NaN where the row is
+  /// not finite. Takes a few kB of scratch, however many rows.
+  [[nodiscard]] Eigen::VectorXd at(const Eigen::Ref<const SampleMatrix>& points,
+                                   const GaussianLoops& loops = gaussian_loops()) const;
 
   /// The dimensions that the centres span.
   [[nodiscard]] Eigen::Index dimensions() const { return rank_; }

@@ -10,48 +10,39 @@
 namespace gyrotherm::svm {
 namespace {
 
-// out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` places; input k of all samples begins at x + k stride.
-GYROTHERM_CLONES
-void make_row(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
-              float* out) {
-  for (int j = 0; j < count; j += 2 * kFloatLanes) {
-    FloatLanes sum = {}, next = {};
+// out_j = exp(scale Σ_k (x_jk − x_ik)²) for places `from` … `count` − 1; input k of all samples begins at x + k stride.
+template <class Lanes, class Real>
+[[gnu::always_inline]] inline void make(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
+                                        Real scale, int from, int count, Real* out) {
+  constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
+  for (int j = from; j < count; j += 2 * kLanes) {
+    Lanes sum = {}, next = {};
     for (Eigen::Index k = 0; k < inputs; ++k) {
-      const float* input = x + k * stride;
-      const FloatLanes apart = *reinterpret_cast<const UnalignedFloatLanes*>(input + j) - input[i];
-      const FloatLanes apart_next = *reinterpret_cast<const UnalignedFloatLanes*>(input + j + kFloatLanes) - input[i];
+      const Real* input = x + k * stride;
+      const Lanes apart = lanes_at(input + j) - input[i];
+      const Lanes apart_next = lanes_at(input + j + kLanes) - input[i];
       sum += apart * apart;
       next += apart_next * apart_next;
     }
     sum *= scale;
     next *= scale;
-    exponentiate_lanes(sum);
-    exponentiate_lanes(next);
-    *reinterpret_cast<UnalignedFloatLanes*>(out + j) = sum;
-    *reinterpret_cast<UnalignedFloatLanes*>(out + j + kFloatLanes) = next;
+    exponentiate(sum);
+    exponentiate(next);
+    lanes_at(out + j) = sum;
+    lanes_at(out + j + kLanes) = next;
   }
+}
+
+GYROTHERM_CLONES
+void make_row(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
+              float* out) {
+  make<FloatLanes>(x, stride, inputs, i, scale, 0, count, out);
 }
 
 GYROTHERM_CLONES
 void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
                  int count, double* out) {
-  for (int j = from; j < count; j += 2 * kDoubleLanes) {
-    DoubleLanes sum = {}, next = {};
-    for (Eigen::Index k = 0; k < inputs; ++k) {
-      const double* input = x + k * stride;
-      const DoubleLanes apart = *reinterpret_cast<const UnalignedDoubleLanes*>(input + j) - input[i];
-      const DoubleLanes apart_next =
-          *reinterpret_cast<const UnalignedDoubleLanes*>(input + j + kDoubleLanes) - input[i];
-      sum += apart * apart;
-      next += apart_next * apart_next;
-    }
-    sum *= scale;
-    next *= scale;
-    exponentiate_lanes(sum);
-    exponentiate_lanes(next);
-    *reinterpret_cast<UnalignedDoubleLanes*>(out + j) = sum;
-    *reinterpret_cast<UnalignedDoubleLanes*>(out + j + kDoubleLanes) = next;
-  }
+  make<DoubleLanes>(x, stride, inputs, i, scale, from, count, out);
 }
 
 // Directions in which the samples reach less than this part of their greatest reach are not theirs.

@@ -62,12 +62,12 @@ void subtract_tile(const double* a, const double* b, Eigen::Index depth, double*
                    Eigen::Index rows, Eigen::Index columns) {
   DoubleLanes sum[kTileColumns] = {};
   for (Eigen::Index k = 0; k < depth; ++k, a += kTileRows, b += kTileColumns) {
-    const DoubleLanes line = *reinterpret_cast<const UnalignedDoubleLanes*>(a);
+    const DoubleLanes line = lanes_at(a);
     for (int column = 0; column < kTileColumns; ++column) sum[column] += line * b[column];
   }
   if (rows == kTileRows && columns == kTileColumns) {
     for (int column = 0; column < kTileColumns; ++column) {
-      *reinterpret_cast<UnalignedDoubleLanes*>(c + column * stride) -= sum[column];
+      lanes_at(c + column * stride) -= sum[column];
     }
     return;
   }
@@ -86,14 +86,13 @@ void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double
     for (int column = 0; column < kTileColumns; ++column) {
       const DoubleLanes factor = DoubleLanes{} + b[column];
       for (int strip = 0; strip < kStrips; ++strip) {
-        sum[strip][column] +=
-            *reinterpret_cast<const UnalignedDoubleLanes*>(lines + strip * depth * kTileRows) * factor;
+        sum[strip][column] += lanes_at(lines + strip * depth * kTileRows) * factor;
       }
     }
   }
   for (int column = 0; column < kTileColumns; ++column) {
     for (int strip = 0; strip < kStrips; ++strip) {
-      *reinterpret_cast<UnalignedDoubleLanes*>(c + strip * kTileRows + column * stride) -= sum[strip][column];
+      lanes_at(c + strip * kTileRows + column * stride) -= sum[strip][column];
     }
   }
 }
@@ -218,8 +217,7 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
     DoubleLanes lanes = {};
     Eigen::Index i = j + 1;
     for (; i + kDoubleLanes <= n; i += kDoubleLanes) {
-      lanes += *reinterpret_cast<const UnalignedDoubleLanes*>(column + i) *
-               *reinterpret_cast<const UnalignedDoubleLanes*>(x + i);
+      lanes += lanes_at(column + i) * lanes_at(x + i);
     }
     double sum = ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
     for (; i < n; ++i) sum += column[i] * x[i];

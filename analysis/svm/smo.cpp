@@ -63,8 +63,8 @@ void move(float* h, float* response, const float* up, const float* down, float m
   for (int i = 0; i < count; i += 2 * kFloatLanes) {
     for (int half = 0; half < 2; ++half) {
       const int k = i + half * kFloatLanes;
-      auto& error = *reinterpret_cast<UnalignedFloatLanes*>(h + k);
-      auto& along = *reinterpret_cast<UnalignedFloatLanes*>(response + k);
+      auto& error = lanes_at(h + k);
+      auto& along = lanes_at(response + k);
       const FloatLanes change = lanes_at(up + k) - lanes_at(down + k) + kept * along;
       along = change;
       const FloatLanes changed = error - moved * change;

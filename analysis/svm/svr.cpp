@@ -86,11 +86,6 @@ Eigen::MatrixXd squared_distances(const Eigen::Ref<const SampleMatrix>& a, const
   return sum;
 }
 
-void to_kernel(const Eigen::MatrixXd& squared, double sigma, Eigen::MatrixXd& out) {
-  out.resizeLike(squared);
-  exponentiate(squared.data(), squared.size(), -0.5 / (sigma * sigma), out.data());
-}
-
 }  // namespace
 
 Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
@@ -132,7 +127,7 @@ Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const E
                                 double sigma) {
   assert(a.cols() == b.cols());
   Eigen::MatrixXd out = squared_distances(a, b);
-  to_kernel(out, sigma, out);
+  exponentiate(out.data(), out.size(), -0.5 / (sigma * sigma), out.data());
   return out;
 }
 

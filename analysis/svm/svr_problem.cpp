@@ -49,8 +49,8 @@ double add_both(const double* column, double weight, const double* weights, Eige
   DoubleLanes product = {}, product2 = {};
   for (Eigen::Index i = first; i < last; i += kColumnStep) {
     const DoubleLanes here = lanes_at(column + i), next = lanes_at(column + i + kDoubleLanes);
-    *reinterpret_cast<UnalignedDoubleLanes*>(sum + i) += weight * here;
-    *reinterpret_cast<UnalignedDoubleLanes*>(sum + i + kDoubleLanes) += weight * next;
+    lanes_at(sum + i) += weight * here;
+    lanes_at(sum + i + kDoubleLanes) += weight * next;
     product += here * lanes_at(weights + i);
     product2 += next * lanes_at(weights + i + kDoubleLanes);
   }

@@ -128,10 +128,10 @@ Dataset make_dataset(const record::Record& record, const std::string& path) {
   return dataset;
 }
 
-Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options) {
+Result<Dataset> load_dataset(const std::string& path) {
   const Result<record::Record> record = record::read_record(path);
   if (!record) return failure(record.error());
-  if (!record->finished && !options.unfinished) {
+  if (!record->finished) {
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   }
   return make_dataset(*record, path);

@@ -41,10 +41,6 @@ struct Dataset {
   std::vector<std::pair<double, double>> gaps_s;  ///< start, end of each gap in the record
 };
 
-struct DatasetOptions {
-  bool unfinished = false;  ///< also take a run that has not ended
-};
-
 /// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where
 /// pulses were counted, scale × number where a rate was read, less the Earth rate. Where that is not known, the mean of
 /// the first hold is removed from our own records and nothing from imported ones. Temperatures are the readings plus
@@ -53,7 +49,7 @@ struct DatasetOptions {
 
 /// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
 /// unfinished run is never mistaken for a finished one).
-[[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const DatasetOptions& options = {});
+[[nodiscard]] Result<Dataset> load_dataset(const std::string& path);
 
 /// The time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);

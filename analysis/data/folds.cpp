@@ -94,7 +94,7 @@ void append(FoldPlan& plan, const Clusters& record, const Cut& cut, Eigen::Index
   const double slack_s = 1e-6 * record.length_s;  // starts are sums of doubles
   for (int fold = 0; fold < cut.folds; ++fold) {
     const std::vector<double> distance = distance_to_fold(record, cut, fold);
-    FoldRows rows;
+    Fold rows;
     for (Eigen::Index k = 0; k < all; ++k) {
       const bool here = k >= first && k < end;
       if (here && cut.fold[k - first] == fold)
@@ -106,7 +106,7 @@ void append(FoldPlan& plan, const Clusters& record, const Cut& cut, Eigen::Index
   }
 }
 
-std::string guard_words(const std::vector<double>& guards_s) {
+std::string format_guard(const std::vector<double>& guards_s) {
   const auto [least, most] = std::ranges::minmax(guards_s);
   if (most == 0) return "";
   const std::string span = least == most
@@ -136,14 +136,14 @@ struct Tally {
 std::string statement_of(const Tally& cycles, const Tally& records, const Tally& blocks) {
   if (records.folds > 0) return fmt::format("leave one record out ({})", records.folds);
   std::string words;
-  if (cycles.folds > 0) words = fmt::format("leave one cycle out ({}){}", cycles.folds, guard_words(cycles.guards_s));
+  if (cycles.folds > 0) words = fmt::format("leave one cycle out ({}){}", cycles.folds, format_guard(cycles.guards_s));
   if (blocks.folds == 0) return words;
   if (!words.empty()) words += " and ";
-  return words + fmt::format("{} consecutive blocks{}", blocks.folds, guard_words(blocks.guards_s));
+  return words + fmt::format("{} consecutive blocks{}", blocks.folds, format_guard(blocks.guards_s));
 }
 
 Result<void> check(const FoldPlan& plan) {
-  for (const FoldRows& fold : plan.folds) {
+  for (const Fold& fold : plan.folds) {
     if (!fold.training.empty()) continue;
     return failure(FaultKind::usage, "folds",
                    plan.statement + ": nothing is left to learn from beside a held-out fold; take a shorter guard");
@@ -220,8 +220,8 @@ TrainingSet within(const TrainingSet& training_set, const std::vector<Eigen::Ind
   for (std::size_t i = 0; i < rows.size(); ++i) number[rows[i]] = static_cast<Eigen::Index>(i);
   TrainingSet left{.clusters = pick(training_set.clusters, rows),
                    .folds = {.folds = {}, .statement = training_set.folds.statement}};
-  for (const FoldRows& fold : training_set.folds.folds) {
-    FoldRows kept{.held_out = renumbered(fold.held_out, number), .training = renumbered(fold.training, number)};
+  for (const Fold& fold : training_set.folds.folds) {
+    Fold kept{.held_out = renumbered(fold.held_out, number), .training = renumbered(fold.training, number)};
     if (!kept.held_out.empty() && !kept.training.empty()) left.folds.folds.push_back(std::move(kept));
   }
   return left;

@@ -42,13 +42,13 @@ struct FoldOptions {
 [[nodiscard]] Result<FoldOptions> parse_folds(std::string_view text);
 
 /// One fold. A cluster within the guard of what is held out is on neither side.
-struct FoldRows {
+struct Fold {
   std::vector<Eigen::Index> held_out;  ///< rising
   std::vector<Eigen::Index> training;  ///< rising
 };
 
 struct FoldPlan {
-  std::vector<FoldRows> folds;
+  std::vector<Fold> folds;
   std::string statement;  ///< "leave one cycle out (4)", "4 consecutive blocks with a guard of 45 min"
 };
 

@@ -75,7 +75,7 @@ SurfaceTrial try_surface(const svm::SampleMatrix& x, const Eigen::VectorXd& y, c
   Eigen::MatrixXd residual = Eigen::MatrixXd::Constant(y.size(), kLambdas, kNone);
   Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(kLambdas);
   Eigen::Index held_out = 0;
-  for (const data::FoldRows& fold : folds.folds) {
+  for (const data::Fold& fold : folds.folds) {
     const Eigen::MatrixXd predicted = surface_predictions(x(fold.training, Eigen::all), y(fold.training),
                                                           x(fold.held_out, Eigen::all), kSurfaceLambdas);
     const Eigen::VectorXd truth = y(fold.held_out);

@@ -304,7 +304,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
     if (!keep_going(progress, "choosing inputs", static_cast<double>(fold) / static_cast<double>(folds))) {
       return stopped();
     }
-    const data::FoldRows& rows = training_set.folds.folds[fold];
+    const data::Fold& rows = training_set.folds.folds[fold];
     data::TrainingSet training = within(training_set, rows.training);
     training.clusters = as_learnt_by(method, std::move(training.clusters));
     auto preparation = prepare(inputs, training);

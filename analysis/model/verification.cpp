@@ -138,10 +138,10 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
 }  // namespace
 
 Result<Verification> verify(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
-                            const VerifyOptions& options) {
+                            Outside outside) {
   auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const RangedInputs ranged = within_range(model, std::move(*inputs), options.outside);
+  const RangedInputs ranged = within_range(model, std::move(*inputs), outside);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged.inputs);
   const std::vector<Stretch> stretches = stretches_of(dataset);
   const auto figures_where = [&](auto wanted) { return figures_at(residual, clusters, rows_where(clusters, wanted)); };
@@ -168,7 +168,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
       result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
-  result.outside = outside_the_range(model, ranged, options.outside);
+  result.outside = outside_the_range(model, ranged, outside);
   result.warnings = warnings_of(result, model, clusters);
   return result;
 }

@@ -42,10 +42,6 @@ void describe(auto& form, Like<OutsideTheRange> auto& outside) {
   form("farthest", outside.farthest);
 }
 
-struct VerifyOptions {
-  Outside outside = Outside::clamp;
-};
-
 /// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
@@ -68,6 +64,6 @@ struct Verification {
 /// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
 /// model needs, or the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
-                                          const data::Clusters& clusters, const VerifyOptions& options = {});
+                                          const data::Clusters& clusters, Outside outside = Outside::clamp);
 
 }  // namespace gyrotherm::model

@@ -96,7 +96,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   for (const auto& run : options.runs) {
     const auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
     if (!recorded) return failure(recorded.error());
-    const auto verification = verify(*model, recorded->dataset, recorded->clusters, {.outside = *outside});
+    const auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
     const Noises noises{noise_of_holds(dataset),

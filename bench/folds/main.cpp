@@ -52,7 +52,7 @@ data::FoldPlan at_random(Eigen::Index rows, std::uint64_t seed) {
   std::ranges::shuffle(order, std::mt19937_64(seed));
   std::vector<int> fold(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) fold[order[i]] = static_cast<int>(i % kFolds);
-  data::FoldPlan plan{.folds = std::vector<data::FoldRows>(kFolds), .statement = "10 folds at random"};
+  data::FoldPlan plan{.folds = std::vector<data::Fold>(kFolds), .statement = "10 folds at random"};
   for (Eigen::Index k = 0; k < rows; ++k) {
     for (int f = 0; f < kFolds; ++f) (fold[k] == f ? plan.folds[f].held_out : plan.folds[f].training).push_back(k);
   }

@@ -45,7 +45,7 @@ FoldOptions blocks(int count, double guard_minutes) {
 
 void expect_each_held_out_once(const FoldPlan& plan, std::size_t rows) {
   std::vector<int> times(rows, 0);
-  for (const FoldRows& fold : plan.folds) {
+  for (const Fold& fold : plan.folds) {
     for (const Eigen::Index k : fold.held_out) ++times[k];
     EXPECT_TRUE(std::ranges::is_sorted(fold.held_out));
     EXPECT_TRUE(std::ranges::is_sorted(fold.training));
@@ -61,7 +61,7 @@ TEST(Folds, AreTheCyclesOfEachRecord) {
   ASSERT_EQ(plan->folds.size(), 8u);
   EXPECT_EQ(plan->statement, "leave one cycle out (8)");
   expect_each_held_out_once(*plan, 2 * rows);
-  for (const FoldRows& fold : plan->folds) {
+  for (const Fold& fold : plan->folds) {
     EXPECT_EQ(fold.held_out.size() + fold.training.size(), 2 * rows) << "no guard between cycles";
     for (const Eigen::Index k : fold.held_out) {
       EXPECT_EQ(a.cycle(k % rows), a.cycle(fold.held_out.front() % rows));
@@ -123,7 +123,7 @@ TEST(Folds, LearnFromNothingWithinTheGuardAndFromAllBeyondIt) {
     if (!plan) continue;  // the guard leaves nothing
     expect_each_held_out_once(*plan, 2 * record.start_s.size());
     const auto first_of = [&](Eigen::Index k) { return k < clusters ? 0 : clusters; };
-    for (const FoldRows& fold : plan->folds) {
+    for (const Fold& fold : plan->folds) {
       for (Eigen::Index k = 0; k < 2 * clusters; ++k) {
         if (std::ranges::binary_search(fold.held_out, k)) {
           EXPECT_FALSE(std::ranges::binary_search(fold.training, k));
@@ -149,11 +149,11 @@ TEST(Folds, AreRefusedWhereTheGuardLeavesNothing) {
 TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
   const Clusters record = without_cycles(400);
   const TrainingSet training_set{record, *plan_folds({record}, blocks(5, 20))};
-  for (const FoldRows& outer : training_set.folds.folds) {
+  for (const Fold& outer : training_set.folds.folds) {
     const TrainingSet inner = within(training_set, outer.training);
     EXPECT_EQ(inner.folds.folds.size(), 4u);
     expect_each_held_out_once(inner.folds, outer.training.size());
-    for (const FoldRows& fold : inner.folds.folds) {
+    for (const Fold& fold : inner.folds.folds) {
       for (const Eigen::Index k : fold.training) {
         for (const Eigen::Index h : outer.held_out) {
           EXPECT_GE(std::abs(inner.clusters.start_s(k) - record.start_s(h)), 1200 + 100);

@@ -89,14 +89,14 @@ TEST(ResponseSurface, IsTriedOnWhatItHasNotSeen) {
   const Eigen::VectorXd y = quadratic(x) + 0.01 * random_matrix(random, 40, 1);
   data::FoldPlan folds;
   for (Eigen::Index first = 0; first < 40; first += 10) {
-    data::FoldRows rows;
+    data::Fold rows;
     for (Eigen::Index k = 0; k < 40; ++k) (k >= first && k < first + 10 ? rows.held_out : rows.training).push_back(k);
     folds.folds.push_back(rows);
   }
   const SurfaceTrial trial = try_surface(x, y, folds);
   EXPECT_NEAR(trial.mean_square, trial.residual.squaredNorm() / 40, 1e-15);
   const std::array lambda = {trial.lambda};
-  for (const data::FoldRows& fold : folds.folds) {
+  for (const data::Fold& fold : folds.folds) {
     const Eigen::VectorXd predicted =
         surface_predictions(x(fold.training, Eigen::all), y(fold.training), x(fold.held_out, Eigen::all), lambda);
     EXPECT_TRUE(predicted.isApprox(y(fold.held_out) - trial.residual(fold.held_out), 1e-12));

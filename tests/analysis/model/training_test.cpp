@@ -243,7 +243,7 @@ TEST(Nested, ChoosesWithoutEverSeeingTheHeldOutFold) {
   for (const data::FoldKind kind : {data::FoldKind::cycles, data::FoldKind::blocks}) {
     const data::FoldPlan folds = *data::plan_folds({clusters}, {.kind = kind, .guard_minutes = {}});
     const Eigen::VectorXd clean = nested_predictions({clusters, folds}, plan);
-    for (const data::FoldRows& fold : folds.folds) {
+    for (const data::Fold& fold : folds.folds) {
       data::Clusters spoilt = clusters;
       for (const Eigen::Index k : fold.held_out) spoilt.bias_deg_per_h(k) += 1;
       const Eigen::VectorXd predicted = nested_predictions({spoilt, folds}, plan);
@@ -280,13 +280,13 @@ data::FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(rows));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::ranges::shuffle(order, std::mt19937_64(seed));
-  data::FoldPlan plan{.folds = std::vector<data::FoldRows>(static_cast<std::size_t>(folds)), .statement = "random"};
+  data::FoldPlan plan{.folds = std::vector<data::Fold>(static_cast<std::size_t>(folds)), .statement = "random"};
   for (std::size_t i = 0; i < order.size(); ++i) {
     for (std::size_t f = 0; f < plan.folds.size(); ++f) {
       (i % plan.folds.size() == f ? plan.folds[f].held_out : plan.folds[f].training).push_back(order[i]);
     }
   }
-  for (data::FoldRows& fold : plan.folds) {
+  for (data::Fold& fold : plan.folds) {
     std::ranges::sort(fold.held_out);
     std::ranges::sort(fold.training);
   }

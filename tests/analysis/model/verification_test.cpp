@@ -80,7 +80,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const data::Clusters clusters = *make_clusters(dataset);
-  const auto with = [&](Outside outside) { return *verify(model_, dataset, clusters, {.outside = outside}); };
+  const auto with = [&](Outside outside) { return *verify(model_, dataset, clusters, outside); };
   const Verification clamped = with(Outside::clamp), refused = with(Outside::refuse);
   const Verification extrapolated = with(Outside::extrapolate);
   EXPECT_LT(clamped.compensated.max_abs, 0.5 * extrapolated.compensated.max_abs);
@@ -96,7 +96,7 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
 TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
   data::Dataset dataset = unseen_run();
   dataset.temperature_c.col(0).array() += 30;
-  const auto result = verify(model_, dataset, *make_clusters(dataset), {.outside = Outside::refuse});
+  const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, FaultKind::usage);
 }

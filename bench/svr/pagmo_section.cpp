@@ -19,17 +19,12 @@
 #include "bench/svr/tuning_material.hpp"
 
 namespace gyrotherm::bench {
+namespace {
 
 /// Evaluates one position.
 using PositionFitness = std::function<Evaluated(const PeerParameters&)>;
 /// Hears of each evaluation as soon as it is done.
 using EvaluationSink = std::function<void(const TracePosition&)>;
-
-/// pagmo::pso with ω = 0.7298, η₁ = η₂ = 2.05, velocity limit 0.5, variant 5, four neighbours, seed 42; box log2 C ∈
-/// [−2, 12], log2 γ ∈ [−8, 3], log2 ε ∈ [−8, −1]. Returns the 620 positions in order.
-[[nodiscard]] std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink = {});
-
-namespace {
 
 constexpr unsigned kParticles = 20;
 constexpr unsigned kGenerations = 30;
@@ -59,16 +54,14 @@ struct TuningProblem {
   }
 };
 
-}  // namespace
-
-std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink) {
+/// pagmo::pso with ω = 0.7298, η₁ = η₂ = 2.05, velocity limit 0.5, variant 5, four neighbours, seed 42; box log2 C ∈
+/// [−2, 12], log2 γ ∈ [−8, 3], log2 ε ∈ [−8, −1]. Returns the 620 positions in order.
+std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink = {}) {
   SharedJob job{.fitness = &fitness, .sink = &sink, .positions = {}};
   pagmo::population swarm{pagmo::problem{TuningProblem{&job}}, kParticles, kSwarmSeed};
   pagmo::algorithm{pagmo::pso(kGenerations, 0.7298, 2.05, 2.05, 0.5, 5u, 2u, 4u, false, kSwarmSeed)}.evolve(swarm);
   return std::move(job.positions);
 }
-
-namespace {
 
 // pagmo wants a number of every position; one that misses its certificate must never be a best one.
 constexpr double kNeverBest = 1e300;

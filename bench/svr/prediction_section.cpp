@@ -9,6 +9,7 @@
 #include "bench/svr/judge.hpp"
 #include "bench/svr/sections.hpp"
 #include "bench/svr/tuning_material.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm::bench {
 namespace {
@@ -23,7 +24,7 @@ data::SampleMatrix points_like(const SampleSet& set) {
   data::SampleMatrix points(kPoints, set.x.cols());
   for (Eigen::Index i = 0; i < points.rows(); ++i)
     for (Eigen::Index k = 0; k < points.cols(); ++k)
-      points(i, k) = set.x(i % set.x.rows(), k) + 1e-3 * static_cast<double>(generator() >> 11) * 0x1p-53;
+      points(i, k) = set.x(i % set.x.rows(), k) + 1e-3 * uniform(generator);
   return points;
 }
 
@@ -31,8 +32,7 @@ methods::SvrModel model_of(const SampleSet& set) {
   std::mt19937_64 generator(2);
   methods::SvrModel model;
   model.support_vectors = set.x.topRows(kSupportVectors);
-  model.beta = Eigen::VectorXd::NullaryExpr(kSupportVectors,
-                                            [&] { return static_cast<double>(generator() >> 11) * 0x1p-52 - 1; });
+  model.beta = Eigen::VectorXd::NullaryExpr(kSupportVectors, [&] { return 2 * uniform(generator) - 1; });
   model.b = 0.25;
   model.parameters = own_parameters({.C = 1, .gamma = kGamma, .epsilon = 0.01});
   return model;

@@ -62,9 +62,9 @@ Result<model::Model> designed_model(const data::Dataset& record) {
   model::TrainingOptions options;
   options.inputs = "A-B,A-C,A-D,A-E,A-F,A-G,A-H,A";
   options.program_version = "bench";
-  options.tuning.log2_c.first = options.tuning.log2_c.second = 0;
-  options.tuning.log2_sigma.first = options.tuning.log2_sigma.second = 1;
-  options.tuning.log2_epsilon.first = options.tuning.log2_epsilon.second = -8;
+  options.tuning.log2_c = {0, 0};
+  options.tuning.log2_sigma = {1, 1};
+  options.tuning.log2_epsilon = {-8, -8};
   options.tuning.swarm.particles = 1;
   options.tuning.swarm.iterations = 0;
   return train({record}, {*clusters}, options);

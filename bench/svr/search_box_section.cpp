@@ -9,16 +9,12 @@
 #include "bench/svr/sections.hpp"
 #include "bench/svr/solvers.hpp"
 #include "bench/svr/tuning_material.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm::bench {
 namespace {
 
 constexpr std::uint64_t kSeed = 20151;
-
-/// Uniform in [low, high) by the upper 53 bits of a draw, the same with every library.
-double uniform(std::mt19937_64& generator, double low, double high) {
-  return low + (high - low) * static_cast<double>(generator() >> 11) * 0x1p-53;
-}
 
 /// Certified by its own word and by the judge's.
 bool certified(const SampleSet& set, const svm::GaussianSamples& samples, svm::KernelMemory& memory,
@@ -46,10 +42,11 @@ Result<void> measure_search_box(const Bench& bench, int positions) {
   int failures = 0;
   const double start = thread_seconds();
   for (int i = 1; i <= positions; ++i) {
+    const auto draw = [&](double low, double high) { return low + (high - low) * uniform(generator); };
     TracePosition at;
-    at.log2_c = uniform(generator, -2, 12);
-    at.log2_gamma = uniform(generator, -8, 3);
-    at.log2_epsilon = uniform(generator, -8, -1);
+    at.log2_c = draw(-2, 12);
+    at.log2_gamma = draw(-8, 3);
+    at.log2_epsilon = draw(-8, -1);
     std::string why;
     if (!certified(*set, samples, memory, at.parameters(), why)) {
       ++failures;

@@ -7,6 +7,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "bench/measurement.hpp"
@@ -100,7 +101,6 @@ Result<LibsvmPeer> LibsvmPeer::open(const std::string& library) {
   if (!missing.empty()) return failure(FaultKind::usage, library, fmt::format("has no {}", missing));
   functions.say_with(say_nothing);
   LibsvmPeer peer;
-  peer.library_ = library;
   peer.version_ = *version;
   peer.functions_ = std::make_shared<const Functions>(functions);
   return peer;
@@ -148,13 +148,6 @@ double LibsvmPeer::predictions_per_second(const svm::SampleMatrix& x, const Eige
   return static_cast<double>(training.rows().size()) / seconds;
 }
 
-namespace {
-
-// log2 σ = −½(1 + log2 γ).
-double log2_sigma(double log2_gamma) { return -0.5 * (1 + log2_gamma); }
-
-}  // namespace
-
 svm::TuningOptions whole_job(int threads) {
   svm::TuningOptions options;
   options.swarm.stall_iterations = options.swarm.iterations + 1;
@@ -164,14 +157,11 @@ svm::TuningOptions whole_job(int threads) {
 
 Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds, const TracePosition& position) {
   constexpr double kWidth = 1e-9;
-  const double sigma = log2_sigma(position.log2_gamma);
+  const auto near = [](double value) { return std::pair{value, value + kWidth}; };
   svm::TuningOptions options = whole_job(1);
-  options.log2_c.first = position.log2_c;
-  options.log2_c.second = position.log2_c + kWidth;
-  options.log2_sigma.first = sigma;
-  options.log2_sigma.second = sigma + kWidth;
-  options.log2_epsilon.first = position.log2_epsilon;
-  options.log2_epsilon.second = position.log2_epsilon + kWidth;
+  options.log2_c = near(position.log2_c);
+  options.log2_sigma = near(-0.5 * (1 + position.log2_gamma));
+  options.log2_epsilon = near(position.log2_epsilon);
   options.swarm.particles = 2;
   options.swarm.iterations = 0;
   options.svr.relative_gap = kGap;

@@ -36,7 +36,6 @@ class LibsvmPeer {
   /// The library by path or name ("libsvm.so.3"). Fails with usage if it cannot be loaded or lacks a function.
   [[nodiscard]] static Result<LibsvmPeer> open(const std::string& library);
 
-  [[nodiscard]] const std::string& library() const { return library_; }
   [[nodiscard]] int version() const { return version_; }
 
   [[nodiscard]] PeerSolution train(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
@@ -50,7 +49,6 @@ class LibsvmPeer {
 
  private:
   struct Functions;
-  std::string library_;
   int version_{};
   std::shared_ptr<const Functions> functions_;
 };

@@ -80,7 +80,7 @@ bool equal(const Verdict& own, const Verdict& peer) {
   return own.feasible && worse(own, peer) <= kWorse && own.gap <= kGap;
 }
 
-std::string words(const char* who, double seconds, const Verdict& v) {
+std::string describe(const char* who, double seconds, const Verdict& v) {
   return fmt::format("{} {:.5f} s, D {:.8g}, gap {:.2e}, violation {:.2e}, {} support vectors", who, seconds, v.dual,
                      v.gap, v.violation, v.support_vectors);
 }
@@ -95,10 +95,10 @@ Result<void> measure_training(const Bench& bench, const std::string& name) {
     const auto own = train_own(*set, what.parameters);
     if (!own) say_progress(prefix + ": ours: " + text(own.error()));
     if (own)
-      say_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix, words("ours", own->alone_s, own->verdict),
-                               own->with_set_up_s));
+      say_progress(fmt::format("{}: {}, with kernel set-up {:.5f} s", prefix,
+                               describe("ours", own->alone_s, own->verdict), own->with_set_up_s));
     const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
-    say_progress(fmt::format("{}: {}", prefix, words("LIBSVM", peer.seconds, peer.verdict)));
+    say_progress(fmt::format("{}: {}", prefix, describe("LIBSVM", peer.seconds, peer.verdict)));
     std::optional<double> alone, with_set_up, gap, behind;
     if (own) alone = peer.seconds / own->alone_s;
     if (own) with_set_up = peer.seconds / own->with_set_up_s;
@@ -129,8 +129,8 @@ Result<void> measure_public_set(const Bench& bench, const std::string& name) {
     const auto own = train_own(*set, what.parameters);
     const PeerTrainingResult peer = train_peer(bench.peer, *set, what);
     if (!own) say_progress(prefix + ": ours: " + text(own.error()));
-    if (own) say_progress(prefix + ": " + words("ours", own->alone_s, own->verdict));
-    say_progress(prefix + ": " + words("LIBSVM", peer.seconds, peer.verdict));
+    if (own) say_progress(prefix + ": " + describe("ours", own->alone_s, own->verdict));
+    say_progress(prefix + ": " + describe("LIBSVM", peer.seconds, peer.verdict));
     std::optional<double> gain;
     if (own) gain = peer.seconds / own->with_set_up_s;
     print_figure(prefix + ", gain with kernel set-up", gain, at_least(what.goal_with_set_up),

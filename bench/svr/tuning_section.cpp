@@ -17,31 +17,53 @@
 
 namespace gyrotherm::bench {
 
+namespace {
+
+constexpr double kAgreement = 0.005;
+constexpr double kEvaluations = 620;
+
+bool near(double a, double b) { return std::abs(a - b) <= kAgreement * std::abs(b); }
+
 struct ReplayedPosition {
   TracePosition position;
   Evaluated peer;
   std::optional<Evaluated> own;     ///< none if a training missed its certificate
   std::optional<double> reference;  ///< error of solutions of relative gap ≤ 1e-6, where it was asked for and reached
-  [[nodiscard]] bool agrees() const;  ///< within 0.5 %, or closer to the reference than the peer
+
+  /// Within 0.5 %, or closer to the reference than the peer.
+  [[nodiscard]] bool agrees() const {
+    if (!own) return false;
+    if (near(own->error, peer.error)) return true;
+    return reference && std::abs(own->error - *reference) < std::abs(peer.error - *reference);
+  }
 };
 
 struct Replay {
   std::vector<ReplayedPosition> positions;
-  [[nodiscard]] double peer_seconds() const;       ///< sum over all positions
-  [[nodiscard]] double own_seconds() const;        ///< sum over all positions; infinite if one was not certified
-  [[nodiscard]] double peer_mean_error_s() const;  ///< standard error of the peer's mean, as of independent draws
-  [[nodiscard]] int disagreements() const;
+
+  [[nodiscard]] double peer_seconds() const {
+    double sum = 0;
+    for (const auto& p : positions) sum += p.peer.seconds;
+    return sum;
+  }
+  /// Infinite if a position was not certified.
+  [[nodiscard]] double own_seconds() const {
+    double sum = 0;
+    for (const auto& p : positions) sum += p.own ? p.own->seconds : std::numeric_limits<double>::infinity();
+    return sum;
+  }
+  /// Standard error of the peer's mean, as of independent draws.
+  [[nodiscard]] double peer_mean_error_s() const {
+    const auto n = static_cast<double>(positions.size());
+    const double mean = peer_seconds() / n;
+    double squares = 0;
+    for (const auto& p : positions) squares += (p.peer.seconds - mean) * (p.peer.seconds - mean);
+    return std::sqrt(squares / (n - 1) / n);
+  }
+  [[nodiscard]] int disagreements() const {
+    return static_cast<int>(std::ranges::count_if(positions, [](const auto& p) { return !p.agrees(); }));
+  }
 };
-
-/// Without a peer, what the trace says of it stands for it: good for looking at our own side, not for a figure.
-[[nodiscard]] Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosition> positions,
-                            const LibsvmPeer* peer);
-
-namespace {
-
-constexpr double kAgreement = 0.005;
-
-bool near(double a, double b) { return std::abs(a - b) <= kAgreement * std::abs(b); }
 
 void say(const ReplayedPosition& p) {
   const auto& at = p.position;
@@ -57,38 +79,7 @@ void say(const ReplayedPosition& p) {
   say_progress(text);
 }
 
-}  // namespace
-
-bool ReplayedPosition::agrees() const {
-  if (!own) return false;
-  if (near(own->error, peer.error)) return true;
-  return reference && std::abs(own->error - *reference) < std::abs(peer.error - *reference);
-}
-
-double Replay::peer_seconds() const {
-  double sum = 0;
-  for (const auto& p : positions) sum += p.peer.seconds;
-  return sum;
-}
-
-double Replay::own_seconds() const {
-  double sum = 0;
-  for (const auto& p : positions) sum += p.own ? p.own->seconds : std::numeric_limits<double>::infinity();
-  return sum;
-}
-
-double Replay::peer_mean_error_s() const {
-  const auto n = static_cast<double>(positions.size());
-  const double mean = peer_seconds() / n;
-  double squares = 0;
-  for (const auto& p : positions) squares += (p.peer.seconds - mean) * (p.peer.seconds - mean);
-  return std::sqrt(squares / (n - 1) / n);
-}
-
-int Replay::disagreements() const {
-  return static_cast<int>(std::ranges::count_if(positions, [](const auto& p) { return !p.agrees(); }));
-}
-
+/// Without a peer, what the trace says of it stands for it: good for looking at our own side, not for a figure.
 Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosition> positions,
               const LibsvmPeer* peer) {
   Replay out;
@@ -106,10 +97,6 @@ Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosit
   }
   return out;
 }
-
-namespace {
-
-constexpr double kEvaluations = 620;
 
 struct MeasuredJob {
   double processor_s{};

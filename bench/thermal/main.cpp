@@ -32,6 +32,7 @@
 #include "thermal/steady_state.hpp"
 
 namespace gyrotherm::bench {
+namespace {
 
 struct ThermalBench {
   std::string gyro;     ///< the gyro file
@@ -40,31 +41,11 @@ struct ThermalBench {
   thermal::MeshSize mesh = thermal::MeshSize::medium;
 };
 
-/// One linear steady state: time, memory, energy balance, gain–non-gain difference. A process of its own, for its
-/// memory.
-Result<void> measure_steady(const ThermalBench& bench);
-/// The same beside CalculiX's iterative solver; with `direct`, its direct one too.
-Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct);
-/// What a finer mesh changes: from medium to fine, or to medium from coarse where `bench.mesh` is coarse.
-Result<void> measure_mesh_step(const ThermalBench& bench);
-/// The reduced twin over the whole programme of 61.56 h.
-Result<void> measure_reduced(const ThermalBench& bench);
-
-[[nodiscard]] Result<thermal::GyroModel> read_gyro(const ThermalBench& bench);
-
 struct CalculixRun {
   Eigen::VectorXd field_c;  ///< by node of the mesh
   double user_s{};          ///< processor time of the child, one thread
   double peak_bytes{};
 };
-
-/// Runs `ccx` with one thread in `scratch`, which gets large files. Fails with numeric if it is not there, fails, or
-/// leaves nodes out.
-[[nodiscard]] Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                                               const thermal::ThermalCoefficients& coefficients,
-                                               const std::string& solver, const std::string& scratch);
-
-namespace {
 
 constexpr const char* kWhere = "ccx";
 
@@ -103,8 +84,8 @@ Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) 
   return failure(FaultKind::numeric, path, "does not hold every node");
 }
 
-}  // namespace
-
+/// Runs `ccx` with one thread in `scratch`, which gets large files. Fails with numeric if it is not there, fails, or
+/// leaves nodes out.
 Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                  const thermal::ThermalCoefficients& coefficients, const std::string& solver,
                                  const std::string& scratch) {
@@ -122,8 +103,6 @@ Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal:
       static_cast<double>(usage->ru_utime.tv_sec) + 1e-6 * static_cast<double>(usage->ru_utime.tv_usec);
   return CalculixRun{std::move(*field), user_s, 1024.0 * static_cast<double>(usage->ru_maxrss)};
 }
-
-namespace {
 
 /// A mesh and its linear steady state, the air as at 25 °C.
 struct Timed {
@@ -146,14 +125,14 @@ Result<Timed> solve(const thermal::GyroModel& model, thermal::MeshSize size) {
 
 std::string nodes(const Timed& timed) { return fmt::format("{} nodes", timed.state.unknowns); }
 
-}  // namespace
-
 Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
-  const auto words = read_text_file(bench.gyro);
-  if (!words) return failure(words.error());
-  return thermal::parse_gyro(*words, bench.gyro);
+  const auto text = read_text_file(bench.gyro);
+  if (!text) return failure(text.error());
+  return thermal::parse_gyro(*text, bench.gyro);
 }
 
+/// One linear steady state: time, memory, energy balance, gain–non-gain difference. A process of its own, for its
+/// memory.
 Result<void> measure_steady(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -173,6 +152,7 @@ Result<void> measure_steady(const ThermalBench& bench) {
   return {};
 }
 
+/// The same beside CalculiX's iterative solver; with `direct`, its direct one too.
 Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -201,6 +181,7 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
   return {};
 }
 
+/// What a finer mesh changes: from medium to fine, or to medium from coarse where `bench.mesh` is coarse.
 Result<void> measure_mesh_step(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -219,8 +200,6 @@ Result<void> measure_mesh_step(const ThermalBench& bench) {
   print_figure(step + ": most that one of A to H moves, K", most_k, at_most(0.05));
   return {};
 }
-
-namespace {
 
 constexpr int kProgrammeSeconds = 221'600;  // four cycles at 1, 2, 3 and 5 °C/min
 
@@ -253,12 +232,11 @@ double seconds_of(const thermal::ReducedModel& model, const std::vector<double>&
   return thread_seconds() - start;
 }
 
-}  // namespace
-
+/// The reduced twin over the whole programme of 61.56 h.
 Result<void> measure_reduced(const ThermalBench& bench) {
-  const auto words = read_text_file(bench.reduced);
-  if (!words) return failure(words.error());
-  const auto model = thermal::parse_reduced_model(*words, bench.reduced);
+  const auto text = read_text_file(bench.reduced);
+  if (!text) return failure(text.error());
+  const auto model = thermal::parse_reduced_model(*text, bench.reduced);
   if (!model) return failure(model.error());
   const auto air_c = programme_c();
   say_progress(fmt::format("the programme has {} s, the paper's {}", air_c.size(), kProgrammeSeconds));
@@ -273,8 +251,6 @@ Result<void> measure_reduced(const ThermalBench& bench) {
                at_most(1e-2));
   return {};
 }
-
-namespace {
 
 int run(int argc, char** argv) {
   CLI::App app{"The finite-element gyro and its twin beside CalculiX: one section per call."};
@@ -308,7 +284,6 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-
 }  // namespace gyrotherm::bench
 
 int main(int argc, char** argv) { return gyrotherm::bench::run(argc, argv); }

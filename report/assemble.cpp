@@ -27,7 +27,7 @@ std::vector<std::vector<double>> rows_of(const Eigen::MatrixXd& matrix) {
 
 std::vector<std::string> texts_of(const std::vector<data::Term>& terms) {
   std::vector<std::string> texts;
-  for (const data::Term& term : terms) texts.push_back(text(term));
+  for (const data::Term& term : terms) texts.push_back(to_string(term));
   return texts;
 }
 

@@ -95,7 +95,7 @@ class TermReader {
   const std::vector<std::string>& thermometers_;
 };
 
-std::string text(const Factor& factor) {
+std::string to_string(const Factor& factor) {
   switch (factor.kind) {
     case FactorKind::temperature: return factor.first;
     case FactorKind::gradient: return factor.first + "-" + factor.second;
@@ -108,7 +108,7 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
   const auto at = std::ranges::find(clusters.thermometers, name);
   if (at != clusters.thermometers.end()) return at - clusters.thermometers.begin();
   return failure(
-      FaultKind::usage, fmt::format("input \"{}\"", text(term)),
+      FaultKind::usage, fmt::format("input \"{}\"", to_string(term)),
       fmt::format("no thermometer \"{}\"; there are {}", name,
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
@@ -154,12 +154,8 @@ Polynomial polynomial_of(const Term& term) {
 }  // namespace
 
 const char* name(FactorKind kind) {
-  switch (kind) {
-    case FactorKind::temperature: return "temperature";
-    case FactorKind::gradient: return "gradient";
-    case FactorKind::rate: return "rate";
-  }
-  return "unknown";
+  constexpr const char* kNames[] = {"temperature", "gradient", "rate"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 Term temperature_term(std::string thermometer) { return {{{FactorKind::temperature, std::move(thermometer), {}}}}; }
@@ -184,12 +180,12 @@ Result<Term> parse_term(std::string_view text, const std::vector<std::string>& t
   return TermReader(text, thermometers).product(text);
 }
 
-std::string text(const Term& term) {
+std::string to_string(const Term& term) {
   std::string words;
   for (auto factor = term.factors.begin(); factor != term.factors.end();) {
     const auto next = std::find_if(factor, term.factors.end(), [&](const Factor& other) { return other != *factor; });
     if (!words.empty()) words += '*';
-    words += text(*factor);
+    words += to_string(*factor);
     if (next - factor > 1) words += fmt::format("^{}", next - factor);
     factor = next;
   }
@@ -246,7 +242,7 @@ Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>&
   for (Eigen::Index j = 0; j < values.cols(); ++j) {
     constexpr double kRounding = 1e-12;
     if (scaling.std(j) > kRounding * largest(j)) continue;
-    return failure(FaultKind::usage, fmt::format("input \"{}\"", text(terms[j])),
+    return failure(FaultKind::usage, fmt::format("input \"{}\"", to_string(terms[j])),
                    "does not vary over the training clusters");
   }
   return scaling;

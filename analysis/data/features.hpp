@@ -58,16 +58,16 @@ void describe(auto& form, Like<Factor> auto& factor) {
 /// with usage, naming the nearest thermometer.
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
 /// The text that parse_term reads as the same term, unless another thermometer bears that very name.
-[[nodiscard]] std::string text(const Term& term);
+[[nodiscard]] std::string to_string(const Term& term);
 
 /// The words are for people; the factors say the same where a thermometer's name holds a '-'.
 void describe(auto& form, Like<Term> auto& term) {
-  auto words = text(term);
+  auto words = to_string(term);
   form("term", words);
   form("factors", term.factors);
   form.expect("factors", !term.factors.empty() && term.factors.size() <= kMostFactors, "expected one to three");
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(term)>>) std::ranges::sort(term.factors);
-  form.expect("term", words == text(term), "does not say the same as its factors");
+  form.expect("term", words == to_string(term), "does not say the same as its factors");
 }
 
 /// Rows are samples, row-major so that a sample is contiguous.

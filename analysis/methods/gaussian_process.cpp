@@ -98,7 +98,7 @@ std::string particulars_of(const Covariance& covariance, const std::vector<data:
                            const Eigen::VectorXd& deviation, std::size_t samples) {
   std::vector<std::string> lengths;
   for (std::size_t j = 0; j < terms.size(); ++j) {
-    lengths.push_back(fmt::format("{} {:.3g}", text(terms[j]), covariance.lengths[static_cast<Eigen::Index>(j)]));
+    lengths.push_back(fmt::format("{} {:.3g}", to_string(terms[j]), covariance.lengths[static_cast<Eigen::Index>(j)]));
   }
   Eigen::VectorXd sorted = deviation;
   std::ranges::sort(sorted);

@@ -108,7 +108,7 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
   if (!subset.empty()) linear.weights(subset) = regression.weights(subset);
   linear.b -= set.x.colwise().mean() * linear.weights;
   std::vector<std::string> names;
-  for (const Eigen::Index input : subset) names.push_back(text(set.terms[input]));
+  for (const Eigen::Index input : subset) names.push_back(to_string(set.terms[input]));
   return Fit{.function = std::move(linear),
              .effective_parameters = static_cast<double>(subset.size()) + 1,
              .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),

@@ -92,18 +92,16 @@ std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const 
 OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged, Outside policy) {
   OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
   if (ranged.worst_term < 0) return outside;
-  outside.farthest_term = text(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
+  outside.farthest_term = to_string(model.terms[static_cast<std::size_t>(ranged.worst_term)]);
   outside.farthest = ranged.worst_excess;
   return outside;
 }
 
 const char* what_is_done(Outside policy) {
-  switch (policy) {
-    case Outside::clamp: return "such inputs are moved to its nearer end";
-    case Outside::refuse: return "such clusters are not compensated and left out of the figures";
-    case Outside::extrapolate: return "the model is used there as it is";
-  }
-  return "";
+  constexpr const char* kDone[] = {"such inputs are moved to its nearer end",
+                                   "such clusters are not compensated and left out of the figures",
+                                   "the model is used there as it is"};
+  return kDone[static_cast<std::size_t>(policy)];
 }
 
 /// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.

@@ -49,7 +49,7 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
                           const Records& unseen, const std::vector<std::string>& kept) {
   model::TrainingOptions training = options.training;
   for (const data::Term& term : model::placement_terms(kept))
-    training.inputs += (training.inputs.empty() ? "" : ",") + text(term);
+    training.inputs += (training.inputs.empty() ? "" : ",") + to_string(term);
   const auto stage = fmt::format("support vectors on {} thermometers", kept.size());
   const auto sink = [&](std::string_view, double fraction) { return console.sink()(stage, fraction); };
   const auto model = train(records.datasets, records.clusters, training, sink);

@@ -23,7 +23,7 @@ TEST(Term, IsReadAsItIsWritten) {
                            "A*B*A-B", "die-cap", "die-cap-A", "A-die-cap", "rate:die-cap", "die-cap^2*die-cap-A"}) {
     const auto term = parse_term(word, kOddNames);
     ASSERT_TRUE(term) << word;
-    EXPECT_EQ(text(*term), word);
+    EXPECT_EQ(to_string(*term), word);
   }
   EXPECT_EQ(*parse_term("die-cap", kOddNames), temperature_term("die-cap")) << "a whole name comes first";
   EXPECT_EQ(*parse_term("die-cap-A", kOddNames), (gradient_term("die-cap", "A")));

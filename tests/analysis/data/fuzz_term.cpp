@@ -15,7 +15,7 @@ void read(const std::string& typed) {
   const auto term = gyrotherm::data::parse_term(typed, thermometers);
   if (!term) return;
   if (term->factors.empty() || term->factors.size() > gyrotherm::data::kMostFactors) std::abort();
-  const auto again = gyrotherm::data::parse_term(gyrotherm::data::text(*term), thermometers);
+  const auto again = gyrotherm::data::parse_term(gyrotherm::data::to_string(*term), thermometers);
   if (!again || *again != *term) std::abort();
 }
 

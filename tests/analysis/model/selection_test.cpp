@@ -29,7 +29,7 @@ std::vector<double> table_3() {
 
 std::vector<std::string> texts(const std::vector<data::Term>& terms) {
   std::vector<std::string> words;
-  for (const data::Term& term : terms) words.push_back(text(term));
+  for (const data::Term& term : terms) words.push_back(to_string(term));
   return words;
 }
 

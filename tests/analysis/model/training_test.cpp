@@ -116,7 +116,7 @@ TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
   const data::Dataset dataset = make_synthetic_run(run);
   const auto blind = train_on(dataset, linear("multi-point")), seeing = train_on(dataset, linear("multi-point-t"));
   ASSERT_TRUE(blind && seeing);
-  EXPECT_EQ(text(seeing->terms.back()), "A");
+  EXPECT_EQ(to_string(seeing->terms.back()), "A");
   EXPECT_LT(seeing->leave_cycle_out.std, blind->leave_cycle_out.std);
 }
 

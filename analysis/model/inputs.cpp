@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "analysis/data/statistics.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::model {
@@ -190,13 +191,7 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& da
 Result<std::vector<Eigen::Index>> rows_with_inputs(const InputPlan& plan, const data::Clusters& clusters) {
   Terms terms = plan.fixed;
   add_new(terms, plan.candidates);
-  return evaluate(terms, clusters).map([](const data::SampleMatrix& values) {
-    std::vector<Eigen::Index> rows;
-    for (Eigen::Index k = 0; k < values.rows(); ++k) {
-      if (values.row(k).allFinite()) rows.push_back(k);
-    }
-    return rows;
-  });
+  return evaluate(terms, clusters).map([](const data::SampleMatrix& values) { return data::finite_rows(values); });
 }
 
 Result<ChosenInputs> choose_inputs(const InputPlan& plan, const data::TrainingSet& training_set) {

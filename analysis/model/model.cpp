@@ -46,12 +46,8 @@ int stored_numbers(const Model& model) {
 }
 
 const char* name(Outside outside) {
-  switch (outside) {
-    case Outside::clamp: return "clamp";
-    case Outside::refuse: return "refuse";
-    case Outside::extrapolate: return "extrapolate";
-  }
-  return "";
+  constexpr const char* kNames[] = {"clamp", "refuse", "extrapolate"};
+  return kNames[static_cast<std::size_t>(outside)];
 }
 
 Result<Outside> parse_outside(std::string_view text) {

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/quantity.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -89,34 +90,17 @@ static double function_of(const double z[]) {
 )";
 
 // Lengths are in the centres already.
-constexpr const char* kGaussians = R"(/* sum of weight * exp(narrowness * |z / length - centre|^2), and a constant */
-@length@@centre@@narrowness@@weight@
+constexpr const char* kGaussians = R"(/* sum of weight * exp(narrowness * |@scaled@ - centre|^2), and a constant */
+@tables@
 static double function_of(const double z[]) {
   double sum = @b@, rest = 0.0;
   for (int i = 0; i < @terms@; ++i) {
     double square = 0.0;
     for (int k = 0; k < @inputs@; ++k) {
-      const double apart = z[k] / length[k] - centre[i][k];
+      const double apart = @scaled_k@ - centre[i][k];
       square += apart * apart;
     }
-    sum = added(sum, weight[i] * exp(narrowness[i] * square), &rest);
-  }
-  return sum + rest;
-}
-)";
-
-constexpr const char* kOneWidth = R"(/* sum of weight * exp(narrowness * |z - centre|^2), and a constant */
-static const double narrowness = @narrowness@;
-@centre@@weight@
-static double function_of(const double z[]) {
-  double sum = @b@, rest = 0.0;
-  for (int i = 0; i < @terms@; ++i) {
-    double square = 0.0;
-    for (int k = 0; k < @inputs@; ++k) {
-      const double apart = z[k] - centre[i][k];
-      square += apart * apart;
-    }
-    sum = added(sum, weight[i] * exp(narrowness * square), &rest);
+    sum = added(sum, weight[i] * exp(@narrowness@ * square), &rest);
   }
   return sum + rest;
 }
@@ -148,25 +132,31 @@ std::string text_of(const methods::LinearModel& linear) {
 std::string text_of(const methods::SvrModel& svr) {
   if (svr.beta.size() == 0) return constant(svr.b);
   const double sigma = svr.parameters.sigma;
-  return kAdd + c_filled(kOneWidth, {{"narrowness", c_number(-0.5 / (sigma * sigma))},
-                                     {"centre", c_table("centre", svr.support_vectors)},
-                                     {"weight", c_vector("weight", svr.beta)},
-                                     {"terms", count(svr.beta.size())},
-                                     {"inputs", count(svr.support_vectors.cols())},
-                                     {"b", c_number(svr.b)}});
+  return kAdd +
+         c_filled(kGaussians,
+                  {{"scaled", "z"},
+                   {"scaled_k", "z[k]"},
+                   {"narrowness", "narrowness"},
+                   {"tables", fmt::format("static const double narrowness = {};\n", c_number(-0.5 / (sigma * sigma))) +
+                                  c_table("centre", svr.support_vectors) + c_vector("weight", svr.beta)},
+                   {"terms", count(svr.beta.size())},
+                   {"inputs", count(svr.support_vectors.cols())},
+                   {"b", c_number(svr.b)}});
 }
 
 std::string text_of(const methods::ExpansionModel& expansion) {
   if (expansion.weights.size() == 0) return constant(expansion.b);
   const data::SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
-  return kAdd + c_filled(kGaussians, {{"length", c_vector("length", expansion.lengths.transpose())},
-                                      {"centre", c_table("centre", centres)},
-                                      {"narrowness", c_vector("narrowness", narrowness)},
-                                      {"weight", c_vector("weight", expansion.weights)},
-                                      {"terms", count(expansion.weights.size())},
-                                      {"inputs", count(centres.cols())},
-                                      {"b", c_number(expansion.b)}});
+  return kAdd + c_filled(kGaussians,
+                         {{"scaled", "z / length"},
+                          {"scaled_k", "z[k] / length[k]"},
+                          {"narrowness", "narrowness[i]"},
+                          {"tables", c_vector("length", expansion.lengths.transpose()) + c_table("centre", centres) +
+                                         c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights)},
+                          {"terms", count(expansion.weights.size())},
+                          {"inputs", count(centres.cols())},
+                          {"b", c_number(expansion.b)}});
 }
 
 std::string text_of(const methods::NetworkModel& network) {
@@ -215,7 +205,7 @@ std::string reduced(const ReducedSetSummary& reduction) {
 
 std::string range(const Model& model, Eigen::Index input) {
   const bool rate = has_rate(model.terms[static_cast<std::size_t>(input)]);
-  return fmt::format("  {}: {:.6g} to {:.6g}{}", text(model.terms[static_cast<std::size_t>(input)]),
+  return fmt::format("  {}: {:.6g} to {:.6g}{}", to_string(model.terms[static_cast<std::size_t>(input)]),
                      model.input_min(input), model.input_max(input), rate ? " (rates in degC/min)" : "");
 }
 
@@ -282,7 +272,7 @@ data::SampleMatrix centres_of(const methods::Function& function) {
 /// Unscaled inputs like those of the training: near the function's centres, or anywhere in the trained range.
 data::SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
   std::mt19937_64 generator(1);
-  const auto below_one = [&] { return static_cast<double>(generator() >> 11) * 0x1p-53; };
+  const auto below_one = [&] { return uniform(generator); };
   const data::SampleMatrix centres = centres_of(model.function);
   data::SampleMatrix inputs(rows, model.input_min.size());
   for (Eigen::Index i = 0; i < rows; ++i) {
@@ -494,11 +484,10 @@ int @name@_self_test(void) {
 )";
 
 std::string of(const data::Factor& factor, const std::vector<std::string>& names, double length_s) {
-  const auto at = [&](const std::string& name) { return std::ranges::find(names, name) - names.begin(); };
-  const auto first = at(factor.first);
+  const auto first = place_of(names, factor.first);
   switch (factor.kind) {
     case data::FactorKind::temperature: return fmt::format("t[{}]", first);
-    case data::FactorKind::gradient: return fmt::format("(t[{}] - t[{}])", first, at(factor.second));
+    case data::FactorKind::gradient: return fmt::format("(t[{}] - t[{}])", first, place_of(names, factor.second));
     case data::FactorKind::rate:
       return fmt::format("((t[{0}] - before[{0}]) * {1})", first, c_number(kSecondsPerMinute / length_s));
   }
@@ -512,7 +501,7 @@ std::string terms_of(const Model& model, const std::vector<std::string>& names) 
     for (const data::Factor& factor : model.terms[i].factors) {
       product += (product.empty() ? "" : " * ") + of(factor, names, model.cluster_length_s);
     }
-    lines += fmt::format("  x[{}] = {}; /* {} */\n", i, product, c_comment(text(model.terms[i])));
+    lines += fmt::format("  x[{}] = {}; /* {} */\n", i, product, c_comment(to_string(model.terms[i])));
   }
   return lines;
 }

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "analysis/data/features.hpp"
-#include "analysis/model/response_surface.hpp"
+#include "analysis/model/selection.hpp"
 
 namespace gyrotherm::model {
 namespace {

@@ -36,7 +36,7 @@ struct Placement {
 };
 
 /// Eliminates the thermometers of the records backward, the cheapest first. The learner is a response surface of second
-/// order (response_surface.hpp) in the temperature of the first thermometer kept and its differences with the others,
+/// order (selection.hpp) in the temperature of the first thermometer kept and its differences with the others,
 /// so that absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out
 /// clusters decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two
 /// thermometers, records that differ in them, no record, or as plan_folds does; with interrupted.

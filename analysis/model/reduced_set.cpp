@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/reduced_set.hpp"
-
+/// Fewer vectors at a stated loss; model.hpp says how.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/model/model.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 
 namespace gyrotherm::model {
@@ -136,10 +136,7 @@ Result<data::SampleMatrix> clusters_in_lengths(const Model& model, const data::C
                                                const Gaussians& full) {
   const auto inputs = evaluate(model.terms, training);
   if (!inputs) return failure(inputs.error());
-  std::vector<Eigen::Index> whole;
-  for (Eigen::Index i = 0; i < inputs->rows(); ++i) {
-    if (inputs->row(i).allFinite()) whole.push_back(i);
-  }
+  const auto whole = data::finite_rows(*inputs);
   if (whole.empty()) return refusal("no cluster has a value of every input");
   const data::SampleMatrix chosen = (*inputs)(whole, Eigen::all);
   const data::SampleMatrix scaled = apply(model.scaling, chosen);

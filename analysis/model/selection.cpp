@@ -4,25 +4,26 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "analysis/data/features.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/model/response_surface.hpp"
 
 namespace gyrotherm::model {
 namespace {
 
 std::string names_of(const std::vector<data::Term>& terms) {
   std::vector<std::string> names;
-  for (const data::Term& term : terms) names.push_back(text(term));
-  return fmt::format("{}", fmt::join(names, ", "));
+  for (const data::Term& term : terms) names.push_back(to_string(term));
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 bool all_gradients_of(const std::vector<data::Term>& terms) {
@@ -128,10 +129,7 @@ std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_
 
 /// Standard error of the mean squared error, with the effective number of the squared residuals.
 double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index k = 0; k < trial.residual.size(); ++k) {
-    if (std::isfinite(trial.residual(k))) rows.push_back(k);
-  }
+  const auto rows = data::finite_rows(trial.residual);
   return mean_error(figures_of(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
@@ -225,15 +223,11 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
 
   Selection selection;
   selection.threshold = 0;
-  std::vector<std::string> names;
-  for (const Eigen::Index column : kept) {
-    selection.terms.push_back(candidates[column]);
-    names.push_back(text(candidates[column]));
-  }
+  for (const Eigen::Index column : kept) selection.terms.push_back(candidates[column]);
   selection.rank = rank_of(selection.terms);
-  selection.statement = fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})",
-                                    kept.size(), candidates.size(), tolerance,
-                                    kept.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")), selection.rank);
+  selection.statement =
+      fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})", kept.size(),
+                  candidates.size(), tolerance, names_of(selection.terms), selection.rank);
   return selection;
 }
 
@@ -254,19 +248,100 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
 
   Selection selection;
   selection.threshold = 0;
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < kept; ++k) {
-    selection.terms.push_back(terms[path[k].column]);
-    names.push_back(text(terms[path[k].column]));
-  }
+  for (std::size_t k = 0; k < kept; ++k) selection.terms.push_back(terms[path[k].column]);
   selection.rank = rank_of(selection.terms);
   const double error = std::sqrt(kept > 0 ? path[kept - 1].trial.mean_square : start.mean_square);
   selection.statement = fmt::format(
       "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has RMSE {:.4g} "
       "°/h held out",
-      kept, candidates.size(), kept > 0 ? fmt::format("{}", fmt::join(names, ", ")) : "none", selection.rank,
+      kept, candidates.size(), names_of(selection.terms), selection.rank,
       fixed.empty() ? "them" : "them and the inputs always taken", error);
   return selection;
+}
+
+namespace {
+
+/// Mean and 1/STD of each column; 0 in place of 1/STD where a column does not vary.
+struct Standard {
+  explicit Standard(const svm::SampleMatrix& values)
+      : mean(values.colwise().mean()), inverse_std(Eigen::RowVectorXd::Zero(values.cols())) {
+    constexpr double kRounding = 1e-12;
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      const double std =
+          std::sqrt((values.col(j).array() - mean(j)).square().sum() / static_cast<double>(values.rows()));
+      if (std > kRounding * values.col(j).cwiseAbs().maxCoeff()) inverse_std(j) = 1 / std;
+    }
+  }
+  [[nodiscard]] svm::SampleMatrix of(const svm::SampleMatrix& values) const {
+    return ((values.rowwise() - mean).array().rowwise() * inverse_std.array()).matrix();
+  }
+  Eigen::RowVectorXd mean, inverse_std;
+};
+
+/// z_i, then z_i z_j for i ≤ j.
+svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
+  const Eigen::Index inputs = z.cols();
+  svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
+  all.leftCols(inputs) = z;
+  Eigen::Index column = inputs;
+  for (Eigen::Index i = 0; i < inputs; ++i) {
+    const Eigen::Index products = inputs - i;
+    all.middleCols(column, products) = z.rightCols(products).array().colwise() * z.col(i).array();
+    column += products;
+  }
+  return all;
+}
+
+}  // namespace
+
+Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
+                                    const svm::SampleMatrix& test_x, std::span<const double> lambdas) {
+  assert(train_x.rows() == train_y.size() && train_x.rows() > 0 && train_x.cols() == test_x.cols());
+  const auto count = static_cast<Eigen::Index>(lambdas.size());
+  const double mean = train_y.mean();
+  Eigen::MatrixXd predicted = Eigen::MatrixXd::Constant(test_x.rows(), count, mean);
+  if (train_x.cols() == 0) return predicted;
+
+  const Standard inputs(train_x);
+  const svm::SampleMatrix raw = second_order(inputs.of(train_x));
+  const Standard products(raw);
+  const svm::SampleMatrix train = products.of(raw);
+  const svm::SampleMatrix test = products.of(second_order(inputs.of(test_x)));
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(train.cols(), train.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(train.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(gram);  // reads the lower triangle
+  const Eigen::VectorXd pull =
+      modes.eigenvectors().transpose() * (train.transpose() * (train_y.array() - mean).matrix());
+  const Eigen::MatrixXd along = test * modes.eigenvectors();
+  const Eigen::ArrayXd strength = modes.eigenvalues().array().max(0);
+  for (Eigen::Index l = 0; l < count; ++l) {
+    const double penalty = lambdas[l] * static_cast<double>(train.rows());
+    predicted.col(l) += along * (pull.array() / (strength + penalty)).matrix();
+  }
+  return predicted;
+}
+
+SurfaceTrial try_surface(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const data::FoldPlan& folds) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  constexpr auto kLambdas = static_cast<Eigen::Index>(kSurfaceLambdas.size());
+  Eigen::MatrixXd residual = Eigen::MatrixXd::Constant(y.size(), kLambdas, kNone);
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(kLambdas);
+  Eigen::Index held_out = 0;
+  for (const data::Fold& fold : folds.folds) {
+    const Eigen::MatrixXd predicted = surface_predictions(x(fold.training, Eigen::all), y(fold.training),
+                                                          x(fold.held_out, Eigen::all), kSurfaceLambdas);
+    const Eigen::VectorXd truth = y(fold.held_out);
+    const Eigen::MatrixXd left = truth.replicate(1, kLambdas) - predicted;
+    squares += left.colwise().squaredNorm();
+    held_out += left.rows();
+    residual(fold.held_out, Eigen::all) = left;
+  }
+  assert(held_out > 0);
+  Eigen::Index best = 0;
+  squares.minCoeff(&best);
+  return {.residual = residual.col(best),
+          .lambda = kSurfaceLambdas[best],
+          .mean_square = squares(best) / static_cast<double>(held_out)};
 }
 
 }  // namespace gyrotherm::model

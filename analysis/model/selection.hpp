@@ -1,16 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which of many inputs to take, learnt from one training set alone.
+/// Which of many inputs to take, learnt from one training set alone; and the learner by which sets of inputs are
+/// judged.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "analysis/data/features.hpp"
 #include "analysis/data/folds.hpp"
+#include "analysis/svm/svr.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {
+
+// A response surface of second order by ridge regression: the cheap learner by which inputs are chosen and
+// thermometers are judged. Its cost is milliseconds, and on the virtual gyro its held-out error is the noise floor
+// (docs/evaluation.md).
+//
+// y ≈ b + Σ w_i z_i + Σ_{i≤j} w_ij z_i z_j (Box & Wilson, J. R. Stat. Soc. B 13 (1951) 1), minimising
+// ‖y − ŷ‖² + λ n ‖w‖² with b free (Hoerl & Kennard, Technometrics 12 (1970) 55). z are the inputs standardised on the
+// training rows; so are, once more, the products. What does not vary on the training rows has no part.
+
+/// The penalties λ that try_surface chooses from.
+inline constexpr std::array<double, 11> kSurfaceLambdas = {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100};
+
+/// Predicts the rows of `test_x` by surfaces with these λ, learnt from `train_x` and `train_y`: rows × λ. Without a
+/// column in x the prediction is the mean of `train_y`. All values are finite, λ > 0, and there is a training row.
+[[nodiscard]] Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
+                                                  const svm::SampleMatrix& test_x, std::span<const double> lambdas);
+
+/// How well a surface predicts held-out folds, λ chosen by them.
+struct SurfaceTrial {
+  Eigen::VectorXd residual;  ///< y − ŷ of each row, in the units of y; NaN where a row is never held out
+  double lambda{};
+  double mean_square{};  ///< of the residuals that are
+};
+
+/// Holds each fold out in turn. `x` and `y` have a row per cluster that the folds number.
+[[nodiscard]] SurfaceTrial try_surface(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
+                                       const data::FoldPlan& folds);
 
 enum class SelectionKind {
   correlation,  ///< |r| with the bias above a threshold: the paper's §4.3
@@ -50,7 +82,7 @@ struct Selection {
 [[nodiscard]] Selection select_by_correlation(const std::vector<data::Term>& candidates, const std::vector<double>& r,
                                               double threshold, int least_rank);
 
-/// The rule forward grows by the candidate whose response surface (response_surface.hpp) has the least held-out squared
+/// The rule forward grows by the candidate whose response surface has the least held-out squared
 /// error, while that error falls and fewer than `most` are taken; then keeps the fewest whose mean squared error is
 /// within one standard error of the least (Breiman et al., Classification and Regression Trees, 1984, §3.4.3), reckoned
 /// with the effective number of the squared residuals. A training set of fewer than two folds is cut into blocks.

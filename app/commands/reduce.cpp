@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "analysis/model/reduced_set.hpp"
+#include "analysis/model/model.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/reduced_set.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "analysis/model/model.hpp"
 #include "tests/analysis/small_model.hpp"
 
 namespace gyrotherm::model {

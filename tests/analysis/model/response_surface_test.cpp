@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/response_surface.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
+
+#include "analysis/model/selection.hpp"
 
 namespace gyrotherm::model {
 namespace {

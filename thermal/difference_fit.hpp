@@ -22,8 +22,7 @@ inline constexpr std::array<std::string_view, 5> kFitParameterNames{"emissivity"
 [[nodiscard]] GyroModel with_parameter(const GyroModel& model, FitParameter parameter, double value);
 
 struct FitRange {
-  double low{};
-  double high{};
+  double low{}, high{};
 };
 /// Values that are searched: what is plausible, and what the model's geometry bears.
 [[nodiscard]] FitRange fit_range(const GyroModel& model, FitParameter parameter);

@@ -14,28 +14,11 @@
 namespace gyrotherm::thermal {
 
 GyroMaterial material_of(GyroPart part) {
-  using enum GyroPart;
-  switch (part) {
-    case block:
-    case mirror_b:
-    case mirror_c:
-    case mirror_f:
-    case mirror_h: return GyroMaterial::zerodur;
-    case gain_left:
-    case gain_right: return GyroMaterial::gain_gas;
-    case passive_bore: return GyroMaterial::passive_bore;
-    case ballast_left:
-    case ballast_right: return GyroMaterial::ballast;
-    case preamplifier: return GyroMaterial::preamplifier;
-    case cathode: return GyroMaterial::cathode;
-    case dither: return GyroMaterial::dither;
-    case hub: return GyroMaterial::hub;
-    case shell: return GyroMaterial::cabinet;
-    case air_lid:
-    case air_side:
-    case air_base: break;
-  }
-  return GyroMaterial::air;
+  using enum GyroMaterial;
+  constexpr std::array<GyroMaterial, kGyroParts> kOf{{zerodur, zerodur, zerodur, zerodur, zerodur, gain_gas, gain_gas,
+                                                      passive_bore, ballast, ballast, preamplifier, cathode, dither,
+                                                      hub, cabinet, air, air, air}};
+  return kOf[index(part)];
 }
 
 double bore_half_width(const GyroGeometry& geometry) {

@@ -10,18 +10,14 @@
 namespace gyrotherm::thermal {
 
 struct PlanPoint {
-  double x{};
-  double y{};
+  double x{}, y{};
 };
 
 /// Convex, counter-clockwise; empty: nothing.
 using Outline = std::vector<PlanPoint>;
 
 struct PlanRectangle {
-  double x0{};
-  double x1{};
-  double y0{};
-  double y1{};
+  double x0{}, x1{}, y0{}, y1{};
 };
 
 [[nodiscard]] double area(const Outline& outline);
@@ -38,8 +34,7 @@ struct PlanRectangle {
 struct Prism {
   GyroPart part{};
   Outline plan;
-  double z0{};
-  double z1{};
+  double z0{}, z1{};
 };
 
 struct GyroParts {
@@ -52,8 +47,7 @@ struct GyroParts {
   Prism dither;  ///< with the hub inside it not taken out
   Prism hub;
   PlanRectangle inside;  ///< of the cabinet's walls
-  double inside_z0{};
-  double inside_z1{};
+  double inside_z0{}, inside_z1{};
 };
 
 /// All parts of the model's mode: in block mode without preamplifier, dither, hub and cabinet, in the same axes.

@@ -32,9 +32,38 @@ std::vector<double> divided(std::vector<double> marks, double edge_mm) {
   return lines;
 }
 
-/// The grid's lines, mm.
+/// The grid's lines, and what lies between them as places and lengths, mm.
 struct GridLines {
   std::vector<double> x, y, z;
+
+  [[nodiscard]] int nx() const { return static_cast<int>(x.size()) - 1; }
+  [[nodiscard]] int ny() const { return static_cast<int>(y.size()) - 1; }
+  [[nodiscard]] int nz() const { return static_cast<int>(z.size()) - 1; }
+  [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx()) * ny() * nz(); }
+  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx(), ny()); }
+  [[nodiscard]] bool holds(BrickPlace p) const {
+    return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx() && p.j < ny() && p.k < nz();
+  }
+  [[nodiscard]] std::size_t brick(BrickPlace p) const {
+    return (static_cast<std::size_t>(p.k) * ny() + p.j) * nx() + p.i;
+  }
+  [[nodiscard]] PlanRectangle plan(BrickPlace p) const { return {x[p.i], x[p.i + 1], y[p.j], y[p.j + 1]}; }
+  [[nodiscard]] double height(BrickPlace p) const { return z[p.k + 1] - z[p.k]; }
+  [[nodiscard]] double plan_area(BrickPlace p) const {
+    const auto r = plan(p);
+    return (r.x1 - r.x0) * (r.y1 - r.y0);
+  }
+  [[nodiscard]] double face_area(BrickPlace p, int face) const {
+    const auto r = plan(p);
+    return face < 2 ? (r.y1 - r.y0) * height(p) : face < 4 ? (r.x1 - r.x0) * height(p) : plan_area(p);
+  }
+  /// Which brick of the plan a point lies in.
+  [[nodiscard]] BrickPlace at(PlanPoint point, int k) const {
+    const auto find = [](const std::vector<double>& lines, double value) {
+      return static_cast<int>(std::ranges::upper_bound(lines, value) - lines.begin()) - 1;
+    };
+    return {find(x, point.x), find(y, point.y), k};
+  }
 };
 
 /// A brick's contents, and how much of its plan is solid (from 0 to 1).
@@ -176,49 +205,6 @@ constexpr std::array<BrickPlace, kBrickFaces> kBeside{
 
 double filled(const BrickContents& brick) { return std::accumulate(brick.share.begin(), brick.share.end(), 0.0); }
 
-/// The grid seen as places and lengths, in mm.
-class Grid {
- public:
-  explicit Grid(const GridLines& lines)
-      : lines_(lines),
-        nx_(static_cast<int>(lines.x.size()) - 1),
-        ny_(static_cast<int>(lines.y.size()) - 1),
-        nz_(static_cast<int>(lines.z.size()) - 1) {}
-  [[nodiscard]] std::size_t bricks() const { return static_cast<std::size_t>(nx_) * ny_ * nz_; }
-  [[nodiscard]] BrickPlace place(std::size_t brick) const { return place_of(brick, nx_, ny_); }
-  [[nodiscard]] bool holds(BrickPlace p) const {
-    return p.i >= 0 && p.j >= 0 && p.k >= 0 && p.i < nx_ && p.j < ny_ && p.k < nz_;
-  }
-  [[nodiscard]] std::size_t brick(BrickPlace p) const {
-    return (static_cast<std::size_t>(p.k) * ny_ + p.j) * nx_ + p.i;
-  }
-  [[nodiscard]] PlanRectangle plan(BrickPlace p) const {
-    return {lines_.x[p.i], lines_.x[p.i + 1], lines_.y[p.j], lines_.y[p.j + 1]};
-  }
-  [[nodiscard]] double height(BrickPlace p) const { return lines_.z[p.k + 1] - lines_.z[p.k]; }
-  [[nodiscard]] double plan_area(BrickPlace p) const {
-    const auto r = plan(p);
-    return (r.x1 - r.x0) * (r.y1 - r.y0);
-  }
-  [[nodiscard]] double face_area(BrickPlace p, int face) const {
-    const auto r = plan(p);
-    return face < 2 ? (r.y1 - r.y0) * height(p) : face < 4 ? (r.x1 - r.x0) * height(p) : plan_area(p);
-  }
-  /// Which brick of the plan a point lies in.
-  [[nodiscard]] BrickPlace at(PlanPoint point, int k) const {
-    return {find(lines_.x, point.x), find(lines_.y, point.y), k};
-  }
-  [[nodiscard]] const GridLines& lines() const { return lines_; }
-  [[nodiscard]] int layers() const { return nz_; }
-
- private:
-  static int find(const std::vector<double>& lines, double value) {
-    return static_cast<int>(std::ranges::upper_bound(lines, value) - lines.begin()) - 1;
-  }
-  const GridLines& lines_;
-  int nx_, ny_, nz_;
-};
-
 /// An upright wall seen from outside on its right, walking from a to b.
 struct Wall {
   PlanPoint a, b;
@@ -282,8 +268,8 @@ class FilmOfWalls {
       for (const double line : lines)
         if (const double t = (line - from) / (to - from); t > 0 && t < 1) cuts.push_back(t);
     };
-    cross(grid_.lines().x, wall.a.x, wall.b.x);
-    cross(grid_.lines().y, wall.a.y, wall.b.y);
+    cross(grid_.x, wall.a.x, wall.b.x);
+    cross(grid_.y, wall.a.y, wall.b.y);
     std::ranges::sort(cuts);
     const double length = distance(wall.a, wall.b);
     const PlanPoint out{(wall.b.y - wall.a.y) / length, (wall.a.x - wall.b.x) / length};
@@ -291,8 +277,8 @@ class FilmOfWalls {
       const double piece = (cuts[c] - cuts[c - 1]) * length;
       if (piece < 1e-9) continue;
       const auto middle = between(wall.a, wall.b, (cuts[c] + cuts[c - 1]) / 2);
-      for (int k = 0; k < grid_.layers(); ++k) {
-        const double height = std::min(grid_.lines().z[k + 1], wall.z1) - std::max(grid_.lines().z[k], wall.z0);
+      for (int k = 0; k < grid_.nz(); ++k) {
+        const double height = std::min(grid_.z[k + 1], wall.z1) - std::max(grid_.z[k], wall.z0);
         if (height > 1e-9) put(piece * height, middle, out, k);
       }
     }
@@ -359,7 +345,7 @@ class FilmOfWalls {
     return true;
   }
 
-  Grid grid_;
+  const GridLines& grid_;
   const std::vector<BrickContents>& contents_;
   std::vector<double> area_;  // mm², by brick and face
 };
@@ -507,8 +493,7 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
 
 /// Drops the cut bricks of which less than half of the plan is solid; what they hold goes to the fullest of the four
 /// neighbours beside them that stays. Volumes and plan areas keep their sums.
-void consolidate(std::vector<BrickContents>& contents, const GridLines& lines) {
-  const Grid grid(lines);
+void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto before = contents;
   const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= 0.5; };
   for (std::size_t b = 0; b < contents.size(); ++b) {
@@ -548,12 +533,8 @@ std::vector<FilmFace> block_film(const GyroParts& parts, const GridLines& lines,
 }  // namespace
 
 double edge_mm(MeshSize size) {
-  switch (size) {
-    case MeshSize::coarse: return 4.6;
-    case MeshSize::medium: return 2.9;
-    case MeshSize::fine: break;
-  }
-  return 2.1;
+  constexpr std::array kEdges{4.6, 2.9, 2.1};
+  return kEdges[static_cast<std::size_t>(size)];
 }
 
 GyroMesh make_mesh(const GyroModel& model, MeshSize size) { return make_mesh(model, edge_mm(size)); }

@@ -59,9 +59,7 @@ struct BrickPlace {
 /// Brick (i, j, k) has the index (k·ny + j)·nx + i. Nodes are numbered along the doubled grid: point (I, J, K) of
 /// (2nx + 1) × (2ny + 1) × (2nz + 1), corners at even places, middles of edges where one place is odd.
 struct GyroMesh {
-  std::vector<double> x;  ///< grid lines, m
-  std::vector<double> y;
-  std::vector<double> z;
+  std::vector<double> x, y, z;        ///< grid lines, m
   std::vector<BrickClass> classes;    ///< the first is empty
   std::vector<std::uint16_t> bricks;  ///< class of each
   std::vector<FilmFace> film;         ///< in the order of bricks; a face at most once
@@ -83,9 +81,7 @@ struct GyroMesh {
 
 /// Lengths of a brick's edges, m.
 struct BrickEdges {
-  double x{};
-  double y{};
-  double z{};
+  double x{}, y{}, z{};
   [[nodiscard]] double volume() const { return x * y * z; }
   /// Of the face of that number.
   [[nodiscard]] double face_area(int face) const { return face < 2 ? y * z : face < 4 ? x * z : x * y; }

@@ -35,11 +35,9 @@ struct SteadyState {
   ThermalCoefficients coefficients{};
   double air_c{};  ///< mean of block and shell, at which the air's conductivity was taken
   double power_in_w{};
-  double power_out_w{};  ///< through the film
-  ExtremePoint hottest;  ///< of all solids: neither gas nor air
-  ExtremePoint coldest;
-  ExtremePoint block_hottest;
-  ExtremePoint block_coldest;
+  double power_out_w{};           ///< through the film
+  ExtremePoint hottest, coldest;  ///< of all solids: neither gas nor air
+  ExtremePoint block_hottest, block_coldest;
   int rounds{};      ///< of the air's temperature
   int iterations{};  ///< of the linear solver, all rounds together
   std::size_t unknowns{};

@@ -34,9 +34,6 @@ class ThermalField {
   GyroParts parts_;
 };
 
-/// Temperature at a point of the mesh, as above.
-[[nodiscard]] double temperature_at(const GyroMesh& mesh, const Eigen::VectorXd& field_c, double x, double y, double z);
-
 /// A thermometer on the plane.
 struct ThermalMark {
   std::string name;

@@ -78,16 +78,18 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   }
 }
 
-void copy_row(const Clusters& from, Eigen::Index source, Clusters& to, Eigen::Index target) {
-  to.start_s(target) = from.start_s(source);
-  to.temperature_c.row(target) = from.temperature_c.row(source);
-  to.rate_c_per_min.row(target) = from.rate_c_per_min.row(source);
-  to.bias_deg_per_h(target) = from.bias_deg_per_h(source);
-  to.set_point_c(target) = from.set_point_c(source);
-  to.segment(target) = from.segment(source);
-  to.last_segment(target) = from.last_segment(source);
-  to.cycle(target) = from.cycle(source);
-  to.samples(target) = from.samples(source);
+/// Calls visit(array of `to`, array of `from`) for each array that has a row per cluster.
+template <class Visit>
+void each_array(Clusters& to, const Clusters& from, Visit visit) {
+  visit(to.start_s, from.start_s);
+  visit(to.temperature_c, from.temperature_c);
+  visit(to.rate_c_per_min, from.rate_c_per_min);
+  visit(to.bias_deg_per_h, from.bias_deg_per_h);
+  visit(to.set_point_c, from.set_point_c);
+  visit(to.segment, from.segment);
+  visit(to.last_segment, from.last_segment);
+  visit(to.cycle, from.cycle);
+  visit(to.samples, from.samples);
 }
 
 }  // namespace
@@ -120,10 +122,8 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
 }
 
 Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
-  Clusters picked = with_rows(static_cast<Eigen::Index>(rows.size()), clusters.thermometers, clusters.length_s);
-  for (std::size_t i = 0; i < rows.size(); ++i) copy_row(clusters, rows[i], picked, static_cast<Eigen::Index>(i));
-  picked.dropped_rest = clusters.dropped_rest;
-  picked.dropped_gaps = clusters.dropped_gaps;
+  Clusters picked = clusters;
+  each_array(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
   return picked;
 }
 
@@ -139,7 +139,8 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   Clusters all = with_rows(rows, parts.front().thermometers, parts.front().length_s);
   Eigen::Index target = 0;
   for (const Clusters& part : parts) {
-    for (Eigen::Index source = 0; source < part.start_s.size(); ++source) copy_row(part, source, all, target++);
+    each_array(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });
+    target += part.start_s.size();
     all.dropped_rest += part.dropped_rest;
     all.dropped_gaps += part.dropped_gaps;
   }

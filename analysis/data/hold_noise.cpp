@@ -16,23 +16,24 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// Clusters first … last of one segment that lie wholly inside it.
-struct Hold {
-  Eigen::Index first{}, last{};
+/// Rows first … first + count − 1, of samples or of clusters.
+struct Rows {
+  Eigen::Index first{}, count{};
 };
 
-std::vector<Hold> holds_of(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments) {
-  const Eigen::Index count = clusters.start_s.size();
-  if (segments.empty()) return count > 0 ? std::vector<Hold>{{0, count - 1}} : std::vector<Hold>{};
-  std::vector<Hold> holds;
+/// The stretches of rows that `hold_at` says lie in one hold, by its segment, −1 for a row in none; of one segment two
+/// if it is left and entered again. All rows where there are no segments.
+template <class HoldAt>
+std::vector<Rows> holds_of(Eigen::Index rows, const std::vector<record::RunInfo::SegmentInfo>& segments,
+                           HoldAt hold_at) {
+  if (segments.empty()) return rows > 0 ? std::vector<Rows>{{0, rows}} : std::vector<Rows>{};
+  std::vector<Rows> holds;
   int open = -1;
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const int segment = clusters.segment(k);
-    const bool inside = segment >= 0 && segments[segment].hold && clusters.last_segment(k) == segment;
-    if (inside && segment == open)
-      holds.back().last = k;
-    else if (inside)
-      holds.push_back({k, k});
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const int segment = hold_at(k);
+    const bool inside = segment >= 0 && segments[static_cast<std::size_t>(segment)].hold;
+    if (inside && segment != open) holds.push_back({k, 0});
+    if (inside) ++holds.back().count;
     open = inside ? segment : -1;
   }
   return holds;
@@ -48,27 +49,6 @@ bool neighbours(const Clusters& clusters, Eigen::Index k) {
 double relative_error(int differences, int followed) {
   const double d = differences;
   return 0.5 * std::sqrt((2 + followed / d) / d);
-}
-
-/// Samples first … first + count − 1.
-struct Rows {
-  Eigen::Index first{}, count{};
-};
-
-/// The samples of each hold; of one segment twice if it is left and entered again.
-std::vector<Rows> holds_of(const Dataset& dataset) {
-  const Eigen::Index rows = dataset.time_s.size();
-  if (dataset.segments.empty()) return rows > 0 ? std::vector<Rows>{{0, rows}} : std::vector<Rows>{};
-  std::vector<Rows> holds;
-  int open = -1;
-  for (Eigen::Index k = 0; k < rows; ++k) {
-    const int segment = dataset.segment(k);
-    const bool inside = segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].hold;
-    if (inside && segment != open) holds.push_back({k, 0});
-    if (inside) ++holds.back().count;
-    open = inside ? segment : -1;
-  }
-  return holds;
 }
 
 Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
@@ -108,7 +88,8 @@ HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h
   HoldNoise noise{.curve = {}, .fit = {}, .statement = {}};
   noise.interval_s = sample_interval_s(dataset);
   RateStretches rates{.interval_s = noise.interval_s, .values = {}};
-  for (const Rows& hold : noise.interval_s > 0 ? holds_of(dataset) : std::vector<Rows>{}) {
+  const Eigen::Index rows = noise.interval_s > 0 ? dataset.time_s.size() : 0;
+  for (const Rows& hold : holds_of(rows, dataset.segments, [&](Eigen::Index k) { return dataset.segment(k); })) {
     const Rows hour = last_hour(dataset, hold, noise.interval_s);
     RateStretches of_hold = cut_at_gaps(dataset.time_s.segment(hour.first, hour.count),
                                         bias_deg_per_h.segment(hour.first, hour.count), noise.interval_s);
@@ -137,10 +118,14 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
   double sum = 0;
   int followed = 0;
   NoiseFloor floor;
-  for (const Hold& hold : holds_of(clusters, segments)) {
-    const double from_s = clusters.start_s(hold.last) + clusters.length_s - kQuietSeconds;
+  const auto wholly_inside = [&](Eigen::Index k) {
+    return clusters.last_segment(k) == clusters.segment(k) ? clusters.segment(k) : -1;
+  };
+  for (const Rows& hold : holds_of(clusters.start_s.size(), segments, wholly_inside)) {
+    const Eigen::Index last = hold.first + hold.count - 1;
+    const double from_s = clusters.start_s(last) + clusters.length_s - kQuietSeconds;
     Eigen::Index before = -1;
-    for (Eigen::Index k = hold.first; k < hold.last; ++k) {
+    for (Eigen::Index k = hold.first; k < last; ++k) {
       if (clusters.start_s(k) < from_s - 0.5 * clusters.length_s || !neighbours(clusters, k)) continue;
       const double difference = clusters.bias_deg_per_h(k + 1) - clusters.bias_deg_per_h(k);
       sum += difference * difference;

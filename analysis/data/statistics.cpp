@@ -43,15 +43,6 @@ Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Ind
   return places;
 }
 
-/// Clusters with a rate: not the first of a run, nor the first after a gap.
-std::vector<Eigen::Index> rows_with_rate(const Clusters& clusters) {
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index k = 0; k < clusters.rate_c_per_min.rows(); ++k) {
-    if (clusters.rate_c_per_min.row(k).allFinite()) rows.push_back(k);
-  }
-  return rows;
-}
-
 }  // namespace
 
 EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
@@ -137,7 +128,8 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   r.gradient.setZero(count, count);
   r.temperature.resize(count);
   r.rate.resize(count);
-  const std::vector<Eigen::Index> with_rate = rows_with_rate(clusters);
+  // Not the first cluster of a run, nor the first after a gap.
+  const std::vector<Eigen::Index> with_rate = finite_rows(clusters.rate_c_per_min);
   const Eigen::VectorXd bias_with_rate = bias(with_rate);
   std::vector<Eigen::Index> column;
   for (const std::string& name : names) {

@@ -12,6 +12,16 @@
 
 namespace gyrotherm::data {
 
+/// The rows that are finite in every column, rising.
+template <class Values>
+[[nodiscard]] std::vector<Eigen::Index> finite_rows(const Eigen::DenseBase<Values>& values) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < values.rows(); ++k) {
+    if (values.row(k).allFinite()) rows.push_back(k);
+  }
+  return rows;
+}
+
 /// How many independent values tell as much as these, which depend on their neighbours; 0 if that was not asked.
 struct EffectiveNumber {
   double of_std{};   ///< n²/(n + 2 Σ n_k ρ_k²): for the STD

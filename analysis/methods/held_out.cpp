@@ -10,7 +10,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <thread>
 #include <utility>
 
@@ -45,20 +44,6 @@ Eigen::VectorXd mean_of(std::span<const Errors> folds, Eigen::Index rows) {
     const double mean = total / static_cast<double>(rows);
     return std::isfinite(mean) ? mean : kInfinite;
   });
-}
-
-std::optional<Fault> first_fault(const std::vector<Errors>& all) {
-  for (const Errors& errors : all) {
-    if (!errors) return errors.error();
-  }
-  return {};
-}
-
-bool any_finite(const std::vector<Eigen::VectorXd>& errors) {
-  for (const Eigen::VectorXd& trial : errors) {
-    if (trial.array().isFinite().any()) return true;
-  }
-  return false;
 }
 
 }  // namespace
@@ -112,8 +97,10 @@ Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds
   for (std::size_t i = 0; i < trials; ++i) {
     errors.push_back(mean_of(std::span(all).subspan(i * folds.size(), folds.size()), rows));
   }
-  if (any_finite(errors)) return errors;
-  if (const auto fault = first_fault(all)) return failure(*fault);
+  const auto known = [](const Eigen::VectorXd& trial) { return trial.array().isFinite().any(); };
+  if (std::ranges::any_of(errors, known)) return errors;
+  const auto failed = std::ranges::find_if_not(all, &Errors::has_value);
+  if (failed != all.end()) return failure(failed->error());
   return failure(FaultKind::numeric, "training", "no candidate has a finite error on the held-out folds");
 }
 

@@ -450,7 +450,7 @@ SmoState::Steepest SmoState::step(const Steepest& first, int second, const float
   return next;
 }
 
-SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
+Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
   const int n = static_cast<int>(problem.size());
   SmoState all(problem.C, problem.epsilon);
   all.resize(n);
@@ -459,9 +459,7 @@ SmoResult solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
   const bool small = n <= kSmall;
   SmoRun run = all.run(row_of, tolerance, 0, small ? most : std::min(most, n));
   if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);
-  return {.beta = Eigen::Map<const Eigen::VectorXd>(all.beta().data(), n),
-          .iterations = run.iterations,
-          .converged = run.violation <= tolerance};
+  return Eigen::Map<const Eigen::VectorXd>(all.beta().data(), n);
 }
 
 }  // namespace gyrotherm::svm

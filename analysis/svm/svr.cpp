@@ -63,9 +63,9 @@ NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
   const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
   const auto iterations = static_cast<int>(
       problem.size() * (problem.size() <= kFew ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
-  const SmoResult start = solve_by_smo(problem, kSmoTolerance * spread, iterations);
+  const Eigen::VectorXd start = solve_by_smo(problem, kSmoTolerance * spread, iterations);
   return solve_by_newton(
-      problem, start.beta,
+      problem, start,
       {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
 }
 

@@ -231,12 +231,8 @@ Result<SwarmSummary> minimise(const Fitness& fitness, const SwarmBox& box, const
 }
 
 const char* name(SwarmEnd end) {
-  switch (end) {
-    case SwarmEnd::was_not_run: return "was not run";
-    case SwarmEnd::iterations_done: return "iterations done";
-    case SwarmEnd::stalled: return "stalled";
-  }
-  return "unknown";
+  constexpr const char* kNames[] = {"was not run", "iterations done", "stalled"};
+  return kNames[static_cast<std::size_t>(end)];
 }
 
 }  // namespace gyrotherm::svm

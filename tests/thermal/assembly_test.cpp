@@ -33,14 +33,15 @@ TEST(Slab, WithASourceAndFilmOnBothSidesIsExact) {
   const auto matrix = assemble_conduction(model, mesh, {0, 0, 0, film});
   const double watts = 0.4;
   const Eigen::VectorXd rise = solved(matrix, watts * assemble_inputs(mesh).col(1));
+  const ThermalField field(model, mesh, rise);
   const double face = 0.01 * 0.03;
   for (const double x : {0.0, 0.001, 0.0125, length}) {
     const double middle = x - length / 2;
     const double expected = watts / (2 * film * face) + watts / (face * length) / (2 * kStuff.conductivity_w_per_m_k) *
                                                             (length * length / 4 - middle * middle);
-    EXPECT_NEAR(temperature_at(mesh, rise, x, 0.004, 0.011), expected, 1e-9 * expected) << x;
+    EXPECT_NEAR(field.temperature_at(x, 0.004, 0.011), expected, 1e-9 * expected) << x;
   }
-  EXPECT_TRUE(std::isnan(temperature_at(mesh, rise, -0.001, 0.004, 0.011)));
+  EXPECT_TRUE(std::isnan(field.temperature_at(-0.001, 0.004, 0.011)));
 }
 
 /// A body much more conductive than its film cools as one: T = e^(−h A t / (ρ c V)). Trapezoidal rule, dt and dt/2.

@@ -10,6 +10,7 @@
 
 #include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
+#include "core/toml_text.hpp"
 
 namespace gyrotherm::thermal {
 
@@ -39,18 +40,6 @@ std::string lower_triangle(const Eigen::MatrixXd& symmetric) {
   return text + "]";
 }
 
-std::string toml_text(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    else
-      out += c;
-  }
-  return out + "\"";
-}
-
 using Inserter = std::back_insert_iterator<std::string>;
 
 void write_gap(Inserter out, std::string_view name, const AirGap& gap) {
@@ -62,7 +51,8 @@ void write_head(Inserter out, const ReducedModel& model) {
   fmt::format_to(out,
                  "# Made from the gyro's file by gyrotherm-thermal reduce; not for editing.\n"
                  "schema = {}\ngyro = {}\nsource_sha256 = {}\nmesh = {}\n",
-                 toml_text(kSchema), toml_text(model.gyro), toml_text(model.source_sha256), toml_text(model.mesh));
+                 toml_quoted(kSchema), toml_quoted(model.gyro), toml_quoted(model.source_sha256),
+                 toml_quoted(model.mesh));
   fmt::format_to(out, "states = {}\nfilm_ambient = {}\nstill_film_w_per_m2_k = {}\nchamber_film_w_per_m2_k = {}\n",
                  model.conduction.rows(), numbers(model.film_ambient), number(model.still_film_w_per_m2_k),
                  number(model.chamber_film_w_per_m2_k));

@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <variant>
 
 namespace gyrotherm::thermal {
@@ -48,18 +49,36 @@ ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
   return w;
 }
 
+namespace {
+
+/// One second as amplitudes of modes: a⁺ = decay a + before T + after T⁺ + powers.
+struct ModalSecond {
+  Eigen::MatrixXd shapes;
+  Eigen::ArrayXd decay, before, after, powers;
+
+  ModalSecond(const ReducedModel& model, const ThermalCoefficients& c) {
+    auto modes = modes_of(model, c);
+    const auto weights = modal_weights(modes.rates_per_s, 1);
+    const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
+    decay = weights.decay;
+    before = weights.before * inputs.col(0).array();
+    after = weights.after * inputs.col(0).array();
+    powers = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
+    shapes = std::move(modes.shapes);
+  }
+  void step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const {
+    amplitudes.array() = decay * amplitudes.array() + before * from_c + after * to_c + powers;
+  }
+};
+
+}  // namespace
+
 OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c) {
-  const auto modes = modes_of(model, c);
-  const auto weights = modal_weights(modes.rates_per_s, 1);
-  const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
-  const auto at = [&](const Eigen::ArrayXd& amplitudes) -> Eigen::VectorXd {
-    return modes.shapes * amplitudes.matrix();
-  };
-  const Eigen::ArrayXd powers = inputs * switched_on(model, 0);
-  return {.carry = modes.shapes * weights.decay.matrix().asDiagonal() * modes.shapes.transpose(),
-          .before = at(weights.before * inputs.col(0).array()),
-          .after = at(weights.after * inputs.col(0).array()),
-          .powers = at((weights.before + weights.after) * powers)};
+  const ModalSecond modal(model, c);
+  return {.carry = modal.shapes * modal.decay.matrix().asDiagonal() * modal.shapes.transpose(),
+          .before = modal.shapes * modal.before.matrix(),
+          .after = modal.shapes * modal.after.matrix(),
+          .powers = modal.shapes * modal.powers.matrix()};
 }
 
 StepTable::StepTable(const ReducedModel& model, GyroFilm film) : nodes_c_(kNodes), weights_(kNodes) {
@@ -111,30 +130,6 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
 }
 
 struct ReducedTransient::Parts {
-  /// Constant coefficients: the states are amplitudes of modes.
-  class ModalStep final {
-   public:
-    ModalStep(const ReducedModel& model, const ThermalCoefficients& c, Eigen::VectorXd& states,
-              Eigen::MatrixXd& outputs) {
-      const auto modes = modes_of(model, c);
-      const auto weights = modal_weights(modes.rates_per_s, 1);
-      const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
-      decay_ = weights.decay;
-      before_ = weights.before * inputs.col(0).array();
-      after_ = weights.after * inputs.col(0).array();
-      powers_ = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
-      states = (modes.shapes.transpose() * states).eval();
-      outputs = (outputs * modes.shapes).eval();
-    }
-
-    void step(Eigen::VectorXd& states, double from_c, double to_c) const {
-      states.array() = decay_ * states.array() + before_ * from_c + after_ * to_c + powers_;
-    }
-
-   private:
-    Eigen::ArrayXd decay_, before_, after_, powers_;
-  };
-
   Parts(const ReducedModel& model, const ReducedTransientOptions& chosen)
       : options(chosen),
         air_c(chosen.start.value),
@@ -144,10 +139,14 @@ struct ReducedTransient::Parts {
     publish();
   }
 
-  static std::variant<ModalStep, StepTable> law_of(const ReducedModel& model, const ReducedTransientOptions& chosen,
-                                                   Eigen::VectorXd& start, Eigen::MatrixXd& rows) {
+  /// With constant coefficients the states become amplitudes of modes.
+  static std::variant<ModalSecond, StepTable> law_of(const ReducedModel& model, const ReducedTransientOptions& chosen,
+                                                     Eigen::VectorXd& start, Eigen::MatrixXd& rows) {
     if (!chosen.linear) return StepTable(model, chosen.film);
-    return ModalStep(model, coefficients_at(model, gap_air_c(rows * start), chosen.film), start, rows);
+    ModalSecond modal(model, coefficients_at(model, gap_air_c(rows * start), chosen.film));
+    start = (modal.shapes.transpose() * start).eval();
+    rows = (rows * modal.shapes).eval();
+    return modal;
   }
 
   void publish() { outputs_c.noalias() = outputs * states; }
@@ -157,7 +156,7 @@ struct ReducedTransient::Parts {
   long seconds = 0;
   Eigen::VectorXd states;
   Eigen::MatrixXd outputs;  ///< of the states as the law keeps them
-  std::variant<ModalStep, StepTable> law;
+  std::variant<ModalSecond, StepTable> law;
   Eigen::Vector<double, kThermalOutputs> outputs_c;
 };
 
@@ -175,7 +174,7 @@ void ReducedTransient::step(Celsius air) {
     if (p.seconds % p.options.seconds_per_update == 0) table->update(gap_air_c(p.outputs_c));
     table->step(p.states, p.air_c, air.value);
   } else {
-    std::get<Parts::ModalStep>(p.law).step(p.states, p.air_c, air.value);
+    std::get<ModalSecond>(p.law).step(p.states, p.air_c, air.value);
   }
   p.air_c = air.value;
   ++p.seconds;

@@ -25,9 +25,7 @@ struct ThermalModes {
 ///   m⁺ = decay m + before u + after u⁺.
 /// With z = λh: decay = e^−z, before + after = (1 − e^−z)/λ, after = (1 − (1 − e^−z)/z)/λ.
 struct ModalWeights {
-  Eigen::ArrayXd decay;
-  Eigen::ArrayXd before;
-  Eigen::ArrayXd after;
+  Eigen::ArrayXd decay, before, after;
 };
 
 [[nodiscard]] ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s);
@@ -36,9 +34,7 @@ struct ModalWeights {
 /// T in °C of the air outside.
 struct OneSecond {
   Eigen::MatrixXd carry;  ///< symmetric
-  Eigen::VectorXd before;
-  Eigen::VectorXd after;
-  Eigen::VectorXd powers;
+  Eigen::VectorXd before, after, powers;
 };
 
 [[nodiscard]] OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c);

@@ -70,9 +70,7 @@ struct AirGap {
 };
 
 struct CabinetAir {
-  AirGap lid;
-  AirGap side;
-  AirGap base;
+  AirGap lid, side, base;
 };
 
 /// The three gaps at `air_c`, and the outside's film as given.

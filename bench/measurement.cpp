@@ -11,15 +11,6 @@
 #include <fstream>
 
 namespace gyrotherm::bench {
-
-void print_figure(const std::string& name, std::optional<double> value, Goal goal, bool premise) {
-  const bool least = goal.sense == GoalSense::at_least;
-  const bool reached = value && premise && (least ? *value >= goal.limit : *value <= goal.limit);
-  fmt::print("{}\t{}\t{} {:g}\t{}\n", name, value ? fmt::format("{:.4g}", *value) : "none",
-             least ? ">=" : "<=", goal.limit, reached ? "ok" : "short");
-  std::fflush(stdout);
-}
-
 namespace {
 
 double seconds_of(clockid_t clock) {
@@ -29,6 +20,14 @@ double seconds_of(clockid_t clock) {
 }
 
 }  // namespace
+
+void print_figure(const std::string& name, std::optional<double> value, Goal goal, bool premise) {
+  const bool least = goal.sense == GoalSense::at_least;
+  const bool reached = value && premise && (least ? *value >= goal.limit : *value <= goal.limit);
+  fmt::print("{}\t{}\t{} {:g}\t{}\n", name, value ? fmt::format("{:.4g}", *value) : "none",
+             least ? ">=" : "<=", goal.limit, reached ? "ok" : "short");
+  std::fflush(stdout);
+}
 
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 

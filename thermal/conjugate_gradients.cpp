@@ -96,6 +96,31 @@ class Session {
 /// Signal handlers are as before.
 void start_message_passing() { static const Session session; }
 
+HYPRE_IJVector vector_of(int size, HYPRE_ParVector& parallel) {
+  HYPRE_IJVector vector{};
+  HYPRE_IJVectorCreate(MPI_COMM_SELF, 0, size - 1, &vector);
+  HYPRE_IJVectorSetObjectType(vector, HYPRE_PARCSR);
+  HYPRE_IJVectorInitialize(vector);
+  HYPRE_IJVectorAssemble(vector);
+  void* object = nullptr;
+  HYPRE_IJVectorGetObject(vector, &object);
+  parallel = static_cast<HYPRE_ParVector>(object);
+  return vector;
+}
+
+/// What hypre has noted since the last question; it keeps its errors until they are cleared.
+int errors() {
+  const int noted = HYPRE_GetError();
+  HYPRE_ClearAllErrors();
+  return noted;
+}
+
+Fault fault(int noted) {
+  std::array<char, 256> text{};
+  HYPRE_DescribeError(noted, text.data());
+  return {FaultKind::numeric, "hypre", text.data()};
+}
+
 }  // namespace
 
 static_assert(sizeof(HYPRE_Int) == sizeof(SparseMatrix::StorageIndex));
@@ -128,35 +153,6 @@ struct ConjugateGradients::Parts {
   HYPRE_Solver solver{};
   HYPRE_Solver multigrid{};
 };
-
-namespace {
-
-HYPRE_IJVector vector_of(int size, HYPRE_ParVector& parallel) {
-  HYPRE_IJVector vector{};
-  HYPRE_IJVectorCreate(MPI_COMM_SELF, 0, size - 1, &vector);
-  HYPRE_IJVectorSetObjectType(vector, HYPRE_PARCSR);
-  HYPRE_IJVectorInitialize(vector);
-  HYPRE_IJVectorAssemble(vector);
-  void* object = nullptr;
-  HYPRE_IJVectorGetObject(vector, &object);
-  parallel = static_cast<HYPRE_ParVector>(object);
-  return vector;
-}
-
-/// What hypre has noted since the last question; it keeps its errors until they are cleared.
-int errors() {
-  const int noted = HYPRE_GetError();
-  HYPRE_ClearAllErrors();
-  return noted;
-}
-
-Fault fault(int noted) {
-  std::array<char, 256> text{};
-  HYPRE_DescribeError(noted, text.data());
-  return {FaultKind::numeric, "hypre", text.data()};
-}
-
-}  // namespace
 
 void ConjugateGradients::Parts::create(const SparseMatrix& values) {
   size = static_cast<int>(values.rows());

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "thermal/mesh.hpp"
 #include "thermal/steady_state.hpp"

@@ -2,12 +2,10 @@
 /// A mesh as an input file of CalculiX, and a field on it as a file for ParaView.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <iterator>
 #include <ostream>
-#include <string>
 #include <vector>
 
 #include "thermal/assembly.hpp"
@@ -109,34 +107,6 @@ void put_sources(Writer& writer, const GyroModel& model, const GyroMesh& mesh) {
   }
 }
 
-}  // namespace
-
-void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroMesh& mesh,
-                          const CalculixOptions& options) {
-  Writer writer(out);
-  writer.put("** {}\n", model.title);
-  put_nodes(writer, mesh);
-  const auto elements = elements_by_class(mesh);
-  std::vector<std::size_t> number_of_brick(mesh.bricks.size());
-  for (std::size_t c = 1; c < mesh.classes.size(); ++c) {
-    if (elements[c].empty()) continue;
-    put_class(writer, model, mesh, c, elements[c], options.coefficients);
-    for (const auto& e : elements[c]) number_of_brick[mesh.brick(e.i, e.j, e.k)] = e.number;
-  }
-  writer.put("*INITIAL CONDITIONS,TYPE=TEMPERATURE\nNALL,{}\n*STEP\n*HEAT TRANSFER,STEADY STATE{}{}\n",
-             options.ambient_c, options.solver.empty() ? "" : ",SOLVER=", options.solver);
-  put_sources(writer, model, mesh);
-  constexpr std::array<int, kBrickFaces> kFaceName{6, 4, 3, 5, 1, 2};  // of −x, +x, −y, +y, −z, +z
-  const double film = options.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
-  writer.put("*FILM\n");
-  for (const auto& face : mesh.film)
-    writer.put("{},F{},{},{:.12g}\n", number_of_brick[face.brick], kFaceName[face.face], options.ambient_c,
-               film * face.factor);
-  writer.put("*NODE PRINT,NSET=NALL\nNT\n*END STEP\n");
-}
-
-namespace {
-
 struct Cells {
   std::vector<std::int32_t> connectivity;
   std::vector<std::int32_t> offsets;
@@ -181,6 +151,30 @@ void append(std::ostream& out, const std::vector<T>& values) {
 }
 
 }  // namespace
+
+void write_calculix_input(std::ostream& out, const GyroModel& model, const GyroMesh& mesh,
+                          const CalculixOptions& options) {
+  Writer writer(out);
+  writer.put("** {}\n", model.title);
+  put_nodes(writer, mesh);
+  const auto elements = elements_by_class(mesh);
+  std::vector<std::size_t> number_of_brick(mesh.bricks.size());
+  for (std::size_t c = 1; c < mesh.classes.size(); ++c) {
+    if (elements[c].empty()) continue;
+    put_class(writer, model, mesh, c, elements[c], options.coefficients);
+    for (const auto& e : elements[c]) number_of_brick[mesh.brick(e.i, e.j, e.k)] = e.number;
+  }
+  writer.put("*INITIAL CONDITIONS,TYPE=TEMPERATURE\nNALL,{}\n*STEP\n*HEAT TRANSFER,STEADY STATE{}{}\n",
+             options.ambient_c, options.solver.empty() ? "" : ",SOLVER=", options.solver);
+  put_sources(writer, model, mesh);
+  constexpr std::array<int, kBrickFaces> kFaceName{6, 4, 3, 5, 1, 2};  // of −x, +x, −y, +y, −z, +z
+  const double film = options.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
+  writer.put("*FILM\n");
+  for (const auto& face : mesh.film)
+    writer.put("{},F{},{},{:.12g}\n", number_of_brick[face.brick], kFaceName[face.face], options.ambient_c,
+               film * face.factor);
+  writer.put("*NODE PRINT,NSET=NALL\nNT\n*END STEP\n");
+}
 
 void write_vtu(std::ostream& out, const GyroMesh& mesh, const Eigen::VectorXd& field_c) {
   const auto points = points_of(mesh);

@@ -3,11 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "core/quantity.hpp"
 

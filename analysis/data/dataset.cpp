@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace gyrotherm::data {

@@ -97,7 +97,7 @@ Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds
   for (std::size_t i = 0; i < trials; ++i) {
     errors.push_back(mean_of(std::span(all).subspan(i * folds.size(), folds.size()), rows));
   }
-  const auto known = [](const Eigen::VectorXd& trial) { return trial.array().isFinite().any(); };
+  const auto known = [](const Eigen::VectorXd& of_trial) { return of_trial.array().isFinite().any(); };
   if (std::ranges::any_of(errors, known)) return errors;
   const auto failed = std::ranges::find_if_not(all, &Errors::has_value);
   if (failed != all.end()) return failure(failed->error());

@@ -23,8 +23,7 @@ Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const Method
   }
   const Eigen::VectorXd coefficients = qr.solve(set.y);
   return Fit{.function = LinearModel{.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
-             .effective_parameters = static_cast<double>(qr.rank()),
-             .particulars = {}};
+             .effective_parameters = static_cast<double>(qr.rank())};
 }
 
 namespace {

@@ -109,7 +109,7 @@ struct FitInput {
 struct Fit {
   Function function;
   double effective_parameters{};  ///< trace of the matrix from targets to fitted values, or the method's nearest to it
-  std::string particulars;        ///< in words, what else is worth knowing; may be empty
+  std::string particulars = {};   ///< in words, what else is worth knowing; may be empty
 };
 
 /// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/linear.hpp"
@@ -170,8 +168,7 @@ Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& paramet
                                         .widths = std::move(units->widths),
                                         .weights = weights,
                                         .b = path.offset(weights)},
-             .effective_parameters = path.effective_parameters(lambda),
-             .particulars = {}};
+             .effective_parameters = path.effective_parameters(lambda)};
 }
 
 }  // namespace gyrotherm::methods

@@ -66,8 +66,7 @@ Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, co
   const RidgePath path(set.x, set.y);
   const Eigen::VectorXd weights = path.weights(lambda);
   return Fit{.function = LinearModel{.weights = weights, .b = path.offset(weights)},
-             .effective_parameters = path.effective_parameters(lambda),
-             .particulars = {}};
+             .effective_parameters = path.effective_parameters(lambda)};
 }
 
 }  // namespace gyrotherm::methods

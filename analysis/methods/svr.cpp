@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cassert>
-#include <cmath>
 #include <utility>
 
 namespace gyrotherm::methods {
@@ -71,8 +70,7 @@ Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, cons
   const auto solution = solve(set, svr, options);
   if (!solution) return failure(solution.error());
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
-  return Fit{
-      .function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free), .particulars = {}};
+  return Fit{.function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free)};
 }
 
 Eigen::VectorXd forward_prediction(const Eigen::Ref<const Eigen::VectorXd>& values, const ForwardPrediction& options) {

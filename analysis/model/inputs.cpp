@@ -51,15 +51,11 @@ Result<Terms> three_points(const data::Dataset& dataset) {
                data::gradient_term(points[1], points[2])};
 }
 
-Result<Terms> temperatures(const data::Dataset& dataset) {
+/// A term of each gradient thermometer.
+template <data::Term (*make)(std::string)>
+Result<Terms> of_each(const data::Dataset& dataset) {
   Terms terms;
-  for (const std::string& name : dataset.gradients) terms.push_back(data::temperature_term(name));
-  return terms;
-}
-
-Result<Terms> rates(const data::Dataset& dataset) {
-  Terms terms;
-  for (const std::string& name : dataset.gradients) terms.push_back(data::rate_term(name));
+  for (const std::string& name : dataset.gradients) terms.push_back(make(name));
   return terms;
 }
 
@@ -103,8 +99,8 @@ constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"three-point", three_points},
                                Word{"seven-point", differences_with_the_first},
                                Word{"gradients", gradients},
-                               Word{"temperatures", temperatures},
-                               Word{"rates", rates},
+                               Word{"temperatures", of_each<data::temperature_term>},
+                               Word{"rates", of_each<data::rate_term>},
                                Word{"polynomial", polynomial},
                                Word{"temperature-gradient-rate", temperature_gradient_rate},
                                Word{"physics", physics}};

@@ -60,6 +60,43 @@ std::string_view form_of(const methods::Function& function) {
   return kForms[function.index()];
 }
 
+/// One input: what a person reading the file wants side by side.
+struct ModelInput {
+  data::Term term;
+  double mean{}, std{}, min{}, max{};
+};
+
+void describe(auto& form, Like<ModelInput> auto& input) {
+  describe(form, input.term);
+  form("mean", input.mean);
+  form("std", positive(input.std));
+  form("min", input.min);
+  form("max", input.max);
+}
+
+std::vector<ModelInput> inputs_of(const Model& model) {
+  std::vector<ModelInput> inputs;
+  for (std::size_t k = 0; k < model.terms.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    inputs.push_back(
+        {model.terms[k], model.scaling.mean(i), model.scaling.std(i), model.input_min(i), model.input_max(i)});
+  }
+  return inputs;
+}
+
+void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
+  for (auto* row : {&model.scaling.mean, &model.scaling.std, &model.input_min, &model.input_max})
+    row->resize(static_cast<Eigen::Index>(inputs.size()));
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    model.terms.push_back(inputs[k].term);
+    model.scaling.mean(i) = inputs[k].mean;
+    model.scaling.std(i) = inputs[k].std;
+    model.input_min(i) = inputs[k].min;
+    model.input_max(i) = inputs[k].max;
+  }
+}
+
 }  // namespace
 
 void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Index inputs) {
@@ -149,47 +186,6 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form("warnings", tuning.warnings);
   form("options", model.tuning_options);
 }
-
-namespace {
-
-/// One input: what a person reading the file wants side by side.
-struct ModelInput {
-  data::Term term;
-  double mean{}, std{}, min{}, max{};
-};
-
-void describe(auto& form, Like<ModelInput> auto& input) {
-  describe(form, input.term);
-  form("mean", input.mean);
-  form("std", positive(input.std));
-  form("min", input.min);
-  form("max", input.max);
-}
-
-std::vector<ModelInput> inputs_of(const Model& model) {
-  std::vector<ModelInput> inputs;
-  for (std::size_t k = 0; k < model.terms.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    inputs.push_back(
-        {model.terms[k], model.scaling.mean(i), model.scaling.std(i), model.input_min(i), model.input_max(i)});
-  }
-  return inputs;
-}
-
-void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
-  for (auto* row : {&model.scaling.mean, &model.scaling.std, &model.input_min, &model.input_max})
-    row->resize(static_cast<Eigen::Index>(inputs.size()));
-  for (std::size_t k = 0; k < inputs.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    model.terms.push_back(inputs[k].term);
-    model.scaling.mean(i) = inputs[k].mean;
-    model.scaling.std(i) = inputs[k].std;
-    model.input_min(i) = inputs[k].min;
-    model.input_max(i) = inputs[k].max;
-  }
-}
-
-}  // namespace
 
 void describe(auto& form, Like<Model> auto& model) {
   constexpr double kLongestClusterS = 86400;

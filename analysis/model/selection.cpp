@@ -144,6 +144,37 @@ std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial
   return kept;
 }
 
+/// Mean and 1/STD of each column; 0 in place of 1/STD where a column does not vary.
+struct Standard {
+  explicit Standard(const svm::SampleMatrix& values)
+      : mean(values.colwise().mean()), inverse_std(Eigen::RowVectorXd::Zero(values.cols())) {
+    constexpr double kRounding = 1e-12;
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      const double std =
+          std::sqrt((values.col(j).array() - mean(j)).square().sum() / static_cast<double>(values.rows()));
+      if (std > kRounding * values.col(j).cwiseAbs().maxCoeff()) inverse_std(j) = 1 / std;
+    }
+  }
+  [[nodiscard]] svm::SampleMatrix of(const svm::SampleMatrix& values) const {
+    return ((values.rowwise() - mean).array().rowwise() * inverse_std.array()).matrix();
+  }
+  Eigen::RowVectorXd mean, inverse_std;
+};
+
+/// z_i, then z_i z_j for i ≤ j.
+svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
+  const Eigen::Index inputs = z.cols();
+  svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
+  all.leftCols(inputs) = z;
+  Eigen::Index column = inputs;
+  for (Eigen::Index i = 0; i < inputs; ++i) {
+    const Eigen::Index products = inputs - i;
+    all.middleCols(column, products) = z.rightCols(products).array().colwise() * z.col(i).array();
+    column += products;
+  }
+  return all;
+}
+
 }  // namespace
 
 Result<SelectionRule> parse_selection(std::string_view text) {
@@ -258,41 +289,6 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
       fixed.empty() ? "them" : "them and the inputs always taken", error);
   return selection;
 }
-
-namespace {
-
-/// Mean and 1/STD of each column; 0 in place of 1/STD where a column does not vary.
-struct Standard {
-  explicit Standard(const svm::SampleMatrix& values)
-      : mean(values.colwise().mean()), inverse_std(Eigen::RowVectorXd::Zero(values.cols())) {
-    constexpr double kRounding = 1e-12;
-    for (Eigen::Index j = 0; j < values.cols(); ++j) {
-      const double std =
-          std::sqrt((values.col(j).array() - mean(j)).square().sum() / static_cast<double>(values.rows()));
-      if (std > kRounding * values.col(j).cwiseAbs().maxCoeff()) inverse_std(j) = 1 / std;
-    }
-  }
-  [[nodiscard]] svm::SampleMatrix of(const svm::SampleMatrix& values) const {
-    return ((values.rowwise() - mean).array().rowwise() * inverse_std.array()).matrix();
-  }
-  Eigen::RowVectorXd mean, inverse_std;
-};
-
-/// z_i, then z_i z_j for i ≤ j.
-svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
-  const Eigen::Index inputs = z.cols();
-  svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
-  all.leftCols(inputs) = z;
-  Eigen::Index column = inputs;
-  for (Eigen::Index i = 0; i < inputs; ++i) {
-    const Eigen::Index products = inputs - i;
-    all.middleCols(column, products) = z.rightCols(products).array().colwise() * z.col(i).array();
-    column += products;
-  }
-  return all;
-}
-
-}  // namespace
 
 Eigen::MatrixXd surface_predictions(const svm::SampleMatrix& train_x, const Eigen::VectorXd& train_y,
                                     const svm::SampleMatrix& test_x, std::span<const double> lambdas) {

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "analysis/svm/lanes.hpp"
-
 namespace gyrotherm::svm {
 namespace {
 
@@ -50,9 +48,9 @@ constexpr double kFlatSamples = 1e-13;
 
 // The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
 // inputs depend on each other, as all differences of eight thermometers do.
-Eigen::MatrixXd spanned(const Eigen::Ref<const GaussianSamples::Matrix>& x) {
+Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
   if (x.rows() == 0) return x;
-  const GaussianSamples::Matrix centred = x.rowwise() - x.colwise().mean();
+  const SampleMatrix centred = x.rowwise() - x.colwise().mean();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
   qr.setThreshold(kFlatSamples);
   qr.compute(centred.transpose());
@@ -65,7 +63,7 @@ Eigen::MatrixXd spanned(const Eigen::Ref<const GaussianSamples::Matrix>& x) {
 
 }  // namespace
 
-GaussianSamples::GaussianSamples(const Eigen::Ref<const Matrix>& x) : size_(x.rows()) {
+GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()) {
   const Eigen::MatrixXd coordinates = spanned(x);
   doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
   singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/svm/lanes.hpp"
+#include "analysis/svm/svr.hpp"
 
 namespace gyrotherm::svm {
 
@@ -24,10 +25,8 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
 /// Samples laid out so that rows of their Gaussian kernel matrix are made fast, in single or double precision.
 class GaussianSamples {
  public:
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   /// Lays out a training set; its rows are samples.
-  explicit GaussianSamples(const Eigen::Ref<const Matrix>& x);
+  explicit GaussianSamples(const Eigen::Ref<const SampleMatrix>& x);
   [[nodiscard]] Eigen::Index size() const { return size_; }
 
   /// Makes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision, from the differences themselves: 1 where rows are

@@ -187,6 +187,16 @@ double effective_conductivity(const AirGap& gap, double air_c) {
   return air_conductivity(air_c) * gap.nusselt + 4 * kStefanBoltzmann * gap.emissivity * t * t * t * gap.width_m;
 }
 
+/// Shares the sum of two powers so that left over right changes by `factor`.
+void split(double& left_w, double& right_w, double factor) {
+  const double sum = left_w + right_w;
+  if (!(sum > 0)) return;
+  left_w *= factor;
+  const double scale = sum / (left_w + right_w);
+  left_w *= scale;
+  right_w *= scale;
+}
+
 }  // namespace
 
 ThermalCoefficients coefficients_at(const CabinetAir& air, double air_c, double film_w_per_m2_k) {
@@ -257,20 +267,6 @@ Result<ReducedModel> parse_reduced_model(std::string_view text, const std::strin
   if (const auto sound = root->verdict(); !sound) return failure(sound.error());
   return model;
 }
-
-namespace {
-
-/// Shares the sum of two powers so that left over right changes by `factor`.
-void split(double& left_w, double& right_w, double factor) {
-  const double sum = left_w + right_w;
-  if (!(sum > 0)) return;
-  left_w *= factor;
-  const double scale = sum / (left_w + right_w);
-  left_w *= scale;
-  right_w *= scale;
-}
-
-}  // namespace
 
 ReducedModel perturbed(const ReducedModel& model, const ThermalSpread& spread, RandomStream& random) {
   ReducedModel other = model;

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "thermal/reduced/reduced_transient.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 #include <utility>
-#include <variant>
 
 namespace gyrotherm::thermal {
 namespace {
@@ -49,29 +47,20 @@ ModalWeights modal_weights(const Eigen::VectorXd& rates_per_s, double step_s) {
   return w;
 }
 
-namespace {
+ModalSecond::ModalSecond(const ReducedModel& model, const ThermalCoefficients& c) {
+  auto modes = modes_of(model, c);
+  const auto weights = modal_weights(modes.rates_per_s, 1);
+  const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
+  decay = weights.decay;
+  before = weights.before * inputs.col(0).array();
+  after = weights.after * inputs.col(0).array();
+  powers = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
+  shapes = std::move(modes.shapes);
+}
 
-/// One second as amplitudes of modes: a⁺ = decay a + before T + after T⁺ + powers.
-struct ModalSecond {
-  Eigen::MatrixXd shapes;
-  Eigen::ArrayXd decay, before, after, powers;
-
-  ModalSecond(const ReducedModel& model, const ThermalCoefficients& c) {
-    auto modes = modes_of(model, c);
-    const auto weights = modal_weights(modes.rates_per_s, 1);
-    const Eigen::MatrixXd inputs = modes.shapes.transpose() * inputs_at(model, c);
-    decay = weights.decay;
-    before = weights.before * inputs.col(0).array();
-    after = weights.after * inputs.col(0).array();
-    powers = (weights.before + weights.after) * (inputs * switched_on(model, 0)).array();
-    shapes = std::move(modes.shapes);
-  }
-  void step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const {
-    amplitudes.array() = decay * amplitudes.array() + before * from_c + after * to_c + powers;
-  }
-};
-
-}  // namespace
+void ModalSecond::step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const {
+  amplitudes.array() = decay * amplitudes.array() + before * from_c + after * to_c + powers;
+}
 
 OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c) {
   const ModalSecond modal(model, c);
@@ -129,60 +118,38 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
   return states;
 }
 
-struct ReducedTransient::Parts {
-  Parts(const ReducedModel& model, const ReducedTransientOptions& chosen)
-      : options(chosen),
-        air_c(chosen.start.value),
-        states(rest_of(model, chosen.film, air_c)),
-        outputs(model.outputs),
-        law(law_of(model, chosen, states, outputs)) {
-    publish();
-  }
-
-  /// With constant coefficients the states become amplitudes of modes.
-  static std::variant<ModalSecond, StepTable> law_of(const ReducedModel& model, const ReducedTransientOptions& chosen,
-                                                     Eigen::VectorXd& start, Eigen::MatrixXd& rows) {
-    if (!chosen.linear) return StepTable(model, chosen.film);
-    ModalSecond modal(model, coefficients_at(model, gap_air_c(rows * start), chosen.film));
-    start = (modal.shapes.transpose() * start).eval();
-    rows = (rows * modal.shapes).eval();
-    return modal;
-  }
-
-  void publish() { outputs_c.noalias() = outputs * states; }
-
-  ReducedTransientOptions options;
-  double air_c;
-  long seconds = 0;
-  Eigen::VectorXd states;
-  Eigen::MatrixXd outputs;  ///< of the states as the law keeps them
-  std::variant<ModalSecond, StepTable> law;
-  Eigen::Vector<double, kThermalOutputs> outputs_c;
-};
+std::variant<ModalSecond, StepTable> ReducedTransient::law_of(const ReducedModel& model) {
+  if (!options_.linear) return StepTable(model, options_.film);
+  ModalSecond modal(model, coefficients_at(model, gap_air_c(outputs_ * states_), options_.film));
+  states_ = (modal.shapes.transpose() * states_).eval();
+  outputs_ = (outputs_ * modal.shapes).eval();
+  return modal;
+}
 
 ReducedTransient::ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options)
-    : parts_(std::make_unique<Parts>(model, options)) {
+    : options_(options),
+      air_c_(options.start.value),
+      states_(rest_of(model, options.film, air_c_)),
+      outputs_(model.outputs),
+      law_(law_of(model)),
+      outputs_c_(outputs_ * states_) {
   assert(options.seconds_per_update >= 1);
 }
-ReducedTransient::~ReducedTransient() = default;
-ReducedTransient::ReducedTransient(ReducedTransient&&) noexcept = default;
-ReducedTransient& ReducedTransient::operator=(ReducedTransient&&) noexcept = default;
 
 void ReducedTransient::step(Celsius air) {
-  auto& p = *parts_;
-  if (auto* table = std::get_if<StepTable>(&p.law)) {
-    if (p.seconds % p.options.seconds_per_update == 0) table->update(gap_air_c(p.outputs_c));
-    table->step(p.states, p.air_c, air.value);
+  if (auto* table = std::get_if<StepTable>(&law_)) {
+    if (seconds_ % options_.seconds_per_update == 0) table->update(gap_air_c(outputs_c_));
+    table->step(states_, air_c_, air.value);
   } else {
-    std::get<ModalSecond>(p.law).step(p.states, p.air_c, air.value);
+    std::get<ModalSecond>(law_).step(states_, air_c_, air.value);
   }
-  p.air_c = air.value;
-  ++p.seconds;
-  p.publish();
+  air_c_ = air.value;
+  ++seconds_;
+  outputs_c_.noalias() = outputs_ * states_;
 }
 
 std::span<const double, kThermalOutputs> ReducedTransient::outputs_c() const {
-  return std::span<const double, kThermalOutputs>(parts_->outputs_c.data(), kThermalOutputs);
+  return std::span<const double, kThermalOutputs>(outputs_c_.data(), kThermalOutputs);
 }
 
 }  // namespace gyrotherm::thermal

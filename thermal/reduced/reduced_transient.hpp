@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <memory>
 #include <span>
+#include <variant>
 
 #include "core/quantity.hpp"
 #include "thermal/reduced/reduced_model.hpp"
@@ -38,6 +38,15 @@ struct OneSecond {
 };
 
 [[nodiscard]] OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c);
+
+/// One second in the basis of the modes, for constant coefficients: a⁺ = decay a + before T + after T⁺ + powers.
+struct ModalSecond {
+  Eigen::MatrixXd shapes;
+  Eigen::ArrayXd decay, before, after, powers;
+
+  ModalSecond(const ReducedModel& model, const ThermalCoefficients& c);
+  void step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const;
+};
 
 class StepTable final {
  public:
@@ -72,9 +81,6 @@ struct ReducedTransientOptions {
 class ReducedTransient final {
  public:
   ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options);
-  ~ReducedTransient();
-  ReducedTransient(ReducedTransient&&) noexcept;
-  ReducedTransient& operator=(ReducedTransient&&) noexcept;
 
   /// Lets one second pass while the chamber's air goes linearly from where it was to `air`; exact for that input and
   /// constant coefficients.
@@ -84,8 +90,16 @@ class ReducedTransient final {
   [[nodiscard]] std::span<const double, kThermalOutputs> outputs_c() const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  /// With constant coefficients the states become amplitudes of modes.
+  std::variant<ModalSecond, StepTable> law_of(const ReducedModel& model);
+
+  ReducedTransientOptions options_;
+  double air_c_;
+  long seconds_ = 0;
+  Eigen::VectorXd states_;
+  Eigen::MatrixXd outputs_;  ///< of the states as the law keeps them
+  std::variant<ModalSecond, StepTable> law_;
+  Eigen::Vector<double, kThermalOutputs> outputs_c_;
 };
 
 }  // namespace gyrotherm::thermal

@@ -13,7 +13,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-using Inputs = GaussianSamples::Matrix;
+using Inputs = SampleMatrix;
 
 Inputs random_samples(Eigen::Index n, Eigen::Index inputs, std::uint64_t seed) {
   std::mt19937_64 generator(seed);

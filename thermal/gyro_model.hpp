@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A ring laser gyro in its cabinet as a thermal body: what a gyro file says, in numbers. Lengths in millimetres here
-/// and in gyro_parts.hpp alone; everything after them is SI. Axes: x to the right, y towards the
-/// cathode, z up through the lid, origin at the lower corner of the cabinet; u, v, w are offsets from the block's
-/// centre, which is the cabinet's.
+/// and in gyro_parts.hpp alone; everything after them is SI. Axes: x to the right, y towards the cathode, z up through
+/// the lid, origin at the lower corner of the cabinet; u, v, w are offsets from the block's centre, which is the
+/// cabinet's.
 #pragma once
 
 #include <array>

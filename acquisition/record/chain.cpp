@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,7 @@
 #include <optional>
 #include <sstream>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "acquisition/record/row.hpp"
@@ -45,7 +47,7 @@ void RowChain::add_integer(std::int64_t value) { add_bits('i', static_cast<std::
 
 void RowChain::add(double value) {
   constexpr double kLargest = 9.2e18;  // of SQLite's integers, about
-  if (std::isnan(value)) return add_null();
+  if (std::isnan(value)) return add(std::monostate());
   if (std::abs(value) < kLargest && value == std::floor(value)) return add_integer(static_cast<std::int64_t>(value));
   add_bits('r', std::bit_cast<std::uint64_t>(value));
 }
@@ -54,8 +56,6 @@ void RowChain::add(std::string_view value) {
   add_bits('t', value.size());
   row_ += value;
 }
-
-void RowChain::add_null() { row_ += 'n'; }
 
 std::int64_t RowChain::end() {
   Sha256 hash;
@@ -131,13 +131,8 @@ Result<std::optional<std::set<std::string>>> check_manifest(const std::string& r
 
 namespace {
 
-void add_column(RowChain& chain, const Statement& row, int column) {
-  switch (row.type(column)) {
-    case ColumnType::null: return chain.add_null();
-    case ColumnType::integer: return chain.add(row.integer(column));
-    case ColumnType::real: return chain.add(row.real(column));
-    case ColumnType::text: return chain.add(row.text(column));
-  }
+void add_columns(RowChain& chain, const Statement& row, int columns) {
+  for (int column = 0; column < columns; ++column) std::visit([&](auto value) { chain.add(value); }, row.cell(column));
 }
 
 /// A table's rows in order, the chain's value last; the first column but that of `key` is what it is sorted by.
@@ -163,7 +158,7 @@ class Cursor {
   [[nodiscard]] bool fits(RowChain& chain) const {
     const int last = query_.columns() - 1;
     chain.begin(table_);
-    for (int column = 0; column < last; ++column) add_column(chain, query_, column);
+    add_columns(chain, query_, last);
     return query_.integer(last) == chain.end();
   }
   [[nodiscard]] std::string name() const {
@@ -203,16 +198,11 @@ Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) 
 }
 
 Result<void> add_rows(RowChain& chain, Database& database, std::string_view table, std::string_view sql) {
-  auto query = database.prepare(sql);
-  if (!query) return failure(query.error());
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return {};
+  return database.each_row(sql, [&](const Statement& row) {
     chain.begin(table);
-    for (int column = 0; column < query->columns(); ++column) add_column(chain, *query, column);
+    add_columns(chain, row, row.columns());
     chain.end();
-  }
+  });
 }
 
 tl::unexpected<Fault> broken(const std::string& path, std::string_view what) {
@@ -228,18 +218,17 @@ struct Seals {
 };
 
 Result<Seals> read_seals(Database& database) {
-  auto query = database.prepare(
+  const auto row = database.first_row(
       "SELECT (SELECT value FROM meta WHERE key = 'chain_start'), (SELECT value FROM meta WHERE key = 'chain_end'),"
       " (SELECT head FROM frames), (SELECT seen FROM frames), (SELECT lost FROM frames), (SELECT bad FROM frames)");
-  if (!query) return failure(query.error());
-  const auto row = query->step();
   if (!row) return failure(row.error());
-  return Seals{.start = std::string(query->text(0)),
-               .head = std::string(query->text(2)),
-               .seen = query->integer(3),
-               .lost = query->integer(4),
-               .bad = query->integer(5),
-               .end = std::string(query->text(1))};
+  assert(*row && "a query without a table has a row");
+  return Seals{.start = std::string((*row)->text(0)),
+               .head = std::string((*row)->text(2)),
+               .seen = (*row)->integer(3),
+               .lost = (*row)->integer(4),
+               .bad = (*row)->integer(5),
+               .end = std::string((*row)->text(1))};
 }
 
 Result<void> each_cursor(Database& database, const RunInfo& info, const std::function<Result<void>(Cursor&)>& use) {
@@ -271,9 +260,8 @@ Result<Verified> verify_file(const std::string& path) {
   if (!database) return failure(database.error());
   const auto checked = check_chain(*database, path);
   if (!checked) return failure(checked.error());
-  const auto finished = is_finished(*database);
-  if (!finished) return failure(finished.error());
-  return Verified{.rows = checked->rows, .files = 1, .finished = *finished};
+  return is_finished(*database).map(
+      [&](bool finished) { return Verified{.rows = checked->rows, .files = 1, .finished = finished}; });
 }
 
 }  // namespace
@@ -338,7 +326,7 @@ Result<Verified> verify_files(const std::string& path) {
   if (!manifest) return failure(manifest.error());
   all.manifest = manifest->has_value();
   for (const auto& part : files->parts)
-    if (all.manifest && !(*manifest)->contains(std::filesystem::path(part.path).filename().string()))
+    if (all.manifest && !(*manifest)->contains(name_of(part.path)))
       return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
   return all;
 }

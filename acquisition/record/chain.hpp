@@ -36,7 +36,7 @@ class RowChain {
   /// NaN is what the file has as NULL; a whole number is the same as an integer, as to the file.
   void add(double value);
   void add(std::string_view value);
-  void add_null();
+  void add(std::monostate /*nothing*/) { row_ += 'n'; }
   /// What the row carries: the first 8 bytes of the hash that the next row continues.
   std::int64_t end();
 

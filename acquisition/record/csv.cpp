@@ -6,8 +6,15 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <string>
+#include <span>
+#include <variant>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/row.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::record {
 
@@ -140,6 +147,91 @@ Result<void> LiveRows::read_row() {
     numbers_.back() = *number;
   }
   return {};
+}
+
+namespace {
+
+using Buffer = fmt::memory_buffer;
+
+void add(Buffer& out, std::string_view text) { out.append(text); }
+
+/// A text field, in quotes where it needs them.
+void add_field(Buffer& out, std::string_view text) {
+  if (text.find_first_of(",\"\r\n#") == std::string_view::npos) return add(out, text);
+  out.push_back('"');
+  for (const char c : text) {
+    if (c == '"') out.push_back('"');
+    out.push_back(c);
+  }
+  out.push_back('"');
+}
+
+/// A field of a line, behind a comma where it does not begin it.
+void add_cell(Buffer& out, const Cell& cell) {
+  if (out[out.size() - 1] != '\n') out.push_back(',');
+  if (const auto* text = std::get_if<std::string_view>(&cell)) add_field(out, *text);
+  if (const auto* whole = std::get_if<std::int64_t>(&cell)) fmt::format_to(std::back_inserter(out), "{}", *whole);
+  if (const auto* number = std::get_if<double>(&cell); number && !std::isnan(*number))
+    fmt::format_to(std::back_inserter(out), "{}", *number);
+}
+
+/// The text of a comment must stay on its line, and steer no terminal.
+std::string one_line(std::string text) {
+  for (char& c : text)
+    if (c == '\n' || c == '\r') c = ' ';
+  return plain(text);
+}
+
+void add_comments(Buffer& out, const RunInfo& info, bool finished) {
+  if (info.simulated) add(out, "# SIMULATED: the instruments were virtual\n");
+  fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", one_line(info.id), one_line(info.profile_name),
+                 one_line(info.rig_name), finished ? "" : ", not finished");
+}
+
+/// What counts the gyro's pulses has the gyro's own unit.
+std::string title_of(const Column<SampleRow>& column, const GyroInfo& gyro) {
+  const auto* title = column.exported.title;
+  if (column.measured_by != MeasuredBy::gyro || *column.unit != '\0') return title;
+  if (gyro.kind == GyroKind::pulse_count) return fmt::format("{} [pulses of {:g} arcsec]", title, gyro.scale);
+  return fmt::format("{} [{:g} °/h]", title, gyro.scale);
+}
+
+void add_header(Buffer& out, const RunInfo& info) {
+  const auto add_titles = [&](std::span<const Column<SampleRow>> columns) {
+    for (const auto& column : columns)
+      if (column.exported.title != nullptr) add_cell(out, title_of(column, info.gyro));
+  };
+  add_titles(columns_before_thermometers());
+  for (const Channel& channel : info.thermometers) add_cell(out, channel.name + " [°C]");
+  add_titles(columns_after_thermometers());
+  out.push_back('\n');
+}
+
+void add_row(Buffer& out, const Record& record, std::size_t row) {
+  const auto add_cells = [&](std::span<const Column<SampleRow>> columns) {
+    for (const auto& column : columns)
+      if (column.exported.title != nullptr) add_cell(out, column.exported.cell(record, row));
+  };
+  add_cells(columns_before_thermometers());
+  for (const auto& readings_c : record.thermometers_c) add_cell(out, readings_c[row]);
+  add_cells(columns_after_thermometers());
+  out.push_back('\n');
+}
+
+}  // namespace
+
+std::string to_csv(const Record& record) {
+  Buffer out;
+  add_comments(out, record.info, record.finished);
+  add_header(out, record.info);
+  for (std::size_t row = 0; row < record.slot.size(); ++row) add_row(out, record, row);
+  return fmt::to_string(out);
+}
+
+Result<void> export_record(const std::string& record_path, const std::string& csv_path) {
+  const auto record = read_record(record_path);
+  if (!record) return failure(record.error());
+  return replace_text_file(csv_path, to_csv(*record));
 }
 
 }  // namespace gyrotherm::record

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Text tables: one line cut into fields, and a table of numbers that arrives in pieces.
+/// Text tables: one line cut into fields, a table of numbers that arrives in pieces, and a record as a table.
 #pragma once
 
 #include <cstddef>
@@ -64,5 +64,17 @@ class LiveRows {
   std::vector<std::string> header_;
   std::vector<double> numbers_;
 };
+
+// Our records out.
+
+struct Record;
+
+/// The record as text: comment lines with `#` that say what it is ("SIMULATED" first, if it is), a header of names with
+/// units, one row per sample; an empty field where there is no value. Quoted as in RFC 4180, lines end with LF; numbers
+/// are the shortest that read back to the same value.
+[[nodiscard]] std::string to_csv(const Record& record);
+
+/// Writes it; the file appears as a whole. Fails like read_record, or with storage.
+[[nodiscard]] Result<void> export_record(const std::string& record_path, const std::string& csv_path);
 
 }  // namespace gyrotherm::record

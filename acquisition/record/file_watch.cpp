@@ -62,8 +62,6 @@ bool read(int descriptor, std::vector<unsigned char>& into, std::size_t at) {
   return ::pread(descriptor, into.data(), into.size(), static_cast<off_t>(at)) == static_cast<ssize_t>(into.size());
 }
 
-bool same(Bytes one, Bytes other) { return std::ranges::equal(one, other); }
-
 }  // namespace
 
 bool log_is_whole(int descriptor, std::int64_t frames) {
@@ -79,7 +77,7 @@ bool log_is_whole(int descriptor, std::int64_t frames) {
   const Bytes frame(text);
   for (std::int64_t i = 0; i < frames; ++i) {
     if (!read(descriptor, text, kHeader + static_cast<std::size_t>(i) * text.size())) return false;
-    if (!same(frame.subspan(kFrameSaltsAt, kSalts), head.subspan(kSaltsAt, kSalts))) return false;
+    if (!std::ranges::equal(frame.subspan(kFrameSaltsAt, kSalts), head.subspan(kSaltsAt, kSalts))) return false;
     sum.add(frame.first(kSummedOfFrameHeader));
     sum.add(frame.subspan(kFrameHeader));
     if (!sum.is(frame.subspan(kFrameSaltsAt + kSalts))) return false;
@@ -146,10 +144,6 @@ int descriptor_of(int folder, const std::string& name) {
   return kNoDescriptor;
 }
 
-std::int64_t big_endian(const unsigned char* bytes) {
-  return std::int64_t{bytes[0]} << 24 | bytes[1] << 16 | bytes[2] << 8 | bytes[3];
-}
-
 /// Where the pages lie in the database that the frames of a log are of; some may be of an older log (SQLite, "WAL-mode
 /// File Format").
 std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
@@ -158,9 +152,9 @@ std::vector<std::int64_t> pages_in(int log, std::int64_t length) {
   const auto read = [&](std::int64_t at) { return ::pread(log, number.data(), number.size(), at) == 4; };
   std::vector<std::int64_t> places;
   if (!read(kPageSizeAt)) return places;
-  const auto page = big_endian(number.data());
+  const std::int64_t page = big_endian(number);
   for (auto at = kFirstFrame; page > 0 && at + kNextFrame + page <= length; at += kNextFrame + page)
-    if (read(at)) places.push_back((big_endian(number.data()) - 1) * page);
+    if (read(at)) places.push_back((std::int64_t{big_endian(number)} - 1) * page);
   return places;
 }
 

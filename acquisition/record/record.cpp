@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "acquisition/record/chain.hpp"
@@ -26,11 +27,13 @@ Fault explained(Fault fault, const std::string& path) {
   return fault;
 }
 
+constexpr std::array kNumbers{&Record::time_s,        &Record::set_point_c,
+                              &Record::chamber_air_c, &Record::chamber_set_point_c,
+                              &Record::gyro,          &Record::gyro_interval_s};
+
 void reserve(Record& record, std::size_t rows) {
   record.slot.reserve(rows);
-  for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c,
-                       &record.gyro, &record.gyro_interval_s})
-    column->reserve(rows);
+  for (const auto column : kNumbers) (record.*column).reserve(rows);
   record.thermometers_c.resize(record.info.thermometers.size());
   for (auto& column : record.thermometers_c) column.reserve(rows);
   record.progress.reserve(rows);
@@ -60,33 +63,21 @@ Result<void> read_samples(Database& database, Record& record) {
 }
 
 Result<void> read_gaps(Database& database, Record& record) {
-  auto query = database.prepare("SELECT first, last, cause FROM gap ORDER BY first");
-  if (!query) return failure(query.error());
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return {};
-    record.gaps.push_back({query->integer(0), query->integer(1), std::string(query->text(2))});
-  }
+  return database.each_row("SELECT first, last, cause FROM gap ORDER BY first", [&](const Statement& row) {
+    record.gaps.push_back({row.integer(0), row.integer(1), std::string(row.text(2))});
+  });
 }
 
 Result<void> read_events(Database& database, Record& record) {
-  auto query = database.prepare(fmt::format("SELECT {} FROM event ORDER BY id", names_of(columns_of_events())));
-  if (!query) return failure(query.error());
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return {};
+  const auto sql = fmt::format("SELECT {} FROM event ORDER BY id", names_of(columns_of_events()));
+  return database.each_row(sql, [&](const Statement& row) -> Result<void> {
     RecordedEvent& recorded = record.events.emplace_back();
     int i = 0;
-    for (const auto& column : columns_of_events()) {
-      if (!query->null(i)) column.take(recorded, *query, i);
-      ++i;
-    }
+    take(recorded, columns_of_events(), row, i);
     const Instant& at = recorded.event.at;
-    if (!is_possible_time(at.since_start) || !is_possible_time(at.utc))
-      return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
-  }
+    if (is_possible_time(at.since_start) && is_possible_time(at.utc)) return {};
+    return failure(FaultKind::bad_file, database.path(), "an event has impossible times");
+  });
 }
 
 Gap lost_with(const Continuation& continuation, std::int64_t first) {
@@ -106,14 +97,9 @@ void join(Record& record, Record part, const Continuation& continuation) {
   const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
   if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
   extend(record.slot, part.slot);
-  extend(record.time_s, part.time_s);
-  extend(record.set_point_c, part.set_point_c);
-  extend(record.chamber_air_c, part.chamber_air_c);
-  extend(record.chamber_set_point_c, part.chamber_set_point_c);
+  for (const auto column : kNumbers) extend(record.*column, part.*column);
   for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
     extend(record.thermometers_c[i], part.thermometers_c[i]);
-  extend(record.gyro, part.gyro);
-  extend(record.gyro_interval_s, part.gyro_interval_s);
   extend(record.progress, part.progress);
   extend(record.state, part.state);
   record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
@@ -126,8 +112,8 @@ void join(Record& record, Record part, const Continuation& continuation) {
 Result<Record> read_file(const std::string& path, bool is_last) {
   auto database = open_record(path);
   if (!database) return failure(database.error());
-  if (is_last) return record_of(*database);
-  if (const auto chain = check_chain(*database, path); !chain) return failure(chain.error());
+  if (!is_last)
+    if (const auto chain = check_chain(*database, path); !chain) return failure(chain.error());
   return record_of(*database);
 }
 
@@ -158,16 +144,12 @@ std::optional<Celsius> unless_nan(double celsius) {
 }
 
 Result<Record> record_of(Database& database) {
-  auto info = read_run_info(database);
-  if (!info) return failure(info.error());
-  const auto finished = is_finished(database);
-  if (!finished) return failure(finished.error());
   Record record;
-  record.info = std::move(*info);
-  record.finished = *finished;
-  const auto read = read_samples(database, record).and_then([&] { return read_gaps(database, record); }).and_then([&] {
-    return read_events(database, record);
-  });
+  const auto read = into(record.info, read_run_info(database))
+                        .and_then([&] { return into(record.finished, is_finished(database)); })
+                        .and_then([&] { return read_samples(database, record); })
+                        .and_then([&] { return read_gaps(database, record); })
+                        .and_then([&] { return read_events(database, record); });
   if (!read) return failure(read.error());
   return record;
 }

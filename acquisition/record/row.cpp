@@ -3,10 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <concepts>
 #include <filesystem>
 #include <initializer_list>
+#include <type_traits>
 
+#include "acquisition/record/record.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 
@@ -63,105 +67,125 @@ constexpr int kReaderPatienceMs = 0;  // a record being written stays so
 
 template <class Kind>
 Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
-  for (const Kind kind : kinds)
-    if (text == name(kind)) return kind;
-  return *kinds.begin();
+  const auto* found = std::find_if(kinds.begin(), kinds.end(), [&](Kind kind) { return text == name(kind); });
+  return found == kinds.end() ? *kinds.begin() : *found;
 }
 
-Cell cell(std::optional<Duration> time) { return time ? Cell(time->count()) : Cell(); }
-
-template <class Member>
-Cell progress_cell(const SampleRow& row, Member member) {
-  return row.progress ? Cell(member(*row.progress)) : Cell();
+// What a value is in a cell. An empty text is nothing.
+Cell cell_of(double number) { return number; }
+Cell cell_of(Celsius temperature) { return temperature.value; }
+Cell cell_of(Duration time) { return time.count(); }
+Cell cell_of(const std::string& text) { return text.empty() ? Cell() : Cell(std::string_view(text)); }
+Cell cell_of(std::integral auto number) { return std::int64_t{number}; }
+template <class Word>
+requires std::is_enum_v<Word> Cell cell_of(Word word) { return std::string_view(name(word)); }
+template <class T>
+Cell cell_of(const std::optional<T>& value) {
+  return value ? cell_of(*value) : Cell();
 }
 
-ProfilePosition& progress_of(SampleRow& row) {
-  if (!row.progress) row.progress = ProfilePosition{.set_point = Celsius{kMissing}};
-  return *row.progress;
-}
-
+// … and back.
 using From = const Statement&;
-using Position = const ProfilePosition&;
+void take_value(double& number, From from, int i) { number = from.real(i); }
+void take_value(Celsius& temperature, From from, int i) { temperature = Celsius{from.real(i)}; }
+void take_value(Duration& time, From from, int i) { time = Duration(from.integer(i)); }
+void take_value(std::string& text, From from, int i) { text = from.text(i); }
+void take_value(Phase& phase, From from, int i) { phase = named(from.text(i), kPhases); }
+void take_value(RunState& state, From from, int i) { state = named(from.text(i), kRunStates); }
+void take_value(EventKind& kind, From from, int i) { kind = event_kind_named(from.text(i)); }
+template <std::integral T>
+void take_value(T& number, From from, int i) {
+  number = static_cast<T>(from.integer(i));
+}
+template <class T>
+void take_value(std::optional<T>& value, From from, int i) {
+  take_value(value.emplace(), from, i);
+}
+
+/// The member that a path of them leads to; there is none where a row has no progress.
+template <auto First, auto... Rest>
+Cell cell_at(const auto& of) {
+  const auto& member = of.*First;
+  if constexpr (sizeof...(Rest) == 0)
+    return cell_of(member);
+  else if constexpr (requires { member.has_value(); })
+    return member ? cell_at<Rest...>(*member) : Cell();
+  else
+    return cell_at<Rest...>(member);
+}
+template <auto First, auto... Rest>
+void take_at(auto& of, From from, int i) {
+  auto& member = of.*First;
+  if constexpr (sizeof...(Rest) == 0)
+    take_value(member, from, i);
+  else if constexpr (requires { member.has_value(); })
+    take_at<Rest...>(member ? *member : member.emplace(ProfilePosition{.set_point = Celsius{kMissing}}), from, i);
+  else
+    take_at<Rest...>(member, from, i);
+}
+template <class Row, auto... Path>
+constexpr Column<Row> column(const char* name, const char* type, Exported exported = {},
+                             MeasuredBy measured_by = MeasuredBy::nobody, const char* unit = "") {
+  constexpr auto cell = [](const Row& row) { return cell_at<Path...>(row); };
+  constexpr auto take = [](Row& row, From from, int i) { take_at<Path...>(row, from, i); };
+  return {name, type, cell, take, measured_by, unit, exported};
+}
+
+template <auto Column>
+Cell in_record(const Record& record, std::size_t row) {
+  return cell_of((record.*Column)[row]);
+}
+Cell segment_in_record(const Record& record, std::size_t row) {
+  const auto index = static_cast<std::size_t>(record.progress[row].segment);
+  return index < record.info.segments.size() ? cell_of(record.info.segments[index].name) : Cell();
+}
+Cell cycle_in_record(const Record& record, std::size_t row) {
+  const auto index = static_cast<std::size_t>(record.progress[row].cycle);
+  return index < record.info.cycles.size() ? cell_of(record.info.cycles[index]) : Cell();
+}
+Cell phase_in_record(const Record& record, std::size_t row) {
+  return record.info.imported ? Cell() : cell_of(record.progress[row].phase);
+}
 
 constexpr std::array kBeforeThermometers{
-    Column<SampleRow>{"slot", "INTEGER PRIMARY KEY", [](const SampleRow& row) { return Cell(row.slot); },
-                      [](SampleRow& row, From from, int i) { row.slot = from.integer(i); }},
-    Column<SampleRow>{"monotonic_ns", "INTEGER NOT NULL", [](const SampleRow& row) { return cell(row.monotonic); },
-                      [](SampleRow& row, From from, int i) { row.monotonic = Duration(from.integer(i)); }},
-    Column<SampleRow>{"utc_ns", "INTEGER", [](const SampleRow& row) { return cell(row.utc); },
-                      [](SampleRow& row, From from, int i) { row.utc = Duration(from.integer(i)); }},
-    Column<SampleRow>{
-        "set_point_c", "REAL",
-        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.set_point.value; }); },
-        [](SampleRow& row, From from, int i) { progress_of(row).set_point = Celsius{from.real(i)}; }},
-    Column<SampleRow>{"chamber_air_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_air_c); },
-                      [](SampleRow& row, From from, int i) { row.chamber_air_c = from.real(i); }, MeasuredBy::chamber,
-                      "°C"},
-    Column<SampleRow>{"chamber_set_point_c", "REAL", [](const SampleRow& row) { return Cell(row.chamber_set_point_c); },
-                      [](SampleRow& row, From from, int i) { row.chamber_set_point_c = from.real(i); },
-                      MeasuredBy::chamber, "°C"},
+    column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", in_record<&Record::slot>}),
+    column<SampleRow, &SampleRow::monotonic>("monotonic_ns", "INTEGER NOT NULL",
+                                             {"time [s]", in_record<&Record::time_s>}),
+    column<SampleRow, &SampleRow::utc>("utc_ns", "INTEGER"),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::set_point>(
+        "set_point_c", "REAL", {"set point [°C]", in_record<&Record::set_point_c>}),
+    column<SampleRow, &SampleRow::chamber_air_c>(
+        "chamber_air_c", "REAL", {"chamber air [°C]", in_record<&Record::chamber_air_c>}, MeasuredBy::chamber, "°C"),
+    column<SampleRow, &SampleRow::chamber_set_point_c>(
+        "chamber_set_point_c", "REAL", {"chamber set point [°C]", in_record<&Record::chamber_set_point_c>},
+        MeasuredBy::chamber, "°C"),
 };
-
 constexpr std::array kAfterThermometers{
     // NUMERIC: a foreign record keeps its rate in the place of the pulses.
-    Column<SampleRow>{"pulses", "NUMERIC", [](const SampleRow& row) { return Cell(row.gyro); },
-                      [](SampleRow& row, From from, int i) { row.gyro = from.real(i); }, MeasuredBy::gyro, ""},
-    Column<SampleRow>{"interval_ns", "INTEGER", [](const SampleRow& row) { return cell(row.interval); },
-                      [](SampleRow& row, From from, int i) { row.interval = Duration(from.integer(i)); },
-                      MeasuredBy::gyro, "ns"},
-    Column<SampleRow>{
-        "segment", "INTEGER",
-        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return std::int64_t{at.segment}; }); },
-        [](SampleRow& row, From from, int i) { progress_of(row).segment = static_cast<int>(from.integer(i)); }},
-    Column<SampleRow>{
-        "cycle", "INTEGER",
-        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return std::int64_t{at.cycle}; }); },
-        [](SampleRow& row, From from, int i) { progress_of(row).cycle = static_cast<int>(from.integer(i)); }},
-    Column<SampleRow>{"phase", "TEXT",
-                      [](const SampleRow& row) {
-                        return progress_cell(row, [](Position at) { return std::string_view(name(at.phase)); });
-                      },
-                      [](SampleRow& row, From from, int i) { progress_of(row).phase = phase_named(from.text(i)); }},
-    Column<SampleRow>{
-        "in_segment_ns", "INTEGER",
-        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.in_segment.count(); }); },
-        [](SampleRow& row, From from, int i) { progress_of(row).in_segment = Duration(from.integer(i)); }},
-    Column<SampleRow>{
-        "soaked_ns", "INTEGER",
-        [](const SampleRow& row) { return progress_cell(row, [](Position at) { return at.soaked.count(); }); },
-        [](SampleRow& row, From from, int i) { progress_of(row).soaked = Duration(from.integer(i)); }},
-    Column<SampleRow>{
-        "state", "TEXT",
-        [](const SampleRow& row) { return row.state ? Cell(std::string_view(name(*row.state))) : Cell(); },
-        [](SampleRow& row, From from, int i) { row.state = run_state_named(from.text(i)); }},
+    column<SampleRow, &SampleRow::gyro>("pulses", "NUMERIC", {"gyro", in_record<&Record::gyro>}, MeasuredBy::gyro),
+    column<SampleRow, &SampleRow::interval>(
+        "interval_ns", "INTEGER", {"gyro interval [s]", in_record<&Record::gyro_interval_s>}, MeasuredBy::gyro, "ns"),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::segment>("segment", "INTEGER",
+                                                                       {"segment", segment_in_record}),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::cycle>("cycle", "INTEGER", {"cycle", cycle_in_record}),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::phase>("phase", "TEXT", {"phase", phase_in_record}),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::in_segment>("in_segment_ns", "INTEGER"),
+    column<SampleRow, &SampleRow::progress, &ProfilePosition::soaked>("soaked_ns", "INTEGER"),
+    column<SampleRow, &SampleRow::state>("state", "TEXT"),
 };
 
-Cell text_cell(const std::string& text) { return text.empty() ? Cell() : Cell(std::string_view(text)); }
-
-using Happened = const RecordedEvent&;
-
 constexpr std::array kEventColumns{
-    Column<RecordedEvent>{"slot", "INTEGER NOT NULL", [](Happened row) { return Cell(row.slot); },
-                          [](RecordedEvent& row, From from, int i) { row.slot = from.integer(i); }},
-    Column<RecordedEvent>{
-        "monotonic_ns", "INTEGER NOT NULL", [](Happened row) { return cell(row.event.at.since_start); },
-        [](RecordedEvent& row, From from, int i) { row.event.at.since_start = Duration(from.integer(i)); }},
-    Column<RecordedEvent>{"utc_ns", "INTEGER NOT NULL", [](Happened row) { return cell(row.event.at.utc); },
-                          [](RecordedEvent& row, From from, int i) { row.event.at.utc = Duration(from.integer(i)); }},
-    Column<RecordedEvent>{
-        "kind", "TEXT NOT NULL", [](Happened row) { return Cell(std::string_view(name(row.event.kind))); },
-        [](RecordedEvent& row, From from, int i) { row.event.kind = event_kind_named(from.text(i)); }},
-    Column<RecordedEvent>{"interlock", "TEXT", [](Happened row) { return text_cell(row.event.about.interlock); },
-                          [](RecordedEvent& row, From from, int i) { row.event.about.interlock = from.text(i); }},
-    Column<RecordedEvent>{"reaction", "TEXT", [](Happened row) { return text_cell(row.event.about.reaction); },
-                          [](RecordedEvent& row, From from, int i) { row.event.about.reaction = from.text(i); }},
-    Column<RecordedEvent>{
-        "segment", "INTEGER",
-        [](Happened row) { return row.event.about.segment ? Cell(std::int64_t{*row.event.about.segment}) : Cell(); },
-        [](RecordedEvent& row, From from, int i) { row.event.about.segment = static_cast<int>(from.integer(i)); }},
-    Column<RecordedEvent>{"channel", "TEXT", [](Happened row) { return text_cell(row.event.about.channel); },
-                          [](RecordedEvent& row, From from, int i) { row.event.about.channel = from.text(i); }},
-    Column<RecordedEvent>{"text", "TEXT NOT NULL", [](Happened row) { return Cell(std::string_view(row.event.text)); },
+    column<RecordedEvent, &RecordedEvent::slot>("slot", "INTEGER NOT NULL"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::at, &Instant::since_start>("monotonic_ns", "INTEGER NOT NULL"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::at, &Instant::utc>("utc_ns", "INTEGER NOT NULL"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::kind>("kind", "TEXT NOT NULL"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::interlock>("interlock", "TEXT"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::reaction>("reaction", "TEXT"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::segment>("segment", "INTEGER"),
+    column<RecordedEvent, &RecordedEvent::event, &Event::about, &EventSubject::channel>("channel", "TEXT"),
+    // An empty text is no NULL here.
+    Column<RecordedEvent>{"text", "TEXT NOT NULL",
+                          [](const RecordedEvent& row) { return Cell(std::string_view(row.event.text)); },
                           [](RecordedEvent& row, From from, int i) { row.event.text = from.text(i); }},
 };
 
@@ -169,13 +193,9 @@ constexpr std::array kEventColumns{
 SampleRow row_in(const Statement& from, const RunInfo& info) {
   SampleRow row{.thermometers_c = std::vector<double>(info.thermometers.size())};
   int i = 0;
-  const auto take = [&](const Column<SampleRow>& column) {
-    if (!from.null(i)) column.take(row, from, i);
-    ++i;
-  };
-  for (const auto& column : kBeforeThermometers) take(column);
+  take(row, columns_before_thermometers(), from, i);
   for (double& reading_c : row.thermometers_c) reading_c = from.real(i++);
-  for (const auto& column : kAfterThermometers) take(column);
+  take(row, columns_after_thermometers(), from, i);
   return row;
 }
 
@@ -192,15 +212,11 @@ std::span<const Column<SampleRow>> columns_after_thermometers() { return kAfterT
 
 std::span<const Column<RecordedEvent>> columns_of_events() { return kEventColumns; }
 
-Phase phase_named(std::string_view text) { return named(text, kPhases); }
-
 EventKind event_kind_named(std::string_view text) {
   return named(text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault,
                       EventKind::recovered, EventKind::interlock, EventKind::note, EventKind::interrupted,
                       EventKind::finished, EventKind::state, EventKind::command});
 }
-
-RunState run_state_named(std::string_view text) { return named(text, kRunStates); }
 
 Result<Database> open_record(const std::string& path) {
   std::error_code error;
@@ -217,27 +233,21 @@ Result<Database> open_record(const std::string& path) {
 }
 
 Result<void> each_sample(Database& database, const RunInfo& info, const std::function<void(const SampleRow&)>& use) {
-  auto query = database.prepare(fmt::format("SELECT {} FROM sample ORDER BY slot", sample_columns(info.thermometers)));
-  if (!query) return failure(query.error());
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return {};
-    const SampleRow row = row_in(*query, info);
+  const auto sql = fmt::format("SELECT {} FROM sample ORDER BY slot", sample_columns(info.thermometers));
+  return database.each_row(sql, [&](const Statement& from) -> Result<void> {
+    const SampleRow row = row_in(from, info);
     if (!has_possible_times(row))
       return failure(FaultKind::bad_file, database.path(), fmt::format("second {} has impossible times", row.slot));
     use(row);
-  }
+    return {};
+  });
 }
 
 Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& info) {
-  auto query = database.prepare(
-      fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", sample_columns(info.thermometers)));
-  if (!query) return failure(query.error());
-  const auto more = query->step();
-  if (!more) return failure(more.error());
-  if (!*more) return std::nullopt;
-  return row_in(*query, info);
+  const auto columns = sample_columns(info.thermometers);
+  const auto last = database.first_row(fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", columns));
+  if (!last) return failure(last.error());
+  return *last ? std::optional(row_in(**last, info)) : std::nullopt;
 }
 
 Result<std::int64_t> last_slot(Database& database) {

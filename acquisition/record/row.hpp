@@ -10,7 +10,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "acquisition/record/run_info.hpp"
@@ -73,22 +72,26 @@ struct Record;
 /// Everything that one open file holds. Fails with storage.
 [[nodiscard]] Result<Record> record_of(Database& database);
 
-/// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
-using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
-
 /// Whose measurement a column of the samples holds: such a column is a channel of the record.
 enum class MeasuredBy { nobody, chamber, gyro };
 
-/// One column of a table: the one place where it is named. Schema, insert, hash chain and reading follow it.
+/// A column of the samples as a text table has it. Without a title it has none.
+struct Exported {
+  const char* title = nullptr;
+  Cell (*cell)(const Record& record, std::size_t row) = nullptr;
+};
+
+/// One column of a table: the one place where it is named. Schema, insert, hash chain, reading and export follow it.
 template <class Row>
 struct Column {
   const char* name;
   const char* type;
   Cell (*cell)(const Row& row);
-  /// Puts a value that is not NULL into a row in which nothing is known yet.
+  /// Puts a value that is not NULL into a row.
   void (*take)(Row& row, const Statement& from, int column);
   MeasuredBy measured_by = MeasuredBy::nobody;
-  const char* unit = "";
+  const char* unit = "";  ///< of a channel; empty: the gyro's own
+  Exported exported{};
 };
 /// The columns of `sample` before those of the thermometers, which are REAL and named like their channels, and the ones
 /// after them.
@@ -103,6 +106,16 @@ template <class Row>
   std::string names;
   for (const auto& column : columns) names += (names.empty() ? "" : ", ") + std::string(column.name);
   return names;
+}
+
+/// Takes the values of those columns into a row in which nothing is known yet; the first stands at column `i` of the
+/// statement, which is counted on.
+template <class Row>
+void take(Row& row, std::span<const Column<Row>> columns, const Statement& from, int& i) {
+  for (const auto& column : columns) {
+    if (!from.null(i)) column.take(row, from, i);
+    ++i;
+  }
 }
 
 /// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or
@@ -126,8 +139,6 @@ template <class Row>
 [[nodiscard]] Result<std::int64_t> last_slot(Database& database);
 
 /// The reverse of name(…); an unknown name gives the first of them.
-[[nodiscard]] Phase phase_named(std::string_view text);
 [[nodiscard]] EventKind event_kind_named(std::string_view text);
-[[nodiscard]] RunState run_state_named(std::string_view text);
 
 }  // namespace gyrotherm::record

@@ -103,34 +103,29 @@ class RunFile::Row {
 };
 
 Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info) {
-  auto begin = database.prepare("BEGIN IMMEDIATE");
-  if (!begin) return failure(begin.error());
-  auto commit = database.prepare("COMMIT");
-  if (!commit) return failure(commit.error());
-  auto sample = database.prepare(insert_sql("sample", sample_columns(info.thermometers) + ", chain"));
-  if (!sample) return failure(sample.error());
-  auto fault = database.prepare(
-      "INSERT INTO fault(id, slot, channel, kind, \"where\", what, chain) VALUES(?, ?, ?, ?, ?, ?, ?)");
-  if (!fault) return failure(fault.error());
-  auto event = database.prepare(insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain"));
-  if (!event) return failure(event.error());
-  auto gap = database.prepare("INSERT INTO gap(first, last, cause, chain) VALUES(?, ?, ?, ?)");
-  if (!gap) return failure(gap.error());
-  auto frames = database.prepare("INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)");
-  if (!frames) return failure(frames.error());
-  return Statements{std::move(*begin), std::move(*commit), std::move(*sample), std::move(*fault),
-                    std::move(*event), std::move(*gap),    std::move(*frames)};
+  const std::pair<Statement Statements::*, std::string> all[] = {
+      {&Statements::begin, "BEGIN IMMEDIATE"},
+      {&Statements::commit, "COMMIT"},
+      {&Statements::sample, insert_sql("sample", sample_columns(info.thermometers) + ", chain")},
+      {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
+      {&Statements::event, insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain")},
+      {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
+      {&Statements::frames, "INSERT OR REPLACE INTO frames(id, seen, lost, bad, head) VALUES(1, ?, ?, ?, ?)"}};
+  Statements prepared;
+  for (const auto& [statement, sql] : all)
+    if (auto made = into(prepared.*statement, database.prepare(sql)); !made) return failure(made.error());
+  return prepared;
 }
 
 Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
-  const auto chain = stored_chain(database, path);
-  if (!chain) return failure(chain.error());
-  const auto faults = database.ask_integer("SELECT max(rowid) FROM fault", 0);
-  if (!faults) return failure(faults.error());
-  const auto events = database.ask_integer("SELECT max(id) FROM event", 0);
-  if (!events) return failure(events.error());
-  auto statements = prepare(database, info);
-  if (!statements) return failure(statements.error());
+  Position end;
+  Statements statements;
+  const auto read =
+      into(end.chain, stored_chain(database, path))
+          .and_then([&] { return into(end.faults, database.ask_integer("SELECT max(rowid) FROM fault", 0)); })
+          .and_then([&] { return into(end.events, database.ask_integer("SELECT max(id) FROM event", 0)); })
+          .and_then([&] { return into(statements, prepare(database, info)); });
+  if (!read) return failure(read.error());
   std::optional<FileWatch> watch;
   if (!in_memory(path)) {
     auto found = FileWatch::begin(path);
@@ -141,11 +136,9 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
     if (auto folded = database.fold_log(); !folded && !is_full(folded.error())) return failure(folded.error());
     watch->remember();
   }
-  RunFile file(std::move(database), std::move(*statements), std::move(watch), path, std::move(info));
+  RunFile file(std::move(database), std::move(statements), std::move(watch), path, std::move(info));
   if (!in_memory(path)) file.written_.emplace(path);
-  file.now_.chain = file.committed_.chain = *chain;
-  file.now_.faults = file.committed_.faults = *faults;
-  file.now_.events = file.committed_.events = *events;
+  file.now_ = file.committed_ = end;
   return file;
 }
 
@@ -291,12 +284,7 @@ Result<void> RunFile::copy_row(std::string_view table, const record::Statement& 
   if (table == "fault") now_.faults = row.integer(0);
   if (table == "event") now_.events = row.integer(0);
   Row copy(statement, now_.chain, table);
-  for (int column = 0; column + 1 < row.columns(); ++column) switch (row.type(column)) {
-      case ColumnType::null: copy.put(kMissing); break;
-      case ColumnType::integer: copy.put(row.integer(column)); break;
-      case ColumnType::real: copy.put(row.real(column)); break;
-      case ColumnType::text: copy.put(row.text(column)); break;
-    }
+  for (int column = 0; column + 1 < row.columns(); ++column) copy.put(row.cell(column));
   return copy.run();
 }
 

@@ -65,7 +65,7 @@ class RunFile {
 
  private:
   struct Statements {
-    Statement begin, commit, sample, fault, event, gap, frames;
+    Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
   };
   /// A row being put together: each value goes into the statement and into the chain.
   class Row;

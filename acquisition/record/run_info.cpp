@@ -4,9 +4,11 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/schema.hpp"
@@ -19,6 +21,21 @@ namespace {
 constexpr const char* kRate = "rate";
 constexpr const char* kPulseCount = "pulse_count";
 
+/// The texts of the table `meta`, beside which it has numbers.
+constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{{
+    {"id", &RunInfo::id},
+    {"program_version", &RunInfo::program_version},
+    {"profile_name", &RunInfo::profile_name},
+    {"profile_text", &RunInfo::profile_text},
+    {"rig_name", &RunInfo::rig_name},
+    {"rig_text", &RunInfo::rig_text},
+    {"chamber_map_text", &RunInfo::chamber_map_text},
+    {"gyro_stream_text", &RunInfo::gyro_stream_text},
+    {"gyro_model", &RunInfo::gyro_model},
+    {"gyro_film", &RunInfo::gyro_film},
+    {"gyro_model_text", &RunInfo::gyro_model_text},
+}};
+
 Result<void> write_meta(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
   if (!insert) return failure(insert.error());
@@ -27,17 +44,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
     if (written) written = insert->run(key, value);
   };
   put("schema", kRunSchema);
-  put("id", info.id);
-  put("program_version", info.program_version);
-  put("profile_name", info.profile_name);
-  put("profile_text", info.profile_text);
-  put("rig_name", info.rig_name);
-  put("rig_text", info.rig_text);
-  put("chamber_map_text", info.chamber_map_text);
-  put("gyro_stream_text", info.gyro_stream_text);
-  put("gyro_model", info.gyro_model);
-  put("gyro_film", info.gyro_film);
-  put("gyro_model_text", info.gyro_model_text);
+  for (const auto& [key, text] : kTexts) put(key, info.*text);
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
   put("imported", info.imported);
@@ -46,10 +53,6 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("gyro_scale", info.gyro.scale);
   if (info.gyro.earth_rate) put("earth_rate_deg_per_h", info.gyro.earth_rate->value);
   return written;
-}
-
-std::string polynomial_text(const std::vector<double>& coefficients) {
-  return fmt::format("{}", fmt::join(coefficients, " "));
 }
 
 std::vector<double> polynomial_of(std::string_view text) {
@@ -96,8 +99,8 @@ Result<void> write_channels(Database& database, const RunInfo& info) {
   std::size_t position = 0;
   for (const Channel& channel : all_channels(info)) {
     const auto done = insert->run(position++, channel.name, channel.unit, channel.instrument, channel.unit_under_test,
-                                  channel.offset.value, polynomial_text(channel.polynomial), channel.certificate,
-                                  channel.due ? day_text(*channel.due) : std::string());
+                                  channel.offset.value, fmt::format("{}", fmt::join(channel.polynomial, " ")),
+                                  channel.certificate, channel.due ? format_day(*channel.due) : std::string());
     if (!done) return done;
   }
   return {};
@@ -124,17 +127,8 @@ Result<void> write_list(Database& database, std::string_view name, const std::ve
 }
 
 void take(RunInfo& info, std::string_view key, const Statement& row) {
-  if (key == "id") info.id = row.text(1);
-  if (key == "program_version") info.program_version = row.text(1);
-  if (key == "profile_name") info.profile_name = row.text(1);
-  if (key == "profile_text") info.profile_text = row.text(1);
-  if (key == "rig_name") info.rig_name = row.text(1);
-  if (key == "rig_text") info.rig_text = row.text(1);
-  if (key == "chamber_map_text") info.chamber_map_text = row.text(1);
-  if (key == "gyro_stream_text") info.gyro_stream_text = row.text(1);
-  if (key == "gyro_model") info.gyro_model = row.text(1);
-  if (key == "gyro_film") info.gyro_film = row.text(1);
-  if (key == "gyro_model_text") info.gyro_model_text = row.text(1);
+  for (const auto& [name, text] : kTexts)
+    if (key == name) info.*text = row.text(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
   if (key == "seed") std::from_chars(row.text(1).data(), row.text(1).data() + row.text(1).size(), info.seed);
   if (key == "imported") info.imported = row.integer(1) != 0;
@@ -144,42 +138,37 @@ void take(RunInfo& info, std::string_view key, const Statement& row) {
   if (key == "earth_rate_deg_per_h") info.gyro.earth_rate = DegreesPerHour{row.real(1)};
 }
 
-/// Calls `use` with each row of a query.
-template <class Use>
-Result<void> each_row(Database& database, std::string_view sql, Use use) {
-  auto query = database.prepare(sql);
-  if (!query) return failure(query.error());
-  for (;;) {
-    const auto row = query->step();
-    if (!row) return failure(row.error());
-    if (!*row) return {};
-    use(*query);
-  }
+Result<void> read_channels(Database& database, RunInfo& info) {
+  constexpr const char* kChannels =
+      "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due FROM channel"
+      " ORDER BY position";
+  return database.each_row(kChannels, [&](const Statement& row) {
+    if (is_own_column(row.text(0))) {
+      const bool is_gyro = !row.text(3).empty();
+      (is_gyro ? info.gyro.instrument : info.chamber_instrument) = row.text(2);
+      return;
+    }
+    info.thermometers.push_back({.name = std::string(row.text(0)),
+                                 .instrument = std::string(row.text(2)),
+                                 .offset = Kelvins{row.real(4)},
+                                 .polynomial = polynomial_of(row.text(5)),
+                                 .certificate = std::string(row.text(6)),
+                                 .due = parse_day(row.text(7)),
+                                 .unit = std::string(row.text(1)),
+                                 .unit_under_test = std::string(row.text(3))});
+  });
 }
 
-Result<void> read_channels(Database& database, RunInfo& info) {
-  return each_row(database,
-                  "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due FROM channel"
-                  " ORDER BY position",
-                  [&](const Statement& row) {
-                    if (is_own_column(row.text(0))) {
-                      const bool is_gyro = !row.text(3).empty();
-                      (is_gyro ? info.gyro.instrument : info.chamber_instrument) = row.text(2);
-                      return;
-                    }
-                    info.thermometers.push_back({.name = std::string(row.text(0)),
-                                                 .instrument = std::string(row.text(2)),
-                                                 .offset = Kelvins{row.real(4)},
-                                                 .polynomial = polynomial_of(row.text(5)),
-                                                 .certificate = std::string(row.text(6)),
-                                                 .due = parse_day(row.text(7)),
-                                                 .unit = std::string(row.text(1)),
-                                                 .unit_under_test = std::string(row.text(3))});
-                  });
+Result<void> read_segments(Database& database, RunInfo& info) {
+  constexpr const char* kSegments = "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position";
+  return database.each_row(kSegments, [&](const Statement& row) {
+    info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0, Celsius{row.real(2)},
+                             CelsiusPerMinute{row.real(3)}, static_cast<int>(row.integer(4))});
+  });
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  return each_row(database, "SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
+  return database.each_row("SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
     if (list == "cycles") info.cycles.emplace_back(row.text(1));
     if (list == "gradients") info.gradients.emplace_back(row.text(1));
@@ -201,16 +190,9 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
 Result<RunInfo> read_run_info(Database& database) {
   RunInfo info;
   const auto read =
-      each_row(database, "SELECT key, value FROM meta", [&](const Statement& row) { take(info, row.text(0), row); })
+      database.each_row("SELECT key, value FROM meta", [&](const Statement& row) { take(info, row.text(0), row); })
           .and_then([&] { return read_channels(database, info); })
-          .and_then([&] {
-            return each_row(
-                database, "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position",
-                [&](const Statement& row) {
-                  info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0, Celsius{row.real(2)},
-                                           CelsiusPerMinute{row.real(3)}, static_cast<int>(row.integer(4))});
-                });
-          })
+          .and_then([&] { return read_segments(database, info); })
           .and_then([&] { return read_lists(database, info); })
           .and_then([&] { return check_channel_names(info.thermometers); })
           .and_then([&]() -> Result<void> {
@@ -244,7 +226,7 @@ std::optional<unsigned> digits(std::string_view text) {
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
-std::string correction_in_words(const Channel& channel) {
+std::string describe_correction(const Channel& channel) {
   if (!channel.polynomial.empty()) return fmt::format("polynomial {}", fmt::join(channel.polynomial, ", "));
   return channel.offset == Kelvins{} ? "" : fmt::format("offset {:g} K", channel.offset.value);
 }
@@ -266,13 +248,13 @@ std::optional<sys_days> parse_day(std::string_view text) {
   return date.ok() ? std::optional<sys_days>(date) : std::nullopt;
 }
 
-std::string day_text(sys_days day) { return fmt::format("{:%F}", day); }
+std::string format_day(sys_days day) { return fmt::format("{:%F}", day); }
 
-std::string calibration_in_words(const Channel& channel) {
-  auto words = correction_in_words(channel);
+std::string describe_calibration(const Channel& channel) {
+  auto words = describe_correction(channel);
   const auto add = [&](const std::string& more) { words += (words.empty() ? "" : ", ") + more; };
   if (!channel.certificate.empty()) add("certificate " + channel.certificate);
-  if (channel.due) add("due " + day_text(*channel.due));
+  if (channel.due) add("due " + format_day(*channel.due));
   return words.empty() ? "none" : words;
 }
 
@@ -281,7 +263,7 @@ std::vector<std::string> overdue_calibrations(std::span<const Channel> channels,
   for (const auto& channel : channels) {
     if (!channel.due || utc < Duration(channel.due->time_since_epoch()) + std::chrono::days(1)) continue;
     const auto certificate = channel.certificate.empty() ? "" : fmt::format(" (certificate {})", channel.certificate);
-    lines.push_back(fmt::format("calibration of {}{} was due {}", channel.name, certificate, day_text(*channel.due)));
+    lines.push_back(fmt::format("calibration of {}{} was due {}", channel.name, certificate, format_day(*channel.due)));
   }
   return lines;
 }

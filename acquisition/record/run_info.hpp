@@ -95,10 +95,10 @@ struct RunInfo {
 
 /// "2027-03-01"; nothing if there is no such day.
 [[nodiscard]] std::optional<std::chrono::sys_days> parse_day(std::string_view text);
-[[nodiscard]] std::string day_text(std::chrono::sys_days day);
+[[nodiscard]] std::string format_day(std::chrono::sys_days day);
 
 /// "offset 0.01 K, certificate 2026-0123, due 2027-03-01"; "none" without any.
-[[nodiscard]] std::string calibration_in_words(const Channel& channel);
+[[nodiscard]] std::string describe_calibration(const Channel& channel);
 
 /// Of each channel whose calibration was due before `utc`: "calibration of A (certificate 2026-0123) was due
 /// 2027-03-01".

@@ -72,17 +72,15 @@ Result<void> write_continuation(Database& database, const Continuation& continua
 }
 
 Result<std::optional<Continuation>> read_continuation(Database& database) {
-  auto query = database.prepare(
+  const auto row = database.first_row(
       "SELECT (SELECT value FROM meta WHERE key = 'part'), (SELECT value FROM meta WHERE key = 'continues'),"
       " (SELECT value FROM meta WHERE key = 'continues_from'), (SELECT value FROM meta WHERE key = 'continues_cause')");
-  if (!query) return failure(query.error());
-  const auto row = query->step();
   if (!row) return failure(row.error());
-  if (!*row || query->null(0)) return std::nullopt;
-  return Continuation{.part = static_cast<int>(query->integer(0)),
-                      .before = std::string(query->text(1)),
-                      .from = query->integer(2),
-                      .cause = std::string(query->text(3))};
+  if (!*row || (*row)->null(0)) return std::nullopt;
+  return Continuation{.part = static_cast<int>((*row)->integer(0)),
+                      .before = std::string((*row)->text(1)),
+                      .from = (*row)->integer(2),
+                      .cause = std::string((*row)->text(3))};
 }
 
 Result<RecordFiles> files_of_record(const std::string& record_path) {

@@ -144,34 +144,24 @@ tl::unexpected<Fault> other_than_a_record(const std::string& path, const std::st
 }
 
 Result<Columns> columns_of(Database& database, const std::string& table) {
-  auto query = database.prepare(fmt::format("PRAGMA table_xinfo(\"{}\")", table));
-  if (!query) return failure(query.error());
   Columns columns;
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return columns;
-    columns.push_back(fmt::format("{} {} {} {} {}", query->text(1), query->text(2), query->integer(3),
-                                  query->integer(5), query->integer(6)));
-  }
+  const auto read = database.each_row(fmt::format("PRAGMA table_xinfo(\"{}\")", table), [&](const Statement& row) {
+    columns.push_back(
+        fmt::format("{} {} {} {} {}", row.text(1), row.text(2), row.integer(3), row.integer(5), row.integer(6)));
+  });
+  return read.map([&] { return columns; });
 }
 
 /// The tables of a file, by what its schema says; nothing of it is run.
 Result<Tables> tables_of(Database& database, const std::string& path) {
   std::vector<std::string> names;
-  {
-    auto query = database.prepare("SELECT type, name, tbl_name, rootpage FROM sqlite_schema");
-    if (!query) return failure(query.error());
-    for (;;) {
-      const auto more = query->step();
-      if (!more) return failure(more.error());
-      if (!*more) break;
-      const std::string name(query->text(1));
-      if (query->text(0) != "table" || query->text(2) != name || query->integer(3) <= 0)
-        return other_than_a_record(path, fmt::format("it has a {} \"{}\"", query->text(0), name));
-      names.push_back(name);
-    }
-  }
+  constexpr const char* kNames = "SELECT type, name, tbl_name, rootpage FROM sqlite_schema";
+  const auto named = database.each_row(kNames, [&](const Statement& row) -> Result<void> {
+    const auto& name = names.emplace_back(row.text(1));
+    if (row.text(0) == "table" && row.text(2) == name && row.integer(3) > 0) return {};
+    return other_than_a_record(path, fmt::format("it has a {} \"{}\"", row.text(0), name));
+  });
+  if (!named) return failure(named.error());
   Tables tables;
   for (const auto& name : names) {
     if (name.find('"') != std::string::npos) return other_than_a_record(path, "it has a table of another name");
@@ -192,24 +182,17 @@ Result<Tables> expected_tables() {
 
 /// The names of the thermometers among the channels, of a table that has been found to be one.
 Result<std::vector<std::string>> channel_names(Database& database) {
-  auto query = database.prepare("SELECT name FROM channel ORDER BY position");
-  if (!query) return failure(query.error());
   std::vector<std::string> names;
-  for (;;) {
-    const auto more = query->step();
-    if (!more) return failure(more.error());
-    if (!*more) return names;
-    if (!is_own_column(query->text(0))) names.emplace_back(query->text(0));
-  }
+  const auto read = database.each_row("SELECT name FROM channel ORDER BY position", [&](const Statement& row) {
+    if (!is_own_column(row.text(0))) names.emplace_back(row.text(0));
+  });
+  return read.map([&] { return names; });
 }
 
 /// The samples have a column for each thermometer, behind the chamber's.
 void add_thermometers(Columns& sample, const std::vector<std::string>& names) {
-  const auto pulses =
-      std::find_if(sample.begin(), sample.end(), [](const auto& column) { return column.starts_with("pulses "); });
-  std::vector<std::string> columns;
-  for (const auto& name : names) columns.push_back(name + " REAL 0 0 0");
-  sample.insert(pulses, columns.begin(), columns.end());
+  auto at = sample.begin() + std::ssize(columns_before_thermometers());
+  for (const auto& name : names) at = sample.insert(at, name + " REAL 0 0 0") + 1;
 }
 
 Result<void> check_tables(Database& database, const std::string& path) {

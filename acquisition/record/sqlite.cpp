@@ -94,14 +94,15 @@ Result<bool> Statement::step() {
 
 int Statement::columns() const { return sqlite3_column_count(statement_.get()); }
 
-ColumnType Statement::type(int column) const {
+Cell Statement::cell(int column) const {
   switch (sqlite3_column_type(statement_.get(), column)) {
-    case SQLITE_NULL: return ColumnType::null;
-    case SQLITE_INTEGER: return ColumnType::integer;
-    case SQLITE_FLOAT: return ColumnType::real;
-    default: return ColumnType::text;
+    case SQLITE_NULL: return {};
+    case SQLITE_INTEGER: return integer(column);
+    case SQLITE_FLOAT: return real(column);
+    default: return text(column);
   }
 }
+bool Statement::null(int column) const { return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL; }
 
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
 
@@ -187,24 +188,27 @@ Result<Statement> Database::prepare(std::string_view sql) {
   return Statement(statement);
 }
 
+Result<std::optional<Statement>> Database::first_row(std::string_view sql) {
+  auto query = prepare(sql);
+  if (!query) return failure(query.error());
+  const auto row = query->step();
+  if (!row) return failure(row.error());
+  return *row ? std::optional(std::move(*query)) : std::nullopt;
+}
+
 Result<std::string> Database::ask(std::string_view sql) {
-  auto statement = prepare(sql);
-  if (!statement) return failure(statement.error());
-  const auto row = statement->step();
+  auto row = first_row(sql);
   if (!row) return failure(row.error());
   if (!*row) return std::string();
-  std::string first(statement->text(0));
+  std::string first((*row)->text(0));
   // A statement that also writes has done so, or failed, only once it is stepped to its end.
-  if (const auto more = statement->step(); !more) return failure(more.error());
+  if (const auto more = (*row)->step(); !more) return failure(more.error());
   return first;
 }
 
 Result<std::int64_t> Database::ask_integer(std::string_view sql, std::int64_t fallback) {
-  auto statement = prepare(sql);
-  if (!statement) return failure(statement.error());
-  const auto row = statement->step();
-  if (!row) return failure(row.error());
-  return *row && !statement->null(0) ? statement->integer(0) : fallback;
+  return first_row(sql).map(
+      [&](const std::optional<Statement>& row) { return row && !row->null(0) ? row->integer(0) : fallback; });
 }
 
 namespace {

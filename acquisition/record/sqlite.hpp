@@ -10,7 +10,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "core/result.hpp"
 
@@ -19,12 +21,13 @@ struct sqlite3_stmt;
 
 namespace gyrotherm::record {
 
-enum class ColumnType { null, integer, real, text };
+/// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
+using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
 
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
 class Statement {
  public:
-  explicit Statement(sqlite3_stmt* statement) : statement_(statement) {}
+  explicit Statement(sqlite3_stmt* statement = nullptr) : statement_(statement) {}
 
   template <std::integral T>
   void put(int parameter, T value) {
@@ -47,8 +50,8 @@ class Statement {
   /// Goes to the next row; false after the last.
   [[nodiscard]] Result<bool> step();
   [[nodiscard]] int columns() const;
-  [[nodiscard]] ColumnType type(int column) const;  ///< of this row's value
-  [[nodiscard]] bool null(int column) const { return type(column) == ColumnType::null; }
+  [[nodiscard]] Cell cell(int column) const;  ///< whatever this row has there; a text as text() gives it
+  [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
   [[nodiscard]] double real(int column) const;            ///< NaN where NULL
   [[nodiscard]] std::string_view text(int column) const;  ///< valid until the next step
@@ -75,6 +78,23 @@ class Database {
 
   [[nodiscard]] Result<void> execute(const std::string& sql);
   [[nodiscard]] Result<Statement> prepare(std::string_view sql);
+  /// The query, standing at its first row; nothing if it has none.
+  [[nodiscard]] Result<std::optional<Statement>> first_row(std::string_view sql);
+  /// Calls `use` with each row of a query. Ends with the first fault, of the query or of `use`, where that returns one.
+  template <class Use>
+  [[nodiscard]] Result<void> each_row(std::string_view sql, Use use) {
+    auto query = prepare(sql);
+    if (!query) return failure(query.error());
+    for (;;) {
+      const auto more = query->step();
+      if (!more) return failure(more.error());
+      if (!*more) return {};
+      if constexpr (std::is_void_v<std::invoke_result_t<Use&, const Statement&>>)
+        use(*query);
+      else if (auto used = use(*query); !used)
+        return used;
+    }
+  }
   /// The first column of the first row, as text; empty if there is no row.
   [[nodiscard]] Result<std::string> ask(std::string_view sql);
   /// Likewise, as a whole number; `fallback` if there is no row or it is NULL.
@@ -102,6 +122,12 @@ class Database {
   std::unique_ptr<int> log_pages_;  ///< outlives the connection, which writes it
   std::unique_ptr<sqlite3, Close> connection_;
 };
+
+/// Puts what was read into its place.
+template <class Place, class Value>
+[[nodiscard]] Result<void> into(Place& place, Result<Value> read) {
+  return std::move(read).map([&](Value value) { place = std::move(value); });
+}
 
 /// What a second program is told, also by itself in `Fault::what`.
 inline constexpr const char* kBeingWritten = "being written by another program";

@@ -134,28 +134,25 @@ Result<std::optional<LostEnd>> lost_end(const std::string& path) {
 namespace {
 
 Result<FrameCount> stored_frames(Database& database) {
-  auto query = database.prepare("SELECT seen, lost, bad FROM frames");
-  if (!query) return failure(query.error());
-  const auto more = query->step();
-  if (!more) return failure(more.error());
-  if (!*more) return FrameCount{};
-  return FrameCount{.seen = static_cast<std::uint64_t>(query->integer(0)),
-                    .lost = static_cast<std::uint64_t>(query->integer(1)),
-                    .bad = static_cast<std::uint64_t>(query->integer(2))};
+  FrameCount frames;
+  const auto read = database.each_row("SELECT seen, lost, bad FROM frames", [&](const Statement& row) {
+    frames = {.seen = static_cast<std::uint64_t>(row.integer(0)),
+              .lost = static_cast<std::uint64_t>(row.integer(1)),
+              .bad = static_cast<std::uint64_t>(row.integer(2))};
+  });
+  return read.map([&] { return frames; });
 }
 
 /// The last event, if it is of the kinds that say why a run does not go on.
 Result<std::string> last_word(Database& database) {
-  auto query = database.prepare("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
-  if (!query) return failure(query.error());
-  const auto row = query->step();
+  const auto row = database.first_row("SELECT kind, text FROM event ORDER BY id DESC LIMIT 1");
   if (!row) return failure(row.error());
   if (!*row) return std::string();
-  switch (event_kind_named(query->text(0))) {
+  switch (event_kind_named((*row)->text(0))) {
     case EventKind::interlock:
     case EventKind::interrupted:
     case EventKind::finished:
-    case EventKind::state: return std::string(query->text(1));
+    case EventKind::state: return std::string((*row)->text(1));
     default: return std::string();
   }
 }
@@ -184,31 +181,22 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
   RunStatus status = first_status(path, *info);
-  const auto finished = is_finished(database);
-  if (!finished) return failure(finished.error());
-  status.finished = *finished;
-  const auto faults = database.ask_integer("SELECT count(*) FROM fault", 0);
-  if (!faults) return failure(faults.error());
-  status.faults = *faults;
-  const auto frames = stored_frames(database);
-  if (!frames) return failure(frames.error());
-  status.frames = *frames;
-  const auto acknowledged = last_slot(database);
-  if (!acknowledged) return failure(acknowledged.error());
-  status.acknowledged = *acknowledged;
-  auto ended_by = last_word(database);
-  if (!ended_by) return failure(ended_by.error());
-  status.ended_by = std::move(*ended_by);
-  const auto row = last_row(database, *info);
-  if (!row) return failure(row.error());
-  if (!*row) return status;
-
-  status.slot = (*row)->slot;
-  show_progress(status, *info, (*row)->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
-  status.standing.state = (*row)->state.value_or(RunState::execute);
-  status.chamber_air = unless_nan((*row)->chamber_air_c);
+  std::optional<SampleRow> row;
+  const auto read =
+      into(status.finished, is_finished(database))
+          .and_then([&] { return into(status.faults, database.ask_integer("SELECT count(*) FROM fault", 0)); })
+          .and_then([&] { return into(status.frames, stored_frames(database)); })
+          .and_then([&] { return into(status.acknowledged, last_slot(database)); })
+          .and_then([&] { return into(status.ended_by, last_word(database)); })
+          .and_then([&] { return into(row, last_row(database, *info)); });
+  if (!read) return failure(read.error());
+  if (!row) return status;
+  status.slot = row->slot;
+  show_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
+  status.standing.state = row->state.value_or(RunState::execute);
+  status.chamber_air = unless_nan(row->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
-    status.thermometers[i].second = unless_nan((*row)->thermometers_c[i]);
+    status.thermometers[i].second = unless_nan(row->thermometers_c[i]);
   return status;
 }
 

@@ -57,7 +57,7 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   const auto channels = channels_of(rig);
   auto lines = fmt::format("  {} thermometers\n", channels.size());
   for (const auto& channel : channels)
-    if (const auto words = calibration_in_words(channel); words != "none")
+    if (const auto words = describe_calibration(channel); words != "none")
       lines += fmt::format("    {}: {}\n", channel.name, words);
   for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
@@ -78,7 +78,7 @@ std::string rig_lines(const rig::RigFile& rig) {
 
 Json calibrations_json(const rig::RigFile& rig) {
   auto json = Json::object();
-  for (const auto& channel : channels_of(rig)) json[channel.name] = calibration_in_words(channel);
+  for (const auto& channel : channels_of(rig)) json[channel.name] = describe_calibration(channel);
   return json;
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "acquisition/record/export.hpp"
+#include "acquisition/record/csv.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "analysis/model/qualification.hpp"
@@ -132,7 +132,7 @@ report::ReportedRig reported(const rig::RigFile& rig) {
                                .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
                                .thermometers = {}};
   for (const auto& channel : channels_of(rig))
-    reported.thermometers.push_back({channel.name, channel.instrument, calibration_in_words(channel)});
+    reported.thermometers.push_back({channel.name, channel.instrument, describe_calibration(channel)});
   return reported;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/record/export.hpp"
+#include "acquisition/record/csv.hpp"
 
 #include <gtest/gtest.h>
 

@@ -27,7 +27,7 @@ TEST(Calibration, APolynomialStandsForTheWholeCorrection) {
 }
 
 TEST(Calibration, ADayIsFourDigitsTwoAndTwo) {
-  EXPECT_EQ(day_text(parse_day("2028-02-29").value()), "2028-02-29");
+  EXPECT_EQ(format_day(parse_day("2028-02-29").value()), "2028-02-29");
   for (const char* text : {"", "2027-02-29", "2027-13-01", "2027-00-10", "2027-1-1", "27-01-01", "2027-01-0x",
                            "+027-01-01", "2027-01-01T", "2027/01/01", "2027-01--1"})
     EXPECT_FALSE(parse_day(text)) << text;
@@ -46,14 +46,14 @@ TEST(Calibration, HoldsThroughItsLastDay) {
 
 TEST(Calibration, SaysItselfInWords) {
   auto channel = channel_a();
-  EXPECT_EQ(calibration_in_words(channel), "none");
+  EXPECT_EQ(describe_calibration(channel), "none");
   channel.offset = {-0.012};
-  EXPECT_EQ(calibration_in_words(channel), "offset -0.012 K");
+  EXPECT_EQ(describe_calibration(channel), "offset -0.012 K");
   channel.polynomial = {0.5, 1};
   channel.offset = {};
   channel.certificate = "C1";
   channel.due = parse_day("2027-03-01");
-  EXPECT_EQ(calibration_in_words(channel), "polynomial 0.5, 1, certificate C1, due 2027-03-01");
+  EXPECT_EQ(describe_calibration(channel), "polynomial 0.5, 1, certificate C1, due 2027-03-01");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "core/json.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "rig/rig.hpp"
-#include "sequencer/profile/timeline.hpp"
+#include "sequencer/profile/profile.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"

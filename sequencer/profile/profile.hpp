@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -77,5 +78,33 @@ struct ChamberLimits {
 
 /// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
+
+// The profile laid out in time, as it would run if every soak counted from its first second.
+
+struct PlannedSegment {
+  Duration start{};
+  Duration duration{};
+  Celsius from;
+  Celsius to;
+};
+
+struct CycleTotal {
+  std::string name;
+  Duration ramps{};
+  Duration holds{};
+  std::int64_t clusters{};  ///< whole 100-s clusters
+};
+
+struct Timeline {
+  std::vector<PlannedSegment> segments;  ///< one per Profile::segments
+  std::vector<CycleTotal> cycles;        ///< one per Profile::cycles
+  CycleTotal all;
+};
+
+[[nodiscard]] Timeline plan(const Profile& profile);
+
+/// The table that `gyrotherm check` prints: each segment with start, duration, from, to, rate; then per cycle and in
+/// all.
+[[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
 }  // namespace gyrotherm::profile

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The profile as it is written: a tree of segments, not yet expanded.
+/// The profile as it is written, a tree of segments, and its expansion to the flat list of holds and ramps that runs.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 
 #include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
+#include "sequencer/profile/profile.hpp"
 
 namespace gyrotherm::profile {
 
@@ -78,5 +79,13 @@ struct WrittenSegment {
 /// Reads every `[[segment]]` of a file's root. Mistakes are noted in the tables; a segment that could not be understood
 /// is left out.
 [[nodiscard]] std::vector<WrittenSegment> read_segments(const TomlTable& root, const SoakRule& defaults);
+
+inline constexpr int kMostSegments = 20'000;
+inline constexpr Duration kLongestProfile = std::chrono::seconds(100'000'000);
+
+/// Appends the segments of `written` to the profile, and the cycles they make; a random program is drawn on the way,
+/// the same one from the same seed on every machine. Mistakes that only the expansion shows (a ramp that goes nowhere,
+/// a profile beyond the limits above) are noted in the tables; expansion ends at a limit.
+void expand(const std::vector<WrittenSegment>& written, Profile& profile);
 
 }  // namespace gyrotherm::profile

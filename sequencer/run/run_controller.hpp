@@ -19,7 +19,6 @@
 #include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/safe_sequence.hpp"
-#include "sequencer/run/uploaded_program.hpp"
 
 namespace gyrotherm::run {
 

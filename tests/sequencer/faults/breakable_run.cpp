@@ -8,7 +8,7 @@
 
 #include "acquisition/record/run_parts.hpp"
 #include "core/file.hpp"
-#include "sequencer/run/uploaded_program.hpp"
+#include "sequencer/run/chamber_lead.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"
 
 namespace gyrotherm::faults {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "sequencer/profile/machine.hpp"
-#include "sequencer/profile/timeline.hpp"
+#include "sequencer/profile/profile.hpp"
 
 namespace gyrotherm::profile {
 

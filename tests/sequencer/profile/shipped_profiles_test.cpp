@@ -8,7 +8,7 @@
 
 #include "core/file.hpp"
 #include "sequencer/profile/machine.hpp"
-#include "sequencer/profile/timeline.hpp"
+#include "sequencer/profile/profile.hpp"
 #include "tests/sequencer/profile/profiles.hpp"
 
 namespace gyrotherm::profile {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sequencer/profile/timeline.hpp"
-
 #include <gtest/gtest.h>
 
+#include "sequencer/profile/profile.hpp"
 #include "tests/sequencer/profile/profiles.hpp"
 
 namespace gyrotherm::profile {

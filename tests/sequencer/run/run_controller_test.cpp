@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "sequencer/profile/timeline.hpp"
+#include "sequencer/profile/profile.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {

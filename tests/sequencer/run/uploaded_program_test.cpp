@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sequencer/run/uploaded_program.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
+#include "sequencer/run/chamber_lead.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {

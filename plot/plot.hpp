@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The project's one plot module: panels of lines over a common x axis, written as SVG text.
+/// The project's one plot module: panels of lines over a common x axis, and arrays of shaded cells, as SVG text.
 #pragma once
 
 #include <cstddef>
@@ -131,5 +131,17 @@ struct Plot {
 
 /// The figure as one SVG document. Long curves are thinned to the least and the greatest value of each pixel column.
 [[nodiscard]] std::string svg_of(const Plot& plot);
+
+/// A square array of numbers between 0 and 1 as shaded cells: the paper's Table 3.
+struct HeatMap {
+  std::string title;                        ///< for screen readers
+  std::vector<std::string> names;           ///< rows and columns
+  std::vector<std::vector<double>> values;  ///< names × names, NaN is shown as "–"
+  double threshold{};                       ///< values above it are framed and bold
+  std::string caption;                      ///< below the cells
+  bool simulated = false;
+};
+
+[[nodiscard]] std::string svg_of(const HeatMap& map);
 
 }  // namespace gyrotherm::plot

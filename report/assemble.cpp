@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/assemble.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/methods/method.hpp"
+#include "report/report.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/quantity.hpp"
-#include "plot/heat_map.hpp"
 #include "plot/plot.hpp"
 #include "plot/svg.hpp"
 #include "report/views.hpp"

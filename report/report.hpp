@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "analysis/data/allan.hpp"
+#include "analysis/data/clusters.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/model/qualification.hpp"
@@ -199,5 +200,25 @@ struct Limit {
 
 /// The figures that limits name, held against them. The limits have been checked.
 [[nodiscard]] std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<Limit>& limits);
+
+// How it is made of the records of an experiment and of what was trained on them.
+
+/// A record of the experiment, and what it is known by.
+struct ReportSourceRun {
+  const data::RecordedRun& recorded;
+  std::string record_sha256;
+  std::string profile_sha256;
+};
+
+struct ReportSource {
+  ReportedRig rig;
+  ReportSourceRun rate, random;
+  const model::Qualification& qualification;  ///< of exactly these records; its three models are SVRs
+  std::string program_version;
+  std::uint64_t seed{};
+};
+
+/// The report without limits. Asserts that models are SVRs, and that verifications fit their clusters.
+[[nodiscard]] Report make_report(const ReportSource& source);
 
 }  // namespace gyrotherm::report

@@ -17,7 +17,7 @@
 #include "app/timings.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "report/assemble.hpp"
+#include "report/report.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "plot/heat_map.hpp"
 #include "tests/support/markup.hpp"
 
 namespace gyrotherm::plot {

@@ -2,7 +2,7 @@
 /// A small made-up experiment for the tests of the report: shaped like the real one, made by hand, the same every time.
 #pragma once
 
-#include "report/assemble.hpp"
+#include "report/report.hpp"
 
 namespace gyrotherm::report {
 

@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
 #include "app/interrupt.hpp"
@@ -142,6 +144,18 @@ int run(Program& program, int argc, char** argv) {
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());
   return static_cast<int>(exit_for(program.outcome.error()));
+}
+
+std::string shipped(const std::string& path) {
+  for (const auto* folder : {"", GYROTHERM_INSTALLED_DATA "/", GYROTHERM_SOURCE_DATA "/"})
+    if (std::error_code error; std::filesystem::exists(folder + path, error)) return folder + path;
+  return path;
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 }  // namespace gyrotherm::app

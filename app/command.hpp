@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What every subcommand is made of: options, and an action that ends in an exit code or a fault.
+/// What every subcommand is made of: options, and an action that ends in an exit code or a fault; and what more than
+/// one of them asks of the machine.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/console.hpp"
@@ -75,6 +77,16 @@ class Command {
 Command add_command(Program& program, const std::string& name, const std::string& description,
                     const std::string& example);
 
+/// Does the same, and has it carry out `what` with its options, in which defaults may be put first.
+template <class Options>
+std::pair<Command, Options&> add_command(Program& program, const std::string& name, const std::string& description,
+                                         const std::string& example, Result<Exit> (*what)(Console&, const Options&)) {
+  const auto options = std::make_shared<Options>();
+  auto command = add_command(program, name, description, example);
+  command.action([&program, options, what] { return what(program.console, *options); });
+  return {command, *options};
+}
+
 /// Adds a subcommand that reads none of the words after it, options and --help among them, but hands them to `action`.
 void add_forwarded(Program& program, const std::string& name, const std::string& description,
                    const std::string& example,
@@ -82,5 +94,16 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
 
 /// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
+
+/// "profiles/rigs/virtual.toml" as the user would write it if it is there, else the copy that was built or installed
+/// with the program.
+[[nodiscard]] std::string shipped(const std::string& path);
+/// The path that was given, else a shipped one.
+[[nodiscard]] inline std::string given_or_shipped(const std::string& given, const std::string& path) {
+  return given.empty() ? shipped(path) : given;
+}
+
+/// The most that the program has held so far.
+[[nodiscard]] double peak_memory_mb();
 
 }  // namespace gyrotherm::app

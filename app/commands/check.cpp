@@ -195,15 +195,13 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
 }  // namespace
 
 void add_check(Program& program) {
-  auto options = std::make_shared<CheckArguments>();
-  auto command =
+  auto [command, options] =
       add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
-                  "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
-  command.option("profile", options->profile, "the profile");
-  command.option("--rig", options->rig, "the rig");
-  command.flag("--connect", options->connect, "ask each instrument who it is, and read it a few times");
-  command.option("--seed", options->seed, "of a virtual rig").not_negative();
-  command.action([&program, options] { return check(program.console, *options); });
+                  "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml", check);
+  command.option("profile", options.profile, "the profile");
+  command.option("--rig", options.rig, "the rig");
+  command.flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
+  command.option("--seed", options.seed, "of a virtual rig").not_negative();
 }
 
 }  // namespace gyrotherm::app

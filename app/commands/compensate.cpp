@@ -136,16 +136,14 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
 }  // namespace
 
 void add_compensate(Program& program) {
-  auto options = std::make_shared<CompensateArguments>();
-  auto command = add_command(program, "compensate",
-                             "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
-                             "\"A,B,C,bias\", writes the compensated bias.",
-                             "gyrotherm compensate model.json < rows.csv");
-  command.option("model", options->model, "the model").required();
-  command.option("--outside", options->outside,
+  auto [command, options] = add_command(program, "compensate",
+                                        "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
+                                        "\"A,B,C,bias\", writes the compensated bias.",
+                                        "gyrotherm compensate model.json < rows.csv", compensate);
+  command.option("model", options.model, "the model").required();
+  command.option("--outside", options.outside,
                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
                  "an empty line) or extrapolate");
-  command.action([&program, options] { return compensate(program.console, *options); });
 }
 
 }  // namespace gyrotherm::app

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "app/command.hpp"
-#include "app/places.hpp"
 #include "core/json.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/line/hid_line.hpp"

@@ -28,13 +28,12 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
 }  // namespace
 
 void add_import(Program& program) {
-  auto options = std::make_shared<ImportArguments>();
-  auto command = add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
-                             "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db");
-  command.option("csv", options->table, "the table").required();
-  command.option("--map", options->map, "which column is what").required();
-  command.option("--out", options->out, "the record").required();
-  command.action([&program, options] { return import(program.console, *options); });
+  auto [command, options] =
+      add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
+                  "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db", import);
+  command.option("csv", options.table, "the table").required();
+  command.option("--map", options.map, "which column is what").required();
+  command.option("--out", options.out, "the record").required();
 }
 
 }  // namespace gyrotherm::app

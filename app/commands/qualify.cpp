@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/record.hpp"
@@ -11,11 +15,10 @@
 #include "analysis/model/qualification.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
-#include "app/places.hpp"
 #include "app/recorded_run.hpp"
 #include "app/run/carry_out.hpp"
-#include "app/timings.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "core/sha256.hpp"
 #include "report/report.hpp"
 #include "report/views.hpp"
@@ -26,6 +29,45 @@ namespace {
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
   model::QualificationOptions training;
+};
+
+/// Wall time of each stage; kept apart from results, because it varies from run to run.
+class Timings {
+ public:
+  /// Ends the stage before, if any.
+  void begin(std::string stage) {
+    end();
+    stages_.emplace_back(std::move(stage), 0.0);
+    began_ = std::chrono::steady_clock::now();
+    running_ = true;
+  }
+  void end() {
+    if (running_)
+      stages_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+    running_ = false;
+  }
+  /// Stages in order with their seconds, and the most memory that the program has held.
+  [[nodiscard]] std::string to_json() const {
+    Json json{{"schema", "gyrotherm-timings/1"}, {"stages", Json::array()}};
+    double total = 0;
+    for (const auto& [stage, seconds] : stages_) {
+      json["stages"].push_back({{"stage", stage}, {"wall_s", seconds}});
+      total += seconds;
+    }
+    json["total_wall_s"] = total;
+    json["peak_memory_mb"] = peak_memory_mb();
+    return json.dump(1) + "\n";
+  }
+  [[nodiscard]] std::string describe() const {
+    std::string text;
+    for (const auto& [stage, seconds] : stages_) text += fmt::format("  {:<52} {:8.1f} s\n", stage, seconds);
+    return text + fmt::format("  {:<52} {:8.0f} MB\n", "peak memory", peak_memory_mb());
+  }
+
+ private:
+  std::vector<std::pair<std::string, double>> stages_;
+  std::chrono::steady_clock::time_point began_{};
+  bool running_ = false;
 };
 
 /// One of the two runs: its plan, its record, and what came of it.
@@ -112,7 +154,7 @@ Result<model::Qualification> train_all(Console& console, const QualifyArguments&
   return model::Qualification{std::move(*models), std::move(*comparison)};
 }
 
-std::string gyro_in_words(const rig::RigFile& rig) {
+std::string describe_gyro(const rig::RigFile& rig) {
   const auto& model = rig.gyro_model;
   const auto stream =
       rig.gyro.stream ? fmt::format("stream {} ({}), ", rig.gyro.stream->name, rig.gyro.stream->vendor) : std::string();
@@ -124,7 +166,7 @@ std::string gyro_in_words(const rig::RigFile& rig) {
 report::ReportedRig reported(const rig::RigFile& rig) {
   report::ReportedRig reported{.name = rig.name,
                                .title = rig.title,
-                               .gyro = gyro_in_words(rig),
+                               .gyro = describe_gyro(rig),
                                .sha256 = sha256(rig.text),
                                .is_virtual = rig.simulated,
                                .gyro_model = rig.gyro_model.name,
@@ -167,7 +209,7 @@ std::string result_table(const report::Report& report, const model::Qualificatio
                 fmt::format("{}", stored_numbers(model)), fmt::format("{:.1f}", trained.training_s));
   };
   for_each_model(qualification.models, [&](const char*, const model::TrainedModel& trained) { add(trained); });
-  for (const model::TrainedModel& trained : qualification.comparison.models) add(trained);
+  std::ranges::for_each(qualification.comparison.models, add);
   return text +
          row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
 }
@@ -182,7 +224,7 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const r
   if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
     return failure(written.error());
   console.data(console.json ? json : result_table(report, qualification));
-  console.say(timings.words() + folder + "/report.html");
+  console.say(timings.describe() + folder + "/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
@@ -190,15 +232,12 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const r
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  const auto rig = rig::read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
+  const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
   if (!rig) return failure(rig.error());
   auto rate =
-      plan_run("rate", options.rate_profile.empty() ? shipped("profiles/qualification.toml") : options.rate_profile,
-               *rig, options.out);
+      plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), *rig, options.out);
   if (!rate) return failure(rate.error());
-  auto random =
-      plan_run("random", options.random_profile.empty() ? shipped("profiles/random.toml") : options.random_profile,
-               *rig, options.out);
+  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), *rig, options.out);
   if (!random) return failure(random.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   std::error_code error;
@@ -225,25 +264,24 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 }  // namespace
 
 void add_qualify(Program& program) {
-  auto options = std::make_shared<QualifyArguments>();
-  options->training.program_version = GYROTHERM_VERSION;
-  auto command = add_command(program, "qualify",
-                             "The whole experiment: the rate program, the random program, three models, the report. "
-                             "Run again, it goes on where it was.",
-                             "gyrotherm qualify --out out");
-  command.option("--out", options->out, "the folder for everything that is made").required();
-  command.option("--rig", options->rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
+  auto [command, options] =
+      add_command(program, "qualify",
+                  "The whole experiment: the rate program, the random program, three models, the report. "
+                  "Run again, it goes on where it was.",
+                  "gyrotherm qualify --out out", qualify);
+  options.training.program_version = GYROTHERM_VERSION;
+  command.option("--out", options.out, "the folder for everything that is made").required();
+  command.option("--rig", options.rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
   command
-      .option("--seed", options->training.seed,
+      .option("--seed", options.training.seed,
               "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
       .not_negative();
-  command.option("--threads", options->training.threads, "of the training; 0: all; the result is the same");
-  command.flag("--quick", options->training.quick, "a small swarm, for a try; the report says so");
-  command.flag("--nested", options->training.nested,
+  command.option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
+  command.flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
+  command.flag("--nested", options.training.nested,
                "also choose everything anew without each held-out cycle: training takes about twice as long");
-  command.option("--rate-profile", options->rate_profile, "instead of profiles/qualification.toml");
-  command.option("--random-profile", options->random_profile, "instead of profiles/random.toml");
-  command.action([&program, options] { return qualify(program.console, *options); });
+  command.option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
+  command.option("--random-profile", options.random_profile, "instead of profiles/random.toml");
 }
 
 }  // namespace gyrotherm::app

@@ -57,23 +57,21 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
 }  // namespace
 
 void add_reduce(Program& program) {
-  auto options = std::make_shared<ReduceArguments>();
-  auto command =
+  auto [command, options] =
       add_command(program, "reduce",
                   "Makes a model of many vectors smaller and says what that changes, measured on the records "
                   "that it was trained on.",
-                  "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json");
-  command.option("model", options->model, "the model").required();
-  command.option("runs", options->runs, "the records that it was trained on").required();
-  command.option("--out", options->out, "the smaller model").required();
-  auto keep = command.option("--keep", options->goal.vectors, "at most so many vectors");
+                  "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
+  command.option("model", options.model, "the model").required();
+  command.option("runs", options.runs, "the records that it was trained on").required();
+  command.option("--out", options.out, "the smaller model").required();
+  auto keep = command.option("--keep", options.goal.vectors, "at most so many vectors");
   command
-      .option("--within", options->goal.max_change_deg_per_h,
+      .option("--within", options.goal.max_change_deg_per_h,
               "as few vectors as change no training cluster's prediction by more than this, in °/h")
       .not_with(keep);
-  command.option("--clusters", options->clusters, "only these clusters of each record, like 0:14");
-  add_unverified_flag(command, options->unverified);
-  command.action([&program, options] { return reduce_and_write(program.console, *options); });
+  command.option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  add_unverified_flag(command, options.unverified);
 }
 
 }  // namespace gyrotherm::app

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
+/// A run, from its start or from where it had stopped.
+#include <algorithm>
+#include <string_view>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/status.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
-#include "app/places.hpp"
 #include "app/run/carry_out.hpp"
+#include "core/text.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
+
 namespace {
 
 struct RunArguments {
@@ -14,6 +22,22 @@ struct RunArguments {
   std::uint64_t seed = 0;
   bool upload = false;
 };
+
+/// "short rate" → "short rate.db": a plain name in the working folder, whatever the profile's name is: what could lead
+/// elsewhere, hide the file or steer a terminal becomes "_".
+std::string record_named_after(const std::string& profile_name) {
+  constexpr std::size_t kLongest = 100;
+  std::string name;
+  for (std::string_view left = profile_name; !left.empty() && name.size() < kLongest;) {
+    const auto size = std::max<std::size_t>(character_size(left), 1);
+    const auto character = left.substr(0, size);
+    const bool leads = name.empty() && (character == "." || character == "-" || character == " ");
+    const bool is_safe = plain(character) == character && character != "/" && character != "\\";
+    name += is_safe && !leads ? character : "_";
+    left.remove_prefix(size);
+  }
+  return (name.empty() ? "run" : name) + ".db";
+}
 
 Result<Exit> run(Console& console, const RunArguments& options) {
   const auto rig = rig::read_rig(options.rig);
@@ -30,17 +54,49 @@ Result<Exit> run(Console& console, const RunArguments& options) {
 }  // namespace
 
 void add_run(Program& program) {
-  auto options = std::make_shared<RunArguments>();
-  auto command = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
-                             "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db");
-  command.option("profile", options->profile, "the profile").required();
-  command.option("--rig", options->rig, "the rig").required();
-  command.option("--out", options->out, "the record (default: the profile's name with .db)");
-  command.option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+  auto [command, options] =
+      add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
+                  "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db", run);
+  command.option("profile", options.profile, "the profile").required();
+  command.option("--rig", options.rig, "the rig").required();
+  command.option("--out", options.out, "the record (default: the profile's name with .db)");
+  command.option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       .not_negative();
-  command.flag("--upload", options->upload,
+  command.flag("--upload", options.upload,
                "the chamber's controller carries the profile out by itself, where its map describes how");
-  command.action([&program, options] { return run(program.console, *options); });
+}
+
+namespace {
+
+struct ResumeArguments {
+  std::string run;
+  bool accept = false;
+  std::string gap = "30 s";
+};
+
+Result<Exit> resume(Console& console, const ResumeArguments& options) {
+  const auto gap = parse_duration(options.gap);
+  if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
+  // A record that cannot be read says so below; until then Ctrl-C ends this at once.
+  const auto status = record::read_status(options.run);
+  // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
+  // looked at.
+  if (status && status->simulated)
+    if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
+  watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
+    return failure(ran.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_resume(Program& program) {
+  auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+                                        "gyrotherm resume random.db", resume);
+  command.option("run", options.run, "the record").required();
+  command.flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
+  command.option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");
 }
 
 }  // namespace gyrotherm::app

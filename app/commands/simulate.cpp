@@ -8,7 +8,6 @@
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
-#include "app/places.hpp"
 #include "rig/rig.hpp"
 
 namespace gyrotherm::app {
@@ -99,7 +98,7 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   if (!pace)
     return failure(FaultKind::usage, "--pace",
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
-  const auto rig = rig::read_rig(options.rig.empty() ? shipped("profiles/rigs/virtual.toml") : options.rig);
+  const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
@@ -115,18 +114,16 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto options = std::make_shared<SimulateArguments>();
-  auto command =
+  auto [command, options] =
       add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
-                  "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10");
-  command.option("--rig", options->rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
-  command.option("--pace", options->pace, "real, max, or x10 for ten times real time");
-  command.option("--seed", options->seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+                  "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10", simulate);
+  command.option("--rig", options.rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
+  command.option("--pace", options.pace, "real, max, or x10 for ten times real time");
+  command.option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       .not_negative();
-  command.option("--port", options->port, "the chamber's port, the others follow (default: any free ones)");
-  command.flag("--full-rate", options->full_rate, "the gyro sends as many frames a second as its stream says, not one");
-  command.flag("--pty", options->pty, "serve what has a serial line on pseudo-terminals too");
-  command.action([&program, options] { return simulate(program.console, *options); });
+  command.option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
+  command.flag("--full-rate", options.full_rate, "the gyro sends as many frames a second as its stream says, not one");
+  command.flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
 }
 
 }  // namespace gyrotherm::app

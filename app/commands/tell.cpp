@@ -32,19 +32,18 @@ Result<Exit> speak(Console& console, const TellArguments& options) {
 }  // namespace
 
 void add_tell(Program& program) {
-  auto options = std::make_shared<TellArguments>();
-  auto command = add_command(program, "tell",
-                             "Speaks to the program that carries a run out; each word is in the record, with time and "
-                             "user.\n\n"
-                             "pause: the profile's clock stands and the set point stays, until resume.\n"
-                             "stop: ends the run and leaves the chamber as the rig file says.\n"
-                             "abort: ends the run and makes the chamber safe.\n"
-                             "note: puts a line of text into the record.",
-                             "gyrotherm tell random.db note \"door opened to look at the cable\"");
-  command.option("run", options->run, "the record").required();
-  command.option("word", options->word, "pause, resume, stop, abort or note").required();
-  command.option("text", options->note, "of the note");
-  command.action([&program, options] { return speak(program.console, *options); });
+  auto [command, options] =
+      add_command(program, "tell",
+                  "Speaks to the program that carries a run out; each word is in the record, with time and "
+                  "user.\n\n"
+                  "pause: the profile's clock stands and the set point stays, until resume.\n"
+                  "stop: ends the run and leaves the chamber as the rig file says.\n"
+                  "abort: ends the run and makes the chamber safe.\n"
+                  "note: puts a line of text into the record.",
+                  "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
+  command.option("run", options.run, "the record").required();
+  command.option("word", options.word, "pause, resume, stop, abort or note").required();
+  command.option("text", options.note, "of the note");
 }
 
 }  // namespace gyrotherm::app

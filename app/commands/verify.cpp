@@ -109,17 +109,16 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
 }  // namespace
 
 void add_verify(Program& program) {
-  auto options = std::make_shared<VerifyArguments>();
-  auto command = add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
-                             "gyrotherm verify model.json random.db");
-  command.option("model", options->model, "the model").required();
-  command.option("runs", options->runs, "the records").required();
-  command.option("--clusters", options->clusters, "only these clusters of each record, like 14:21");
-  command.option("--outside", options->outside,
+  auto [command, options] =
+      add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
+                  "gyrotherm verify model.json random.db", verify_all);
+  command.option("model", options.model, "the model").required();
+  command.option("runs", options.runs, "the records").required();
+  command.option("--clusters", options.clusters, "only these clusters of each record, like 14:21");
+  command.option("--outside", options.outside,
                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
                  "left out of the figures) or extrapolate");
-  add_unverified_flag(command, options->unverified);
-  command.action([&program, options] { return verify_all(program.console, *options); });
+  add_unverified_flag(command, options.unverified);
 }
 
 }  // namespace gyrotherm::app

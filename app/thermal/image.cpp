@@ -1,24 +1,194 @@
 // SPDX-License-Identifier: Apache-2.0
+/// The commands image and fit of gyrotherm-thermal: a steady state and its views through the gyro, and which value of
+/// each parameter would give it a wanted difference.
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
-#include "app/places.hpp"
-#include "app/thermal/commands.hpp"
-#include "app/thermal/views.hpp"
-#include "app/timings.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
+#include "thermal/steady_state.hpp"
+#include "thermal/thermal_image.hpp"
 
 namespace gyrotherm::app {
 namespace {
+
+/// A gyro file, the calibrated one if none is given.
+Result<thermal::GyroModel> read_gyro(const std::string& given) {
+  const auto path = given_or_shipped(given, "profiles/gyros/calibrated.toml");
+  return read_text_file(path).and_then([&](const std::string& text) { return thermal::parse_gyro(text, path); });
+}
+
+constexpr const char* kFitSchema = "gyrotherm-thermal-fit/1";
+
+struct FitArguments {
+  std::string gyro;
+  double difference_k = 3.5;
+  double ambient_c = 20;
+};
+
+/// The values that parameters would need, each alone, for a wanted difference.
+std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
+  auto text = fmt::format(
+      "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
+  for (const auto& fit : family)
+    text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
+                        thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
+                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+  return text;
+}
+
+std::string json(const std::vector<thermal::FittedDifference>& family, const FitArguments& options) {
+  Json json{{"schema", kFitSchema},
+            {"simulated", true},
+            {"wanted_k", options.difference_k},
+            {"ambient_c", options.ambient_c},
+            {"calibration", Json::array()}};
+  for (const auto& fit : family)
+    json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+                                   {"value", fit.value},
+                                   {"difference_k", fit.difference_k},
+                                   {"warmest_place_c", fit.warmest_place_c},
+                                   {"reached", fit.reached}});
+  return json.dump(2) + "\n";
+}
+
+Result<Exit> fit(Console& console, const FitArguments& options) {
+  const auto model = read_gyro(options.gyro);
+  if (!model) return failure(model.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto family =
+      thermal::fit_family(*model, options.difference_k, {.ambient_c = options.ambient_c}, console.sink());
+  if (!family) return failure(family.error());
+  console.data(console.json ? json(*family, options) : describe(*family, options.difference_k));
+  return Exit::done;
+}
+
+struct ThermalView {
+  std::string file;  ///< without its suffix: "top-face"
+  thermal::ThermalImage image;
+};
+
+constexpr std::size_t kColumns = 900;
+constexpr double kInside_mm = 0.05;  // a face is seen from this far below it
+
+/// A plane through the cabinet: where its point (right, up), in mm, lies.
+struct Plane {
+  std::string file, title, x_title, y_title;
+  plot::Range right_mm, up_mm;
+  std::array<double, 3> origin_mm{}, along_right{}, along_up{};
+
+  [[nodiscard]] std::array<double, 3> at_m(double right, double up) const {
+    std::array<double, 3> point{};
+    for (std::size_t k = 0; k < 3; ++k) point[k] = 1e-3 * (origin_mm[k] + right * along_right[k] + up * along_up[k]);
+    return point;
+  }
+};
+
+std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
+  const auto [x, y, z] = geometry.cabinet;
+  const double top = z / 2 + geometry.block_thickness / 2;
+  return {{"top-face",
+           fmt::format("Top face of the block, z = {:g} mm", top),
+           "x, mm",
+           "y, mm",
+           {0, x},
+           {0, y},
+           {0, 0, top - kInside_mm},
+           {1, 0, 0},
+           {0, 1, 0}},
+          {"bores",
+           fmt::format("Plane of the bores, z = {:g} mm", z / 2),
+           "x, mm",
+           "y, mm",
+           {0, x},
+           {0, y},
+           {0, 0, z / 2},
+           {1, 0, 0},
+           {0, 1, 0}},
+          {"section",
+           fmt::format("Upright section from G to A, x = {:g} mm", x / 2),
+           "y, mm",
+           "z, mm",
+           {0, y},
+           {0, z},
+           {x / 2, 0, 0},
+           {0, 1, 0},
+           {0, 0, 1}}};
+}
+
+/// The block with all that is on it. The cabinet, what stands on it, and the centre that leads to it are much colder:
+/// they would take most of the colours, and are left as outlines.
+bool drawn(thermal::GyroPart part) {
+  return is_glass(part) || is_gas(part) || part == thermal::GyroPart::ballast_left ||
+         part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
+}
+
+thermal::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& field) {
+  const double per_mm = static_cast<double>(kColumns) / (plane.right_mm.high - plane.right_mm.low);
+  const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
+  thermal::ThermalImage image{.title = plane.title,
+                              .x_title = plane.x_title,
+                              .y_title = plane.y_title,
+                              .x_mm = plane.right_mm,
+                              .y_mm = plane.up_mm,
+                              .celsius = {kColumns, rows, {}},
+                              .parts = {},
+                              .colours_c = {},
+                              .marks = {},
+                              .simulated = true};
+  for (std::size_t row = 0; row < rows; ++row) {
+    const double up = plane.up_mm.high - (static_cast<double>(row) + 0.5) / per_mm;
+    for (std::size_t column = 0; column < kColumns; ++column) {
+      const auto at = plane.at_m(plane.right_mm.low + (static_cast<double>(column) + 0.5) / per_mm, up);
+      const auto part = field.part_at(at[0], at[1], at[2]);
+      const bool solid = part && drawn(*part);
+      image.celsius.values.push_back(solid ? field.temperature_at(at[0], at[1], at[2])
+                                           : std::numeric_limits<double>::quiet_NaN());
+      image.parts.push_back(part && !is_air(*part) ? static_cast<std::uint8_t>(index(*part) + 1) : 0);
+    }
+  }
+  return image;
+}
+
+std::vector<thermal::ThermalMark> thermometers_of(const thermal::GyroModel& model, const thermal::SteadyState& state) {
+  std::vector<thermal::ThermalMark> marks;
+  for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
+    const auto [u, v] = model.thermometers[k];
+    marks.push_back({std::string(thermal::kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
+                     model.geometry.cabinet[1] / 2 + v, state.outputs_c[k]});
+  }
+  return marks;
+}
+
+/// The block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The block
+/// and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what stands on it
+/// shows as outlines.
+std::vector<ThermalView> thermal_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                       const thermal::SteadyState& state) {
+  const thermal::ThermalField field(model, mesh, state.field_c);
+  std::vector<ThermalView> views;
+  plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const auto& plane : planes_of(model.geometry)) {
+    views.push_back({plane.file, image_of(plane, field)});
+    colours = joined(colours, plot::range_of(views.back().image.celsius.values));
+  }
+  views.front().image.marks = thermometers_of(model, state);
+  for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
+  return views;
+}
 
 constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
 
@@ -77,24 +247,13 @@ Means means_of(const thermal::SteadyState& state) {
   return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
 }
 
-std::string point_words(const char* what, const thermal::ExtremePoint& point) {
+std::string describe_point(const char* what, const thermal::ExtremePoint& point) {
   return fmt::format("  {:<9} {:7.3f} °C  {} at ({:.1f}, {:.1f}, {:.1f}) mm\n", what, point.temperature_c,
                      thermal::kGyroPartNames[index(point.part)], 1e3 * point.at_m[0], 1e3 * point.at_m[1],
                      1e3 * point.at_m[2]);
 }
 
-std::string family_words(const Solved& solved, double wanted_k) {
-  auto text = fmt::format(
-      "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
-  for (const auto& fit : solved.family) {
-    text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
-                        thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
-                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
-  }
-  return text;
-}
-
-std::string words(const Solved& solved, const ThermalArguments& options) {
+std::string describe(const Solved& solved, const ThermalArguments& options) {
   const auto& state = solved.state;
   const auto [gain_c, non_gain_c] = means_of(state);
   auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
@@ -102,14 +261,14 @@ std::string words(const Solved& solved, const ThermalArguments& options) {
     text += fmt::format("  {} {:.3f}", thermal::kThermalOutputNames[k], state.outputs_c[k]);
   text += fmt::format("  °C\n  gain areas A B C {:.3f} °C, opposite F G H {:.3f} °C: {:.3f} K apart (the paper: 3.5)\n",
                       gain_c, non_gain_c, gain_c - non_gain_c);
-  text += point_words("hottest", state.hottest) + point_words("coldest", state.coldest);
+  text += describe_point("hottest", state.hottest) + describe_point("coldest", state.coldest);
   text += fmt::format("  energy    {:.6f} W in, {:.6f} W out\n", state.power_in_w, state.power_out_w);
   text += fmt::format("  film      {:g} W/(m²·K); ballast read as \"{}\"\n", solved.film_w_per_m2_k,
                       thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
   text += fmt::format(
       "  mesh      {}, {} elements, {} unknowns; {} iterations (hypre BoomerAMG), {:.1f} s, {:.0f} MB\n", options.mesh,
       solved.mesh.element_count, state.unknowns, state.iterations, solved.wall_s, peak_memory_mb());
-  if (options.fit) text += family_words(solved, *options.fit);
+  if (options.fit) text += describe(solved.family, *options.fit);
   return text;
 }
 
@@ -173,10 +332,7 @@ Result<void> write_all(const Solved& solved, const ThermalArguments& options) {
 }
 
 Result<Exit> image(Console& console, const ThermalArguments& options) {
-  const std::string path = options.gyro.empty() ? shipped("profiles/gyros/calibrated.toml") : options.gyro;
-  const auto text = read_text_file(path);
-  if (!text) return failure(text.error());
-  auto model = thermal::parse_gyro(*text, path);
+  auto model = read_gyro(options.gyro);
   if (!model) return failure(model.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -186,7 +342,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   if (!solved) return failure(solved.error());
   if (auto written = write_all(*solved, options); !written) return failure(written.error());
   if (!console.json) {
-    console.data(words(*solved, options));
+    console.data(describe(*solved, options));
     return Exit::done;
   }
   auto facts = json(*solved, options);
@@ -198,22 +354,29 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
 
 }  // namespace
 
+void add_thermal_fit(Program& program) {
+  auto [command, options] = add_command(
+      program, "fit", "Which value of each parameter alone gives a difference between gain and non-gain areas.",
+      "gyrotherm-thermal fit --difference 3.5", fit);
+  command.option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.option("--difference", options.difference_k, "wanted between gain and non-gain areas, K").within(0.01, 100.0);
+  command.option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C").within(-100.0, 150.0);
+}
+
 void add_thermal_image(Program& program) {
-  auto options = std::make_shared<ThermalArguments>();
-  auto command = add_command(program, "image",
-                             "The finite-element thermal image of the working gyro at rest: pictures, a file for "
-                             "ParaView, an input for CalculiX.",
-                             "gyrotherm-thermal image --mesh medium --out image");
-  command.option("--gyro", options->gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
-  command.option("--mesh", options->mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
+  auto [command, options] =
+      add_command(program, "image",
+                  "The finite-element thermal image of the working gyro at rest: pictures, a file for "
+                  "ParaView, an input for CalculiX.",
+                  "gyrotherm-thermal image --mesh medium --out image", image);
+  command.option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
       .one_of({"coarse", "medium", "fine"});
-  command.option("--ambient", options->ambient_c, "temperature of the air around the cabinet, °C")
-      .within(-100.0, 150.0);
-  command.option("--film", options->film, "film on the outside, W/(m²·K); the file's still air if not given")
+  command.option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C").within(-100.0, 150.0);
+  command.option("--film", options.film, "film on the outside, W/(m²·K); the file's still air if not given")
       .within(0.01, 10000.0);
-  command.option("--fit", options->fit, "first calibrate to this gain–non-gain difference, K").within(0.01, 100.0);
-  command.option("--out", options->out, "folder for the results").required();
-  command.action([&program, options] { return image(program.console, *options); });
+  command.option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K").within(0.01, 100.0);
+  command.option("--out", options.out, "folder for the results").required();
 }
 
 }  // namespace gyrotherm::app

@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm-thermal program: the finite-element model of a gyro, its image, its calibration, its reduction.
-#include "app/thermal/commands.hpp"
+#include "app/command.hpp"
+
+namespace gyrotherm::app {
+
+void add_thermal_fit(Program& program);
+void add_thermal_image(Program& program);
+void add_thermal_reduce(Program& program);
+
+}  // namespace gyrotherm::app
 
 int main(int argc, char** argv) {
   gyrotherm::app::Program program("gyrotherm-thermal",

@@ -7,7 +7,6 @@
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
-#include "app/thermal/commands.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "thermal/gyro_model.hpp"
@@ -49,16 +48,15 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
 }  // namespace
 
 void add_thermal_reduce(Program& program) {
-  auto options = std::make_shared<ReduceArguments>();
-  auto command = add_command(program, "reduce",
-                             "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
-                             "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
-                             "gyrotherm-thermal reduce profiles/gyros/calibrated.toml");
-  command.option("GYRO", options->gyro, "gyro file").required();
-  command.option("--mesh", options->mesh, "coarse, medium or fine").one_of({"coarse", "medium", "fine"});
-  command.option("--states", options->reduction.states, "at most").within(8, 200);
-  command.option("--goal", options->reduction.goal_k, "largest error, K").within(1e-6, 10);
-  command.action([&program, options] { return reduce_and_write(program.console, *options); });
+  auto [command, options] =
+      add_command(program, "reduce",
+                  "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
+                  "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
+                  "gyrotherm-thermal reduce profiles/gyros/calibrated.toml", reduce_and_write);
+  command.option("GYRO", options.gyro, "gyro file").required();
+  command.option("--mesh", options.mesh, "coarse, medium or fine").one_of({"coarse", "medium", "fine"});
+  command.option("--states", options.reduction.states, "at most").within(8, 200);
+  command.option("--goal", options.reduction.goal_k, "largest error, K").within(1e-6, 10);
 }
 
 }  // namespace gyrotherm::app

@@ -5,11 +5,19 @@
 
 #include <charconv>
 #include <numeric>
+#include <optional>
 
 #include "acquisition/record/chain.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
+
+namespace {
+
+/// First and one past the last.
+struct ClusterRange {
+  Eigen::Index first{}, end{};
+};
 
 Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text) {
   if (text.empty()) return std::nullopt;
@@ -22,6 +30,8 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
   }
   return failure(FaultKind::usage, "--clusters", fmt::format("\"{}\" is no range, expected FIRST:END like 0:14", text));
 }
+
+}  // namespace
 
 Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
@@ -39,21 +49,34 @@ void add_unverified_flag(Command& command, bool& unverified) {
 
 Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
                                             const RecordedRunOptions& options) {
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
   if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
-  const auto& range = options.range;
   auto dataset = data::load_dataset(path);
   if (!dataset) return failure(dataset.error());
   auto clusters = data::make_clusters(*dataset);
   if (!clusters) return failure(clusters.error());
-  if (range) {
-    if (range->end > clusters->start_s.size())
+  if (const auto& wanted = *range) {
+    if (wanted->end > clusters->start_s.size())
       return failure(FaultKind::usage, path,
-                     fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), range->end));
-    std::vector<Eigen::Index> rows(static_cast<std::size_t>(range->end - range->first));
-    std::iota(rows.begin(), rows.end(), range->first);
+                     fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), wanted->end));
+    std::vector<Eigen::Index> rows(static_cast<std::size_t>(wanted->end - wanted->first));
+    std::iota(rows.begin(), rows.end(), wanted->first);
     *clusters = data::pick(*clusters, rows);
   }
   return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
+}
+
+Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
+                                        const RecordedRunOptions& options) {
+  RecordedRuns records;
+  for (const auto& path : paths) {
+    auto recorded = load_recorded_run(console, path, options);
+    if (!recorded) return failure(recorded.error());
+    records.datasets.push_back(std::move(recorded->dataset));
+    records.clusters.push_back(std::move(recorded->clusters));
+  }
+  return records;
 }
 
 Result<model::Model> load_model(const std::string& path) {

@@ -23,30 +23,14 @@ struct PlacementArguments {
   model::TrainingOptions training;
 };
 
-struct Records {
-  std::vector<data::Dataset> datasets;
-  std::vector<data::Clusters> clusters;
-};
-
 /// A set of the elimination, tuned anew with support vectors.
 struct Confirmed {
   data::Figures held_out;
   std::vector<data::Figures> unseen;  ///< one per unseen record
 };
 
-Result<Records> load(Console& console, const std::vector<std::string>& paths, const RecordedRunOptions& options) {
-  Records records;
-  for (const auto& path : paths) {
-    auto recorded = load_recorded_run(console, path, options);
-    if (!recorded) return failure(recorded.error());
-    records.datasets.push_back(std::move(recorded->dataset));
-    records.clusters.push_back(std::move(recorded->clusters));
-  }
-  return records;
-}
-
-Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const Records& records,
-                          const Records& unseen, const std::vector<std::string>& kept) {
+Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const RecordedRuns& records,
+                          const RecordedRuns& unseen, const std::vector<std::string>& kept) {
   model::TrainingOptions training = options.training;
   for (const data::Term& term : model::placement_terms(kept))
     training.inputs += (training.inputs.empty() ? "" : ",") + to_string(term);
@@ -64,8 +48,9 @@ Result<Confirmed> confirm(Console& console, const PlacementArguments& options, c
 }
 
 /// Tells the figures of the whole set, and of each step of the elimination.
-Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options, const Records& records,
-                                           const Records& unseen, const model::Placement& placement) {
+Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options,
+                                           const RecordedRuns& records, const RecordedRuns& unseen,
+                                           const model::Placement& placement) {
   std::vector<Confirmed> all;
   if (!options.confirm) return all;
   std::vector<std::vector<std::string>> sets{placement.all.kept};
@@ -101,7 +86,8 @@ std::string heading(std::string_view what, const model::Placement& placement, co
   return text + "  kept\n";
 }
 
-std::string words(const Records& records, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string words(const RecordedRuns& records, const model::Placement& placement,
+                  const std::vector<Confirmed>& confirmed) {
   std::string text;
   for (const auto& dataset : records.datasets)
     text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
@@ -138,7 +124,8 @@ Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
   return json;
 }
 
-std::string json(const Records& records, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
+std::string json(const RecordedRuns& records, const model::Placement& placement,
+                 const std::vector<Confirmed>& confirmed) {
   Json json{{"schema", kPlacementSchema}, {"records", Json::array()}};
   for (const auto& dataset : records.datasets)
     json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});
@@ -161,11 +148,9 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (!folds) return failure(folds.error());
   options.training.folds = *folds;
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
-  const auto range = parse_cluster_range(options.clusters);
-  if (!range) return failure(range.error());
-  const auto records = load(console, options.runs, {.range = *range, .unverified = options.unverified});
+  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified});
   if (!records) return failure(records.error());
-  const auto unseen = load(console, options.unseen, {.range = {}, .unverified = options.unverified});
+  const auto unseen = load_recorded_runs(console, options.unseen, {.unverified = options.unverified});
   if (!unseen) return failure(unseen.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto placement =

@@ -35,11 +35,9 @@ std::string without_training(const model::Model& model, const data::RecordedRun&
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  const auto range = parse_cluster_range(options.clusters);
-  if (!range) return failure(range.error());
   std::vector<data::Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
+    auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
     if (!recorded) return failure(recorded.error());
     if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
     clusters.push_back(std::move(recorded->clusters));

@@ -70,18 +70,10 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
 Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   const auto training = training_options(options);
   if (!training) return failure(training.error());
-  const auto range = parse_cluster_range(options.clusters);
-  if (!range) return failure(range.error());
-  std::vector<data::Dataset> datasets;
-  std::vector<data::Clusters> clusters;
-  for (const auto& run : options.runs) {
-    auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
-    if (!recorded) return failure(recorded.error());
-    datasets.push_back(std::move(recorded->dataset));
-    clusters.push_back(std::move(recorded->clusters));
-  }
+  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified});
+  if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto model = train(datasets, clusters, *training, console.sink());
+  const auto model = train(records->datasets, records->clusters, *training, console.sink());
   if (!model) return failure(model.error());
   const auto json = to_json(*model);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());

@@ -91,10 +91,8 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  const auto range = parse_cluster_range(options.clusters);
-  if (!range) return failure(range.error());
   for (const auto& run : options.runs) {
-    const auto recorded = load_recorded_run(console, run, {.range = *range, .unverified = options.unverified});
+    const auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
     if (!recorded) return failure(recorded.error());
     const auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());

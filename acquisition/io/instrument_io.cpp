@@ -101,14 +101,42 @@ class Worker {
   }
 
   /// Takes back a job that has not begun; false if it has.
-  bool withdraw();
+  bool withdraw() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(waiting_, nullptr) != nullptr;
+  }
 
   /// How long the job that runs now has run; zero if none does.
-  [[nodiscard]] Duration busy_for();
+  [[nodiscard]] Duration busy_for() {
+    const std::lock_guard lock(mutex_);
+    return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
+  }
 
  private:
-  void enqueue(std::function<void()> job);
-  void serve(std::stop_token stop);
+  void enqueue(std::function<void()> job) {
+    {
+      const std::lock_guard lock(mutex_);
+      assert(!waiting_ && "the job before has neither begun nor been withdrawn");
+      waiting_ = std::move(job);
+    }
+    posted_.notify_one();
+  }
+
+  void serve(std::stop_token stop) {
+    block_signals();
+    for (;;) {
+      std::function<void()> job;
+      {
+        std::unique_lock lock(mutex_);
+        if (!posted_.wait(lock, stop, [this] { return waiting_ != nullptr; })) return;
+        job = std::exchange(waiting_, nullptr);
+        began_ = std::chrono::steady_clock::now();
+      }
+      job();
+      const std::lock_guard lock(mutex_);
+      began_.reset();
+    }
+  }
 
   std::mutex mutex_;
   std::condition_variable_any posted_;
@@ -116,41 +144,6 @@ class Worker {
   std::optional<std::chrono::steady_clock::time_point> began_;  ///< the job that runs now
   std::jthread thread_;                                         ///< last: it uses the others
 };
-
-void Worker::enqueue(std::function<void()> job) {
-  {
-    const std::lock_guard lock(mutex_);
-    assert(!waiting_ && "the job before has neither begun nor been withdrawn");
-    waiting_ = std::move(job);
-  }
-  posted_.notify_one();
-}
-
-bool Worker::withdraw() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(waiting_, nullptr) != nullptr;
-}
-
-Duration Worker::busy_for() {
-  const std::lock_guard lock(mutex_);
-  return began_ ? Duration(std::chrono::steady_clock::now() - *began_) : Duration{};
-}
-
-void Worker::serve(std::stop_token stop) {
-  block_signals();
-  for (;;) {
-    std::function<void()> job;
-    {
-      std::unique_lock lock(mutex_);
-      if (!posted_.wait(lock, stop, [this] { return waiting_ != nullptr; })) return;
-      job = std::exchange(waiting_, nullptr);
-      began_ = std::chrono::steady_clock::now();
-    }
-    job();
-    const std::lock_guard lock(mutex_);
-    began_.reset();
-  }
-}
 
 std::string in_ms(Duration d) {
   return fmt::format("{} ms", std::chrono::duration_cast<std::chrono::milliseconds>(d).count());
@@ -161,26 +154,95 @@ class WorkerIo final : public InstrumentIo {
   WorkerIo(Instruments instruments, InstrumentIoOptions options)
       : instruments_(std::move(instruments)), options_(options), thermometers_(instruments_.thermometers.size()) {}
 
-  Sample read(std::int64_t slot, const Clock& clock) override;
-  Result<void> command(Celsius target) override;
-  Duration stuck_for() override;
-  Result<void> insist(Celsius target) override;
-  Result<void> switch_on(bool on) override;
+  Sample read(std::int64_t slot, const Clock& clock) override {
+    const Instant now = clock.now();
+    clock_ = &clock;
+    read_at_ = now.since_start;
+    auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
+    std::vector<std::future<ThermometerReadings>> thermometers;
+    for (std::size_t i = 0; i < thermometers_.size(); ++i)
+      thermometers.push_back(thermometers_[i].post([&clock, &thermometer = instruments_.thermometers[i].instrument] {
+        return read_stamped(thermometer, clock);
+      }));
+    auto gyro = gyro_.post([this, &clock] {
+      auto count = stamped(clock, instruments_.gyro.read(options_.interval));
+      return GyroReading{std::move(count), instruments_.gyro.frames()};
+    });
+
+    Sample sample = empty_sample(slot, now);
+    sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
+    for (std::size_t i = 0; i < thermometers_.size(); ++i) {
+      auto readings = await(thermometers_[i], thermometers[i], clock, now);
+      spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
+    }
+    auto count = await(gyro_, gyro, clock, now);
+    if (count) frames_ = count->frames;
+    sample.gyro = count ? std::move(count->count) : late<PulseCount>("gyro", clock);
+    sample.gyro_frames = frames_;
+    return sample;
+  }
+
+  Result<void> command(Celsius target) override {
+    const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
+    return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
+  }
+
+  Duration stuck_for() override {
+    const auto busy = chamber_.busy_for();
+    return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
+  }
+
+  Result<void> insist(Celsius target) override {
+    const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
+    return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
+  }
+
+  Result<void> switch_on(bool on) override {
+    return order(
+        on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
+  }
 
  private:
   /// Has the chamber's worker do it; `what` is its name in a fault.
-  Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within);
+  Result<void> order(const std::string& what, std::function<Result<void>()> job, Duration within) {
+    auto done = chamber_.post(std::move(job));
+    if (done.wait_for(within) == std::future_status::ready) return done.get();
+    const bool never_begun = chamber_.withdraw();
+    return failure(FaultKind::timeout, "chamber",
+                   fmt::format("{} {} {}", what,
+                               never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
+                               in_ms(within)));
+  }
+
   /// What the last read has left of its tick.
-  Duration rest_of_tick() const;
+  Duration rest_of_tick() const {
+    constexpr Duration kLeast = std::chrono::milliseconds(20);
+    const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
+    if (spent >= options_.interval) return options_.patience;  // outside a tick
+    return std::clamp(options_.tick - spent, kLeast, options_.patience);
+  }
+
   /// The worker's answer to what was posted at `since`; nothing if it was not there in time.
   template <class T>
-  std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since);
+  std::optional<T> await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
+    const Duration left = options_.patience - (clock.now().since_start - since.since_start);
+    if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
+    worker.withdraw();
+    return std::nullopt;
+  }
+
   /// After a machine stood still an answer may be there that belongs to a later second: it counts as none.
   template <class T>
-  Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const;
+  Reading<T> in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock, Instant since) const {
+    const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
+    return good ? std::move(*reading) : late<T>(who, clock);
+  }
+
   /// The fault that it was not.
   template <class T>
-  Reading<T> late(const char* who, const Clock& clock) const;
+  Reading<T> late(const char* who, const Clock& clock) const {
+    return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
+  }
 
   Instruments instruments_;
   InstrumentIoOptions options_;
@@ -191,90 +253,6 @@ class WorkerIo final : public InstrumentIo {
   const Clock* clock_ = nullptr;  ///< the clock of the last read
   Duration read_at_{};            ///< when the last read began
 };
-
-template <class T>
-std::optional<T> WorkerIo::await(Worker& worker, std::future<T>& answer, const Clock& clock, Instant since) {
-  const Duration left = options_.patience - (clock.now().since_start - since.since_start);
-  if (answer.wait_for(std::max(left, Duration{})) == std::future_status::ready) return answer.get();
-  worker.withdraw();
-  return std::nullopt;
-}
-
-template <class T>
-Reading<T> WorkerIo::late(const char* who, const Clock& clock) const {
-  return stamped<T>(clock, failure(FaultKind::timeout, who, "still busy after " + in_ms(options_.patience)));
-}
-
-template <class T>
-Reading<T> WorkerIo::in_time(std::optional<Reading<T>> reading, const char* who, const Clock& clock,
-                             Instant since) const {
-  const bool good = reading && reading->at.since_start - since.since_start <= options_.interval;
-  return good ? std::move(*reading) : late<T>(who, clock);
-}
-
-Sample WorkerIo::read(std::int64_t slot, const Clock& clock) {
-  const Instant now = clock.now();
-  clock_ = &clock;
-  read_at_ = now.since_start;
-  auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
-  std::vector<std::future<ThermometerReadings>> thermometers;
-  for (std::size_t i = 0; i < thermometers_.size(); ++i)
-    thermometers.push_back(thermometers_[i].post(
-        [&clock, &thermometer = instruments_.thermometers[i].instrument] { return read_stamped(thermometer, clock); }));
-  auto gyro = gyro_.post([this, &clock] {
-    auto count = stamped(clock, instruments_.gyro.read(options_.interval));
-    return GyroReading{std::move(count), instruments_.gyro.frames()};
-  });
-
-  Sample sample = empty_sample(slot, now);
-  sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
-  for (std::size_t i = 0; i < thermometers_.size(); ++i) {
-    auto readings = await(thermometers_[i], thermometers[i], clock, now);
-    spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
-  }
-  auto count = await(gyro_, gyro, clock, now);
-  if (count) frames_ = count->frames;
-  sample.gyro = count ? std::move(count->count) : late<PulseCount>("gyro", clock);
-  sample.gyro_frames = frames_;
-  return sample;
-}
-
-Duration WorkerIo::rest_of_tick() const {
-  constexpr Duration kLeast = std::chrono::milliseconds(20);
-  const auto spent = clock_ ? clock_->now().since_start - read_at_ : options_.interval;
-  if (spent >= options_.interval) return options_.patience;  // outside a tick
-  return std::clamp(options_.tick - spent, kLeast, options_.patience);
-}
-
-Result<void> WorkerIo::order(const std::string& what, std::function<Result<void>()> job, Duration within) {
-  auto done = chamber_.post(std::move(job));
-  if (done.wait_for(within) == std::future_status::ready) return done.get();
-  const bool never_begun = chamber_.withdraw();
-  return failure(FaultKind::timeout, "chamber",
-                 fmt::format("{} {} {}", what,
-                             never_begun ? "not sent: the chamber was still busy after" : "unknown: not confirmed in",
-                             in_ms(within)));
-}
-
-Duration WorkerIo::stuck_for() {
-  const auto busy = chamber_.busy_for();
-  return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
-}
-
-Result<void> WorkerIo::command(Celsius target) {
-  const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
-  return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
-}
-
-Result<void> WorkerIo::insist(Celsius target) {
-  const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
-  return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
-}
-
-Result<void> WorkerIo::switch_on(bool on) {
-  return order(
-      on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
-}
 
 }  // namespace
 

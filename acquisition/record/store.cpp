@@ -30,14 +30,36 @@ namespace {
 /// exactly one gap.
 class OrderedStore : public Store {
  public:
-  Result<void> append(const Sample& sample, std::span<const Event> events) final;
-  Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final;
-  Result<void> append_event(const Event& event) final;
-  void publish(const RunStanding& standing) final;
+  Result<void> append(const Sample& sample, std::span<const Event> events) final {
+    assert(sample.thermometers.size() == info_.thermometers.size());
+    if (auto follows = follow_on(sample.slot); !follows) return follows;
+    Entry entry = entry_of(sample, events, info_);
+    const auto faults = static_cast<std::int64_t>(entry.missing.size());
+    if (auto taken = take(std::move(entry)); !taken) return taken;
+    last_ = sample.slot;
+    status_.faults += faults;
+    show(sample);
+    return {};
+  }
+
+  Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final {
+    assert(first <= last);
+    if (auto follows = follow_on(first); !follows) return follows;
+    auto taken = take(gap_entry(first, last, cause));
+    if (taken) last_ = last;
+    return taken;
+  }
+
+  Result<void> append_event(const Event& event) final { return take(event_entry(last_, event)); }
+  void publish(const RunStanding& standing) final { status_.standing = standing; }
   const RunInfo& info() const final { return info_; }
 
  protected:
-  OrderedStore(RunInfo info, RunStatus status);
+  OrderedStore(RunInfo info, RunStatus status)
+      : info_(std::move(info)),
+        status_(std::move(status)),
+        before_(status_.frames.value_or(FrameCount{})),
+        last_(status_.acknowledged) {}
 
   /// Entries come in order, each where the one before ended.
   virtual Result<void> take(Entry entry) = 0;
@@ -47,8 +69,25 @@ class OrderedStore : public Store {
   [[nodiscard]] std::int64_t last() const { return last_; }
 
  private:
-  Result<void> follow_on(std::int64_t slot) const;
-  void show(const Sample& sample);
+  Result<void> follow_on(std::int64_t slot) const {
+    if (slot == last_ + 1) return {};
+    const std::string where = fmt::format("slot {}", slot);
+    if (slot <= last_) return failure(FaultKind::storage, where, fmt::format("comes after slot {}", last_));
+    return failure(FaultKind::storage, where,
+                   fmt::format("slots {} to {} have neither a sample nor a gap", last_ + 1, slot - 1));
+  }
+
+  void show(const Sample& sample) {
+    status_.slot = sample.slot;
+    status_.standing.state = sample.state;
+    const auto& frames = sample.gyro_frames;
+    status_.frames = {before_.seen + frames.seen, before_.lost + frames.lost, before_.bad + frames.bad};
+    show_progress(status_, info_, sample.progress);
+    const auto chamber = value_of(sample.chamber);
+    status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
+    for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+      status_.thermometers[i].second = value_of(sample.thermometers[i]);
+  }
 
   RunInfo info_;
   RunStatus status_;     ///< of what was appended
@@ -62,9 +101,31 @@ class InlineStore final : public OrderedStore {
   InlineStore(RunFile file, const RunStatus& status, int part)
       : OrderedStore(file.info(), status), acknowledged_(status.acknowledged), part_(part), file_(std::move(file)) {}
 
-  Result<std::int64_t> sync() override;
+  Result<std::int64_t> sync() override {
+    if (broken_) return failure(*broken_);
+    if (std::exchange(batch_open_, false)) {
+      const auto done = keep(file_->replace_frames(frames()).and_then([&] { return file_->commit(); }));
+      if (!done) return failure(done.error());
+      acknowledged_ = last();
+      if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
+    }
+    tell(false);
+    return acknowledged_;
+  }
+
   bool settle(Duration /*longest*/) override { return sync().has_value(); }
-  Result<void> finish() override;
+
+  Result<void> finish() override {
+    if (auto synced = sync(); !synced) return failure(synced.error());
+    if (auto done = keep(file_->finish()); !done) return done;
+    broken_ = Fault{FaultKind::storage, status().path, "the run is finished"};
+    if (status().path == kInMemory) return {};
+    file_.reset();
+    if (auto written = close_record(status().path, part_); !written) return written;
+    tell(true);
+    return {};
+  }
+
   /// What nobody has asked to make durable does not wait for the disk.
   StoreHealth health() const override {
     return {.backlog_s = broken_ ? last() - acknowledged_ : 0, .trouble = broken_ ? text(*broken_) : ""};
@@ -74,10 +135,35 @@ class InlineStore final : public OrderedStore {
   }
 
  private:
-  Result<void> take(Entry entry) override;
-  Result<void> open_batch();
-  Result<void> keep(Result<void> result);
-  void tell(bool finished) const;
+  Result<void> take(Entry entry) override {
+    return keep(open_batch().and_then([&] { return file_->insert(entry); }));
+  }
+
+  Result<void> open_batch() {
+    if (broken_) return failure(*broken_);
+    if (batch_open_) return {};
+    batch_open_ = true;
+    return file_->begin();
+  }
+
+  /// Remembers a failure of the file, which is not touched again.
+  Result<void> keep(Result<void> result) {
+    if (!result && !broken_) {
+      broken_ = result.error();
+      file_->leave_untouched();
+    }
+    return result;
+  }
+
+  /// The status file is a courtesy: a run does not end because it could not be written.
+  void tell(bool finished) const {
+    if (status().path == kInMemory) return;
+    RunStatus now = status();
+    now.acknowledged = acknowledged_;
+    now.finished = finished;
+    now.being_written = !finished;
+    [[maybe_unused]] const auto told = write_status(now);
+  }
 
   std::int64_t acknowledged_{-1};
   bool batch_open_{};
@@ -85,113 +171,6 @@ class InlineStore final : public OrderedStore {
   int part_{};
   std::optional<RunFile> file_;  ///< gone after finish(), but in memory
 };
-
-/// Remembers a failure of the file, which is not touched again.
-Result<void> InlineStore::keep(Result<void> result) {
-  if (!result && !broken_) {
-    broken_ = result.error();
-    file_->leave_untouched();
-  }
-  return result;
-}
-
-/// The status file is a courtesy: a run does not end because it could not be written.
-void InlineStore::tell(bool finished) const {
-  if (status().path == kInMemory) return;
-  RunStatus now = status();
-  now.acknowledged = acknowledged_;
-  now.finished = finished;
-  now.being_written = !finished;
-  [[maybe_unused]] const auto told = write_status(now);
-}
-
-Result<void> InlineStore::open_batch() {
-  if (broken_) return failure(*broken_);
-  if (batch_open_) return {};
-  batch_open_ = true;
-  return file_->begin();
-}
-
-Result<void> InlineStore::take(Entry entry) {
-  return keep(open_batch().and_then([&] { return file_->insert(entry); }));
-}
-
-Result<std::int64_t> InlineStore::sync() {
-  if (broken_) return failure(*broken_);
-  if (std::exchange(batch_open_, false)) {
-    const auto done = keep(file_->replace_frames(frames()).and_then([&] { return file_->commit(); }));
-    if (!done) return failure(done.error());
-    acknowledged_ = last();
-    if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
-  }
-  tell(false);
-  return acknowledged_;
-}
-
-Result<void> InlineStore::finish() {
-  if (auto synced = sync(); !synced) return failure(synced.error());
-  if (auto done = keep(file_->finish()); !done) return done;
-  broken_ = Fault{FaultKind::storage, status().path, "the run is finished"};
-  if (status().path == kInMemory) return {};
-  file_.reset();
-  if (auto written = close_record(status().path, part_); !written) return written;
-  tell(true);
-  return {};
-}
-
-}  // namespace
-
-OrderedStore::OrderedStore(RunInfo info, RunStatus status)
-    : info_(std::move(info)),
-      status_(std::move(status)),
-      before_(status_.frames.value_or(FrameCount{})),
-      last_(status_.acknowledged) {}
-
-Result<void> OrderedStore::follow_on(std::int64_t slot) const {
-  if (slot == last_ + 1) return {};
-  const std::string where = fmt::format("slot {}", slot);
-  if (slot <= last_) return failure(FaultKind::storage, where, fmt::format("comes after slot {}", last_));
-  return failure(FaultKind::storage, where,
-                 fmt::format("slots {} to {} have neither a sample nor a gap", last_ + 1, slot - 1));
-}
-
-void OrderedStore::show(const Sample& sample) {
-  status_.slot = sample.slot;
-  status_.standing.state = sample.state;
-  const auto& frames = sample.gyro_frames;
-  status_.frames = {before_.seen + frames.seen, before_.lost + frames.lost, before_.bad + frames.bad};
-  show_progress(status_, info_, sample.progress);
-  const auto chamber = value_of(sample.chamber);
-  status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;
-  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-    status_.thermometers[i].second = value_of(sample.thermometers[i]);
-}
-
-Result<void> OrderedStore::append(const Sample& sample, std::span<const Event> events) {
-  assert(sample.thermometers.size() == info_.thermometers.size());
-  if (auto follows = follow_on(sample.slot); !follows) return follows;
-  Entry entry = entry_of(sample, events, info_);
-  const auto faults = static_cast<std::int64_t>(entry.missing.size());
-  if (auto taken = take(std::move(entry)); !taken) return taken;
-  last_ = sample.slot;
-  status_.faults += faults;
-  show(sample);
-  return {};
-}
-
-Result<void> OrderedStore::append_gap(std::int64_t first, std::int64_t last, const std::string& cause) {
-  assert(first <= last);
-  if (auto follows = follow_on(first); !follows) return follows;
-  auto taken = take(gap_entry(first, last, cause));
-  if (taken) last_ = last;
-  return taken;
-}
-
-void OrderedStore::publish(const RunStanding& standing) { status_.standing = standing; }
-
-Result<void> OrderedStore::append_event(const Event& event) { return take(event_entry(last_, event)); }
-
-namespace {
 
 constexpr std::size_t kMostAtOnce = 1000;  ///< rows of one transaction
 constexpr std::size_t kProbe = 1;          ///< … while the disk takes nothing
@@ -333,129 +312,117 @@ class BackgroundStore final : public OrderedStore {
   BackgroundStore(const BackgroundStore&) = delete;
   BackgroundStore& operator=(const BackgroundStore&) = delete;
 
-  Result<std::int64_t> sync() override;
-  bool settle(Duration longest) override;
-  Result<void> finish() override;
-  StoreHealth health() const override;
-  Result<Record> read_back() override;
+  Result<std::int64_t> sync() override {
+    if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
+    const std::lock_guard lock(desk_->mutex);
+    desk_->status = status();
+    desk_->frames = frames();
+    desk_->wanted = true;
+    desk_->work.notify_one();
+    desk_->untold = desk_->untold || desk_->busy_since;  // otherwise that is told when it is done
+    desk_->news.notify_one();
+    return desk_->acknowledged;
+  }
+
+  bool settle(Duration longest) override {
+    if (!sync()) return true;
+    if (!worker_.joinable()) {
+      while (desk_->wanted) attend();
+      return desk_->backlog.empty();
+    }
+    std::unique_lock lock(desk_->mutex);
+    const auto written = [this] { return desk_->backlog.empty() && !desk_->wanted && !desk_->busy_since; };
+    if (!desk_->progress.wait_for(lock, longest, written)) return false;
+    desk_->progress.wait_for(lock, kLongestTelling, [this] { return !desk_->untold && !desk_->telling; });
+    return true;
+  }
+
+  Result<void> finish() override {
+    if (!settle(kLongestFinish)) {
+      const auto now = health();
+      return failure(FaultKind::storage, status().path,
+                     fmt::format("{} s are not on the disk: {}", now.backlog_s, now.trouble));
+    }
+    if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
+    const bool is_working = worker_.joinable();
+    if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
+    finished_ = true;
+    if (auto done = desk_->writer.finish(); !done) return done;
+    auto told = told_of(*desk_);
+    told.finished = true;
+    told.being_written = false;
+    if (is_working) (void)write_status(told);
+    const auto& writer = desk_->writer;
+    if (!writer.is_spoiled()) return {};
+    return failure(FaultKind::storage, status().path,
+                   fmt::format("{}; {} in {}", writer.damage(),
+                               writer.from() == 0 ? std::string("the record is complete")
+                                                  : fmt::format("all seconds from {} on are", writer.from()),
+                               part_path(status().path, writer.part())));
+  }
+
+  StoreHealth health() const override {
+    const std::lock_guard lock(desk_->mutex);
+    return {.backlog_s = last() - desk_->acknowledged,
+            .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
+            .trouble = trouble_of(*desk_),
+            .parts = desk_->parts,
+            .damage = desk_->damage};
+  }
+
+  Result<Record> read_back() override {
+    return failure(FaultKind::storage, status().path, "is with its worker, and cannot be read back");
+  }
 
   void start_workers() {
     worker_ = std::thread([desk = desk_] { serve(*desk); });
     status_writer_ = std::thread([desk = desk_] { tell(*desk); });
   }
   /// Instead of the workers.
-  void attend();
+  void attend() {
+    std::unique_lock lock(desk_->mutex);
+    if (desk_->wanted || !desk_->trouble.empty()) write_once(*desk_, lock);
+  }
 
  private:
-  Result<void> take(Entry entry) override;
-  bool stop();
-  [[nodiscard]] bool await(Duration longest, bool SharedState::*end, std::thread& thread);
+  Result<void> take(Entry entry) override {
+    if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
+    const std::lock_guard lock(desk_->mutex);
+    desk_->backlog.push(std::move(entry));
+    return {};
+  }
+
+  /// Ends both workers; false if one hangs.
+  bool stop() {
+    if (!worker_.joinable()) return true;
+    {
+      const std::lock_guard lock(desk_->mutex);
+      desk_->stop = true;
+    }
+    desk_->work.notify_one();
+    desk_->news.notify_one();
+    const bool written = await(kLongestFarewell, &SharedState::writing_ended, worker_);
+    const bool told = await(kLongestTelling, &SharedState::telling_ended, status_writer_);
+    return written && told;
+  }
+
+  /// A thread that hangs in the disk is left behind there; false then.
+  [[nodiscard]] bool await(Duration longest, bool SharedState::*end, std::thread& thread) {
+    {
+      std::unique_lock lock(desk_->mutex);
+      if (!desk_->progress.wait_for(lock, longest, [&] { return *desk_.*end; })) {
+        thread.detach();
+        return false;
+      }
+    }
+    thread.join();
+    return true;
+  }
 
   std::shared_ptr<SharedState> desk_;
   std::thread worker_, status_writer_;
   bool finished_{};
 };
-
-Result<void> BackgroundStore::take(Entry entry) {
-  if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-  const std::lock_guard lock(desk_->mutex);
-  desk_->backlog.push(std::move(entry));
-  return {};
-}
-
-Result<std::int64_t> BackgroundStore::sync() {
-  if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-  const std::lock_guard lock(desk_->mutex);
-  desk_->status = status();
-  desk_->frames = frames();
-  desk_->wanted = true;
-  desk_->work.notify_one();
-  desk_->untold = desk_->untold || desk_->busy_since;  // otherwise that is told when it is done
-  desk_->news.notify_one();
-  return desk_->acknowledged;
-}
-
-void BackgroundStore::attend() {
-  std::unique_lock lock(desk_->mutex);
-  if (desk_->wanted || !desk_->trouble.empty()) write_once(*desk_, lock);
-}
-
-bool BackgroundStore::settle(Duration longest) {
-  if (!sync()) return true;
-  if (!worker_.joinable()) {
-    while (desk_->wanted) attend();
-    return desk_->backlog.empty();
-  }
-  std::unique_lock lock(desk_->mutex);
-  const auto written = [this] { return desk_->backlog.empty() && !desk_->wanted && !desk_->busy_since; };
-  if (!desk_->progress.wait_for(lock, longest, written)) return false;
-  desk_->progress.wait_for(lock, kLongestTelling, [this] { return !desk_->untold && !desk_->telling; });
-  return true;
-}
-
-/// A thread that hangs in the disk is left behind there; false then.
-bool BackgroundStore::await(Duration longest, bool SharedState::*end, std::thread& thread) {
-  {
-    std::unique_lock lock(desk_->mutex);
-    if (!desk_->progress.wait_for(lock, longest, [&] { return *desk_.*end; })) {
-      thread.detach();
-      return false;
-    }
-  }
-  thread.join();
-  return true;
-}
-
-/// Ends both workers; false if one hangs.
-bool BackgroundStore::stop() {
-  if (!worker_.joinable()) return true;
-  {
-    const std::lock_guard lock(desk_->mutex);
-    desk_->stop = true;
-  }
-  desk_->work.notify_one();
-  desk_->news.notify_one();
-  const bool written = await(kLongestFarewell, &SharedState::writing_ended, worker_);
-  const bool told = await(kLongestTelling, &SharedState::telling_ended, status_writer_);
-  return written && told;
-}
-
-Result<void> BackgroundStore::finish() {
-  if (!settle(kLongestFinish)) {
-    const auto now = health();
-    return failure(FaultKind::storage, status().path,
-                   fmt::format("{} s are not on the disk: {}", now.backlog_s, now.trouble));
-  }
-  if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
-  const bool is_working = worker_.joinable();
-  if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
-  finished_ = true;
-  if (auto done = desk_->writer.finish(); !done) return done;
-  auto told = told_of(*desk_);
-  told.finished = true;
-  told.being_written = false;
-  if (is_working) (void)write_status(told);
-  const auto& writer = desk_->writer;
-  if (!writer.is_spoiled()) return {};
-  return failure(FaultKind::storage, status().path,
-                 fmt::format("{}; {} in {}", writer.damage(),
-                             writer.from() == 0 ? std::string("the record is complete")
-                                                : fmt::format("all seconds from {} on are", writer.from()),
-                             part_path(status().path, writer.part())));
-}
-
-StoreHealth BackgroundStore::health() const {
-  const std::lock_guard lock(desk_->mutex);
-  return {.backlog_s = last() - desk_->acknowledged,
-          .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
-          .trouble = trouble_of(*desk_),
-          .parts = desk_->parts,
-          .damage = desk_->damage};
-}
-
-Result<Record> BackgroundStore::read_back() {
-  return failure(FaultKind::storage, status().path, "is with its worker, and cannot be read back");
-}
 
 }  // namespace
 

@@ -71,26 +71,24 @@ class StandardInput {
  public:
   /// Waits until there is input, then takes what is ready, at most a megabyte. Empty at the end of the input and once
   /// the user has asked for a stop. Fails with storage. The text lasts until the next call.
-  [[nodiscard]] Result<std::string_view> next();
+  [[nodiscard]] Result<std::string_view> next() {
+    buffer_.resize(kMostInput);
+    std::size_t taken = 0;
+    for (int timeout_ms = kUntilAWord; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
+      const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
+      if (count == 0) break;
+      if (count > 0) {
+        taken += static_cast<std::size_t>(count);
+      } else if (errno != EINTR && errno != EAGAIN) {
+        return failure(FaultKind::storage, "stdin", std::strerror(errno));
+      }
+    }
+    return std::string_view(buffer_.data(), taken);
+  }
 
  private:
   std::string buffer_;
 };
-
-Result<std::string_view> StandardInput::next() {
-  buffer_.resize(kMostInput);
-  std::size_t taken = 0;
-  for (int timeout_ms = kUntilAWord; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
-    const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
-    if (count == 0) break;
-    if (count > 0) {
-      taken += static_cast<std::size_t>(count);
-    } else if (errno != EINTR && errno != EAGAIN) {
-      return failure(FaultKind::storage, "stdin", std::strerror(errno));
-    }
-  }
-  return std::string_view(buffer_.data(), taken);
-}
 
 /// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.
 Result<void> answer(Console& console, const model::Model& model, model::Outside outside,

@@ -145,118 +145,109 @@ class SegmentReader {
  public:
   explicit SegmentReader(const SoakRule& defaults) : defaults_(defaults) {}
 
-  std::vector<WrittenSegment> read_all(const TomlTable& parent, const Surroundings& around);
+  std::vector<WrittenSegment> read_all(const TomlTable& parent, const Surroundings& around) {
+    const auto tables = parent.tables("segment");
+    if (tables.empty()) parent.mistake("", "there is no segment in it, expected at least one");
+    std::vector<WrittenSegment> segments;
+    for (const auto& table : tables) read(table, around, segments);
+    return segments;
+  }
 
  private:
-  void read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into);
-  WrittenHold read_hold(const TomlTable& table);
-  WrittenRamp read_ramp(const TomlTable& table, const Surroundings& around);
-  WrittenRepeat read_repeat(const TomlTable& table, const Surroundings& around);
-  WrittenRandom read_random(const TomlTable& table);
-  void expect_set_point(const TomlTable& table, std::string_view kind);
+  void read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into) {
+    const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
+    if (kind.empty() || table.text("kind") != kind) {
+      (void)table.keys();  // what they mean depends on the kind: none of them is called unknown
+      set_point_known_ = true;
+      return;
+    }
+    WrittenSegment segment{table, table.text("name", ""), {}};
+    if (kind == "hold") segment.what = read_hold(table);
+    if (kind == "ramp") segment.what = read_ramp(table, around);
+    if (kind == "repeat") segment.what = read_repeat(table, around);
+    if (kind == "random") segment.what = read_random(table);
+    into.push_back(std::move(segment));
+  }
+
+  WrittenHold read_hold(const TomlTable& table) {
+    WrittenHold hold{.at = read_temperature_if_any(table, "at"),
+                     .time = read_time(table, "time"),
+                     .soak = defaults_,
+                     .deadline = read_time_if_any(table, "deadline")};
+    if (hold.at) set_point_known_ = true;
+    if (!set_point_known_) table.mistake("", "missing key \"at\", expected a temperature in the first hold");
+    set_point_known_ = true;
+    hold.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
+    hold.soak.band = read_band(table, "soak_band", defaults_.band);
+    read_soak_conditions(table, hold.soak);
+    if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
+    return hold;
+  }
+
+  WrittenRamp read_ramp(const TomlTable& table, const Surroundings& around) {
+    expect_set_point(table, "ramp");
+    const WrittenRamp ramp{.to = read_temperature(table, "to"),
+                           .rate = read_rate_if_any(table, "rate"),
+                           .time = read_time_if_any(table, "time"),
+                           .deadline = read_time_if_any(table, "deadline")};
+    if (ramp.rate && ramp.time) table.mistake("time", "\"rate\" and \"time\" are both given, expected one of them");
+    if (!ramp.rate && !ramp.time && !around.pass_has_rate)
+      table.mistake("", "neither \"rate\" nor \"time\" is given, expected one of them");
+    return ramp;
+  }
+
+  WrittenRepeat read_repeat(const TomlTable& table, const Surroundings& around) {
+    WrittenRepeat repeat;
+    repeat.rates = read_rates(table, "rates");
+    repeat.cycle = table.boolean("cycle", false);
+    const bool counted = table.has("count");
+    if (counted == table.has("rates"))
+      table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
+    repeat.count = counted ? table.integer("count", 1) : static_cast<std::int64_t>(repeat.rates.size());
+    if (counted && repeat.count <= 0)
+      table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
+    if (!counted && table.has("rates") && repeat.rates.empty())
+      table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
+    if (repeat.cycle && around.in_cycle) table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
+    if (around.depth >= kDeepestNesting) {
+      table.mistake("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
+      table.ignore("segment");
+      return repeat;
+    }
+    repeat.body = read_all(table, {.depth = around.depth + 1,
+                                   .in_cycle = around.in_cycle || repeat.cycle,
+                                   .pass_has_rate = around.pass_has_rate || !repeat.rates.empty()});
+    return repeat;
+  }
+
+  WrittenRandom read_random(const TomlTable& table) {
+    expect_set_point(table, "random program");
+    WrittenRandom random{.duration = read_time(table, "duration"),
+                         .targets = read_temperature_ranges(table, "targets"),
+                         .rates = read_rate_range(table, "rates"),
+                         .hold = read_time_range(table, "hold"),
+                         .least_step = read_band(table, "least_step", Kelvins{1}),
+                         .soak = defaults_};
+    const auto seed = table.integer("seed");
+    if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
+    random.seed = static_cast<std::uint64_t>(seed);
+    random.soak.time.reset();
+    random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
+    random.soak.band = read_band(table, "soak_band", defaults_.band);
+    read_soak_conditions(table, random.soak);
+    return random;
+  }
+
+  /// Notes a segment that starts from nowhere, once.
+  void expect_set_point(const TomlTable& table, std::string_view kind) {
+    if (!set_point_known_)
+      table.mistake("", fmt::format("nothing says where this {} starts, expected a hold with \"at\" before it", kind));
+    set_point_known_ = true;
+  }
 
   const SoakRule& defaults_;
   bool set_point_known_ = false;
 };
-
-std::vector<WrittenSegment> SegmentReader::read_all(const TomlTable& parent, const Surroundings& around) {
-  const auto tables = parent.tables("segment");
-  if (tables.empty()) parent.mistake("", "there is no segment in it, expected at least one");
-  std::vector<WrittenSegment> segments;
-  for (const auto& table : tables) read(table, around, segments);
-  return segments;
-}
-
-void SegmentReader::read(const TomlTable& table, const Surroundings& around, std::vector<WrittenSegment>& into) {
-  const auto kind = table.choice("kind", {"hold", "ramp", "repeat", "random"});
-  if (kind.empty() || table.text("kind") != kind) {
-    (void)table.keys();  // what they mean depends on the kind: none of them is called unknown
-    set_point_known_ = true;
-    return;
-  }
-  WrittenSegment segment{table, table.text("name", ""), {}};
-  if (kind == "hold") segment.what = read_hold(table);
-  if (kind == "ramp") segment.what = read_ramp(table, around);
-  if (kind == "repeat") segment.what = read_repeat(table, around);
-  if (kind == "random") segment.what = read_random(table);
-  into.push_back(std::move(segment));
-}
-
-/// Notes a segment that starts from nowhere, once.
-void SegmentReader::expect_set_point(const TomlTable& table, std::string_view kind) {
-  if (!set_point_known_)
-    table.mistake("", fmt::format("nothing says where this {} starts, expected a hold with \"at\" before it", kind));
-  set_point_known_ = true;
-}
-
-WrittenHold SegmentReader::read_hold(const TomlTable& table) {
-  WrittenHold hold{.at = read_temperature_if_any(table, "at"),
-                   .time = read_time(table, "time"),
-                   .soak = defaults_,
-                   .deadline = read_time_if_any(table, "deadline")};
-  if (hold.at) set_point_known_ = true;
-  if (!set_point_known_) table.mistake("", "missing key \"at\", expected a temperature in the first hold");
-  set_point_known_ = true;
-  hold.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
-  hold.soak.band = read_band(table, "soak_band", defaults_.band);
-  read_soak_conditions(table, hold.soak);
-  if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
-  return hold;
-}
-
-WrittenRamp SegmentReader::read_ramp(const TomlTable& table, const Surroundings& around) {
-  expect_set_point(table, "ramp");
-  const WrittenRamp ramp{.to = read_temperature(table, "to"),
-                         .rate = read_rate_if_any(table, "rate"),
-                         .time = read_time_if_any(table, "time"),
-                         .deadline = read_time_if_any(table, "deadline")};
-  if (ramp.rate && ramp.time) table.mistake("time", "\"rate\" and \"time\" are both given, expected one of them");
-  if (!ramp.rate && !ramp.time && !around.pass_has_rate)
-    table.mistake("", "neither \"rate\" nor \"time\" is given, expected one of them");
-  return ramp;
-}
-
-WrittenRepeat SegmentReader::read_repeat(const TomlTable& table, const Surroundings& around) {
-  WrittenRepeat repeat;
-  repeat.rates = read_rates(table, "rates");
-  repeat.cycle = table.boolean("cycle", false);
-  const bool counted = table.has("count");
-  if (counted == table.has("rates"))
-    table.mistake("", "a repeat has either \"count\" or \"rates\", expected one of them");
-  repeat.count = counted ? table.integer("count", 1) : static_cast<std::int64_t>(repeat.rates.size());
-  if (counted && repeat.count <= 0)
-    table.mistake("count", fmt::format("\"count\" is {}, expected 1 or more", repeat.count));
-  if (!counted && table.has("rates") && repeat.rates.empty())
-    table.mistake("rates", "\"rates\" holds no rate, expected one for each pass");
-  if (repeat.cycle && around.in_cycle) table.mistake("cycle", "a cycle inside a cycle, expected one level of cycles");
-  if (around.depth >= kDeepestNesting) {
-    table.mistake("", fmt::format("repeats are nested deeper than {} levels", kDeepestNesting));
-    table.ignore("segment");
-    return repeat;
-  }
-  repeat.body = read_all(table, {.depth = around.depth + 1,
-                                 .in_cycle = around.in_cycle || repeat.cycle,
-                                 .pass_has_rate = around.pass_has_rate || !repeat.rates.empty()});
-  return repeat;
-}
-
-WrittenRandom SegmentReader::read_random(const TomlTable& table) {
-  expect_set_point(table, "random program");
-  WrittenRandom random{.duration = read_time(table, "duration"),
-                       .targets = read_temperature_ranges(table, "targets"),
-                       .rates = read_rate_range(table, "rates"),
-                       .hold = read_time_range(table, "hold"),
-                       .least_step = read_band(table, "least_step", Kelvins{1}),
-                       .soak = defaults_};
-  const auto seed = table.integer("seed");
-  if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
-  random.seed = static_cast<std::uint64_t>(seed);
-  random.soak.time.reset();
-  random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
-  random.soak.band = read_band(table, "soak_band", defaults_.band);
-  read_soak_conditions(table, random.soak);
-  return random;
-}
 
 }  // namespace
 
@@ -296,65 +287,33 @@ class RandomProgram {
   explicit RandomProgram(const WrittenRandom& program) : program_(program), engine_(program.seed) {}
 
   /// The next step from a set point. Nothing if the next row has no target that is `least_step` away from it.
-  [[nodiscard]] std::optional<RandomStep> next(Celsius from);
+  [[nodiscard]] std::optional<RandomStep> next(Celsius from) {
+    const auto to = draw_target(from);
+    if (!to) return std::nullopt;
+    const CelsiusPerMinute rate{draw(program_.rates.low.value, program_.rates.high.value, 100)};
+    const double hold_s = draw(to_seconds(program_.hold.low), to_seconds(program_.hold.high), 1);
+    return RandomStep{*to, rate, std::chrono::seconds(static_cast<std::int64_t>(hold_s))};
+  }
 
  private:
   /// Uniform over [low, high], rounded to `per_unit` values in one unit.
-  double draw(double low, double high, double per_unit);
-  std::optional<Celsius> draw_target(Celsius from);
+  double draw(double low, double high, double per_unit) {
+    const double drawn = low + (high - low) * fraction(engine_);
+    return std::clamp(std::round(drawn * per_unit) / per_unit, low, high);
+  }
+
+  std::optional<Celsius> draw_target(Celsius from) {
+    const auto& row = program_.targets[row_++ % program_.targets.size()];
+    for (int i = 0; i < kMostRedraws; ++i) {
+      const Celsius to{draw(row.low.value, row.high.value, 10)};
+      if (abs(to - from) >= program_.least_step) return to;
+    }
+    return std::nullopt;
+  }
 
   const WrittenRandom& program_;
   std::mt19937_64 engine_;
   std::size_t row_ = 0;
-};
-
-double RandomProgram::draw(double low, double high, double per_unit) {
-  const double drawn = low + (high - low) * fraction(engine_);
-  return std::clamp(std::round(drawn * per_unit) / per_unit, low, high);
-}
-
-std::optional<Celsius> RandomProgram::draw_target(Celsius from) {
-  const auto& row = program_.targets[row_++ % program_.targets.size()];
-  for (int i = 0; i < kMostRedraws; ++i) {
-    const Celsius to{draw(row.low.value, row.high.value, 10)};
-    if (abs(to - from) >= program_.least_step) return to;
-  }
-  return std::nullopt;
-}
-
-std::optional<RandomStep> RandomProgram::next(Celsius from) {
-  const auto to = draw_target(from);
-  if (!to) return std::nullopt;
-  const CelsiusPerMinute rate{draw(program_.rates.low.value, program_.rates.high.value, 100)};
-  const double hold_s = draw(to_seconds(program_.hold.low), to_seconds(program_.hold.high), 1);
-  return RandomStep{*to, rate, std::chrono::seconds(static_cast<std::int64_t>(hold_s))};
-}
-
-/// The pass of a repeat that a segment is expanded in.
-struct Pass {
-  std::optional<CelsiusPerMinute> rate;
-  int cycle{-1};
-};
-
-class Expansion {
- public:
-  explicit Expansion(Profile& profile) : profile_(profile) {}
-
-  void append_all(const std::vector<WrittenSegment>& body, const Pass& pass);
-
- private:
-  void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass);
-  void append(const WrittenSegment& written, const WrittenRamp& ramp, const Pass& pass);
-  void append(const WrittenSegment& written, const WrittenRepeat& repeat, const Pass& pass);
-  void append(const WrittenSegment& written, const WrittenRandom& random, const Pass& pass);
-  void add(const WrittenSegment& written, Segment segment, const Pass& pass);
-
-  [[nodiscard]] Celsius set_point() const { return profile_.segments.back().target; }
-  [[nodiscard]] int begin_cycle(const WrittenSegment& written, const std::string& pass_name);
-
-  Profile& profile_;
-  Duration total_{};
-  bool at_limit_ = false;
 };
 
 /// A hold as its soak rule makes it; `deadline` absent: the rule's own.
@@ -389,86 +348,106 @@ std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
   return std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(distance / rate)));
 }
 
-void Expansion::append_all(const std::vector<WrittenSegment>& body, const Pass& pass) {
-  for (const auto& written : body)
-    if (!at_limit_) std::visit([&](const auto& what) { append(written, what, pass); }, written.what);
-}
+/// The pass of a repeat that a segment is expanded in.
+struct Pass {
+  std::optional<CelsiusPerMinute> rate;
+  int cycle{-1};
+};
 
-void Expansion::append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
-  add(written, hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline), pass);
-}
+class Expansion {
+ public:
+  explicit Expansion(Profile& profile) : profile_(profile) {}
 
-void Expansion::append(const WrittenSegment& written, const WrittenRamp& ramp, const Pass& pass) {
-  const auto distance = abs(ramp.to - set_point());
-  if (ramp.time) {
-    const CelsiusPerMinute rate{60.0 * distance.value / to_seconds(*ramp.time)};
-    return add(written, ramp_to(ramp.to, rate, *ramp.time, ramp.deadline), pass);
+  void append_all(const std::vector<WrittenSegment>& body, const Pass& pass) {
+    for (const auto& written : body)
+      if (!at_limit_) std::visit([&](const auto& what) { append(written, what, pass); }, written.what);
   }
-  const auto rate = ramp.rate ? *ramp.rate : *pass.rate;
-  const auto time = ramp_time(distance, rate);
-  if (distance == Kelvins{0})
-    written.table.mistake("to", fmt::format("the ramp goes nowhere: the set point is {:g} °C already", ramp.to.value));
-  if (!time)
-    written.table.mistake("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
-                                          distance.value, rate.value, to_seconds(kLongestProfile)));
-  add(written, ramp_to(ramp.to, rate, time.value_or(kSecond), ramp.deadline), pass);
-}
 
-void Expansion::append(const WrittenSegment& written, const WrittenRepeat& repeat, const Pass& pass) {
-  for (std::int64_t i = 0; i < repeat.count && !at_limit_; ++i) {
-    Pass inner = pass;
-    if (!repeat.rates.empty()) inner.rate = repeat.rates[static_cast<std::size_t>(i)];
-    if (repeat.cycle)
-      inner.cycle = begin_cycle(written, repeat.rates.empty() ? fmt::format("pass {}", i + 1)
-                                                              : fmt::format("{:g} °C/min", inner.rate->value));
-    append_all(repeat.body, inner);
+ private:
+  void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
+    add(written, hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline), pass);
   }
-}
 
-/// The last ramp or hold is cut where the program's duration ends; a cut ramp ends where its set point stands by then.
-void Expansion::append(const WrittenSegment& written, const WrittenRandom& random, const Pass& pass) {
-  RandomProgram program(random);
-  for (auto left = random.duration; left > Duration::zero() && !at_limit_;) {
-    const auto from = set_point();
-    const auto step = program.next(from);
-    if (!step) {
-      written.table.mistake("least_step", fmt::format("no target is {:g} K away from {:g} °C, expected a smaller step",
-                                                      random.least_step.value, from.value));
+  void append(const WrittenSegment& written, const WrittenRamp& ramp, const Pass& pass) {
+    const auto distance = abs(ramp.to - set_point());
+    if (ramp.time) {
+      const CelsiusPerMinute rate{60.0 * distance.value / to_seconds(*ramp.time)};
+      return add(written, ramp_to(ramp.to, rate, *ramp.time, ramp.deadline), pass);
+    }
+    const auto rate = ramp.rate ? *ramp.rate : *pass.rate;
+    const auto time = ramp_time(distance, rate);
+    if (distance == Kelvins{0})
+      written.table.mistake("to",
+                            fmt::format("the ramp goes nowhere: the set point is {:g} °C already", ramp.to.value));
+    if (!time)
+      written.table.mistake("", fmt::format("a ramp over {:g} K at {:g} °C/min takes more than {:.0f} s, the limit",
+                                            distance.value, rate.value, to_seconds(kLongestProfile)));
+    add(written, ramp_to(ramp.to, rate, time.value_or(kSecond), ramp.deadline), pass);
+  }
+
+  void append(const WrittenSegment& written, const WrittenRepeat& repeat, const Pass& pass) {
+    for (std::int64_t i = 0; i < repeat.count && !at_limit_; ++i) {
+      Pass inner = pass;
+      if (!repeat.rates.empty()) inner.rate = repeat.rates[static_cast<std::size_t>(i)];
+      if (repeat.cycle)
+        inner.cycle = begin_cycle(written, repeat.rates.empty() ? fmt::format("pass {}", i + 1)
+                                                                : fmt::format("{:g} °C/min", inner.rate->value));
+      append_all(repeat.body, inner);
+    }
+  }
+
+  /// The last ramp or hold is cut where the program's duration ends; a cut ramp ends where its set point stands by
+  /// then.
+  void append(const WrittenSegment& written, const WrittenRandom& random, const Pass& pass) {
+    RandomProgram program(random);
+    for (auto left = random.duration; left > Duration::zero() && !at_limit_;) {
+      const auto from = set_point();
+      const auto step = program.next(from);
+      if (!step) {
+        written.table.mistake("least_step",
+                              fmt::format("no target is {:g} K away from {:g} °C, expected a smaller step",
+                                          random.least_step.value, from.value));
+        return;
+      }
+      const auto distance = step->to - from;
+      const auto whole = ramp_time(abs(distance), step->rate).value_or(kLongestProfile);
+      const auto time = std::min(whole, left);
+      const auto way = step->rate * time;
+      const auto to = time == whole ? step->to : from + (distance < Kelvins{0} ? -way : way);
+      add(written, ramp_to(to, step->rate, time, {}), pass);
+      left -= time;
+      if (left == Duration::zero()) return;
+      const auto hold = std::min(step->hold, left);
+      add(written, hold_at(to, hold, random.soak, {}), pass);
+      left -= hold;
+    }
+  }
+
+  void add(const WrittenSegment& written, Segment segment, const Pass& pass) {
+    if (at_limit_) return;
+    total_ += shortest(segment);
+    at_limit_ = profile_.segments.size() == kMostSegments || total_ > kLongestProfile;
+    if (at_limit_) {
+      written.table.mistake("", fmt::format("the profile grows beyond {} segments or {:.0f} s here", kMostSegments,
+                                            to_seconds(kLongestProfile)));
       return;
     }
-    const auto distance = step->to - from;
-    const auto whole = ramp_time(abs(distance), step->rate).value_or(kLongestProfile);
-    const auto time = std::min(whole, left);
-    const auto way = step->rate * time;
-    const auto to = time == whole ? step->to : from + (distance < Kelvins{0} ? -way : way);
-    add(written, ramp_to(to, step->rate, time, {}), pass);
-    left -= time;
-    if (left == Duration::zero()) return;
-    const auto hold = std::min(step->hold, left);
-    add(written, hold_at(to, hold, random.soak, {}), pass);
-    left -= hold;
+    if (!written.name.empty()) segment.name = written.name;
+    segment.cycle = pass.cycle;
+    segment.place = written.table.place();
+    profile_.segments.push_back(std::move(segment));
   }
-}
 
-int Expansion::begin_cycle(const WrittenSegment& written, const std::string& pass_name) {
-  profile_.cycles.push_back(written.name.empty() ? pass_name : fmt::format("{}, {}", written.name, pass_name));
-  return static_cast<int>(profile_.cycles.size()) - 1;
-}
-
-void Expansion::add(const WrittenSegment& written, Segment segment, const Pass& pass) {
-  if (at_limit_) return;
-  total_ += shortest(segment);
-  at_limit_ = profile_.segments.size() == kMostSegments || total_ > kLongestProfile;
-  if (at_limit_) {
-    written.table.mistake("", fmt::format("the profile grows beyond {} segments or {:.0f} s here", kMostSegments,
-                                          to_seconds(kLongestProfile)));
-    return;
+  [[nodiscard]] Celsius set_point() const { return profile_.segments.back().target; }
+  [[nodiscard]] int begin_cycle(const WrittenSegment& written, const std::string& pass_name) {
+    profile_.cycles.push_back(written.name.empty() ? pass_name : fmt::format("{}, {}", written.name, pass_name));
+    return static_cast<int>(profile_.cycles.size()) - 1;
   }
-  if (!written.name.empty()) segment.name = written.name;
-  segment.cycle = pass.cycle;
-  segment.place = written.table.place();
-  profile_.segments.push_back(std::move(segment));
-}
+
+  Profile& profile_;
+  Duration total_{};
+  bool at_limit_ = false;
+};
 
 }  // namespace
 

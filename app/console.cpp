@@ -9,7 +9,6 @@
 #include <cstdlib>
 
 #include "app/interrupt.hpp"
-#include "app/outlet.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
 

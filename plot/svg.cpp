@@ -9,8 +9,6 @@
 #include <iterator>
 #include <span>
 
-#include "plot/png.hpp"
-
 namespace gyrotherm::plot {
 namespace {
 

@@ -14,19 +14,16 @@
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/file.hpp"
-#include "core/sha256.hpp"
 
 namespace gyrotherm::record {
 

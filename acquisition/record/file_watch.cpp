@@ -7,17 +7,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
-#include <span>
 #include <utility>
-#include <vector>
-
-#include "core/file.hpp"
 
 namespace gyrotherm::record {
 

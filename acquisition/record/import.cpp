@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/csv.hpp"

@@ -8,8 +8,6 @@
 #include <cmath>
 
 #include "acquisition/record/chain.hpp"
-#include "acquisition/record/row.hpp"
-#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 

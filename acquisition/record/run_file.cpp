@@ -7,10 +7,7 @@
 #include <cassert>
 #include <filesystem>
 
-#include "acquisition/record/chain.hpp"
-#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/schema.hpp"
-#include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/text.hpp"
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <charconv>
 #include <numeric>
-#include <span>
 #include <utility>
 
 #include "acquisition/record/row.hpp"

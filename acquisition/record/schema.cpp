@@ -9,7 +9,6 @@
 #include <set>
 
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/store.hpp"
 
 namespace gyrotherm::record {

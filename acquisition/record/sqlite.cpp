@@ -10,14 +10,10 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <mutex>
 #include <set>
-#include <string>
-#include <string_view>
-#include <utility>
 
 #include "core/file.hpp"
 

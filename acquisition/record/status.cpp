@@ -5,10 +5,8 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
-#include "acquisition/record/sqlite.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <optional>
-
-#include "analysis/model/model.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"

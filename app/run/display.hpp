@@ -3,7 +3,6 @@
 /// then elsewhere, none with --quiet.
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "core/toml_reader.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
 
 namespace gyrotherm::interlocks {

@@ -5,10 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstddef>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "core/toml_reader.hpp"
 #include "sequencer/profile/written_profile.hpp"

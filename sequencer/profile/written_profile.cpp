@@ -7,14 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <random>
-#include <string>
 #include <string_view>
 #include <utility>
-
-#include "core/quantity.hpp"
-#include "core/toml_reader.hpp"
 
 namespace gyrotherm::profile {
 

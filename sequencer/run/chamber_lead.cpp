@@ -5,7 +5,6 @@
 
 #include <cctype>
 #include <chrono>
-#include <optional>
 #include <utility>
 
 #include "core/process.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/process.hpp"
-#include "sequencer/profile/profile.hpp"
 #include "sequencer/run/resume.hpp"
 
 namespace gyrotherm::run {

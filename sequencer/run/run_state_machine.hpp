@@ -19,7 +19,6 @@
 /// The profile's clock runs in Execute alone. Aborting has no limit: it is tried until the chamber confirms.
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 #include <variant>

@@ -12,7 +12,6 @@
 #include <string_view>
 #include <thread>
 
-#include "core/clock.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/chamber/register_map.hpp"

@@ -14,7 +14,6 @@
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
 #include "core/toml_text.hpp"
-#include "drivers/chamber/register_map.hpp"
 
 namespace gyrotherm::watchdog {
 

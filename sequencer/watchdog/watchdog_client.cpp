@@ -17,12 +17,10 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <mutex>
 #include <utility>
 
 #include "core/process.hpp"
-#include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/guard.hpp"
 
 extern char** environ;

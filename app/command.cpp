@@ -6,7 +6,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -55,72 +54,29 @@ Exit exit_for(const Fault& fault) {
   return Exit::usage;
 }
 
-Program::Program(const std::string& name, const std::string& description)
-    : cli(std::make_unique<CLI::App>(description, name)) {
-  cli->require_subcommand(1);
-  cli->set_version_flag("--version", name + " " + GYROTHERM_VERSION);
-}
-Program::~Program() = default;
-
-Option& Option::required() {
-  option_->required();
-  return *this;
+Program::Program(const std::string& name, const std::string& description) : cli(description, name) {
+  cli.require_subcommand(1);
+  cli.set_version_flag("--version", name + " " + GYROTHERM_VERSION);
 }
 
-Option& Option::one_of(const std::vector<std::string>& words) {
-  option_->check(CLI::IsMember(words));
-  return *this;
-}
-
-Option& Option::within(double least, double most) {
-  option_->check(CLI::Range(least, most));
-  return *this;
-}
-
-Option& Option::not_negative() {
-  const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
-  option_->check(judge, "NONNEGATIVE");
-  return *this;
-}
-
-Option& Option::not_with(const Option& other) {
-  option_->excludes(other.option_);
-  return *this;
-}
-
-template <typename Value>
-Option Command::option(const std::string& name, Value& into, const std::string& what) {
-  return Option(app_->add_option(name, into, what));
-}
-
-template Option Command::option(const std::string&, std::string&, const std::string&);
-template Option Command::option(const std::string&, std::vector<std::string>&, const std::string&);
-template Option Command::option(const std::string&, int&, const std::string&);
-template Option Command::option(const std::string&, std::uint16_t&, const std::string&);
-template Option Command::option(const std::string&, std::uint64_t&, const std::string&);
-template Option Command::option(const std::string&, double&, const std::string&);
-template Option Command::option(const std::string&, std::optional<int>&, const std::string&);
-template Option Command::option(const std::string&, std::optional<double>&, const std::string&);
-
-void Command::flag(const std::string& name, bool& into, const std::string& what) { app_->add_flag(name, into, what); }
-
-void Command::action(std::function<Result<Exit>()> action) {
-  app_->callback([&program = program_, action = std::move(action)] { program.outcome = action(); });
-}
-
-Command add_command(Program& program, const std::string& name, const std::string& description,
-                    const std::string& example) {
-  Command command(program, program.cli->add_subcommand(name, "Example: " + example + "\n\n" + description));
-  command.flag("--json", program.console.json, "print facts as JSON");
-  command.flag("-v,--verbose", program.console.verbose, "say more");
-  command.flag("--quiet", program.console.quiet, "say nothing but faults");
+CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
+                      const std::string& example) {
+  auto& command = *program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
+  command.add_flag("--json", program.console.json, "print facts as JSON");
+  command.add_flag("-v,--verbose", program.console.verbose, "say more");
+  command.add_flag("--quiet", program.console.quiet, "say nothing but faults");
   return command;
+}
+
+CLI::Validator not_negative() {
+  const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
+  return {judge, "NONNEGATIVE"};
 }
 
 void add_forwarded(Program& program, const std::string& name, const std::string& description,
                    const std::string& example,
                    std::function<Result<Exit>(const std::vector<std::string>& words)> action) {
-  auto* app = program.cli->add_subcommand(name, "Example: " + example + "\n\n" + description);
+  auto* app = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
   app->prefix_command();
   app->set_help_flag();
   app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
@@ -128,12 +84,12 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
 
 int run(Program& program, int argc, char** argv) {
   ignore_closed_pipes();
-  const std::string name = program.cli->get_name();
+  const std::string name = program.cli.get_name();
   try {
-    program.cli->parse(argc, argv);
+    program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.cli->exit(error);
-    const auto unknown = unknown_command(*program.cli, argc, argv);
+    if (error.get_exit_code() == 0) return program.cli.exit(error);
+    const auto unknown = unknown_command(program.cli, argc, argv);
     fmt::print(stderr, "{}: {}\n", name, unknown.empty() ? error.what() : unknown);
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);

@@ -3,6 +3,7 @@
 /// one of them asks of the machine.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,11 +12,6 @@
 
 #include "app/console.hpp"
 #include "core/result.hpp"
-
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
 
 namespace gyrotherm::app {
 
@@ -35,57 +31,29 @@ enum class Exit : int {
 /// A program of subcommands.
 struct Program {
   Program(const std::string& name, const std::string& description);
-  ~Program();
 
-  std::unique_ptr<CLI::App> cli;
+  CLI::App cli;
   Console console;
   Result<Exit> outcome = Exit::done;
 };
 
-/// One option or argument of a subcommand, while it is described.
-class Option {
- public:
-  explicit Option(CLI::Option* option) : option_(option) {}
-  Option& required();
-  Option& one_of(const std::vector<std::string>& words);
-  Option& within(double least, double most);
-  Option& not_negative();
-  Option& not_with(const Option& other);
-
- private:
-  CLI::Option* option_;
-};
-
-/// One subcommand, while it is described.
-class Command {
- public:
-  Command(Program& program, CLI::App* app) : program_(program), app_(app) {}
-  /// An option "--name", or an argument "name". What it is read into lives as long as the command; it is a text, texts,
-  /// a number, or an optional number.
-  template <typename Value>
-  Option option(const std::string& name, Value& into, const std::string& what);
-  void flag(const std::string& name, bool& into, const std::string& what);
-  /// What it does once its options have been read.
-  void action(std::function<Result<Exit>()> action);
-
- private:
-  Program& program_;
-  CLI::App* app_;
-};
-
-/// Adds a subcommand whose help opens with an example.
-Command add_command(Program& program, const std::string& name, const std::string& description,
-                    const std::string& example);
+/// Adds a subcommand whose help opens with an example. What its options are read into lives as long as the program; its
+/// callback puts the outcome into the program.
+CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
+                      const std::string& example);
 
 /// Does the same, and has it carry out `what` with its options, in which defaults may be put first.
 template <class Options>
-std::pair<Command, Options&> add_command(Program& program, const std::string& name, const std::string& description,
-                                         const std::string& example, Result<Exit> (*what)(Console&, const Options&)) {
+std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& name, const std::string& description,
+                                           const std::string& example, Result<Exit> (*what)(Console&, const Options&)) {
   const auto options = std::make_shared<Options>();
-  auto command = add_command(program, name, description, example);
-  command.action([&program, options, what] { return what(program.console, *options); });
+  auto& command = add_command(program, name, description, example);
+  command.callback([&program, options, what] { program.outcome = what(program.console, *options); });
   return {command, *options};
 }
+
+/// Refuses what begins with a minus sign.
+[[nodiscard]] CLI::Validator not_negative();
 
 /// Adds a subcommand that reads none of the words after it, options and --help among them, but hands them to `action`.
 void add_forwarded(Program& program, const std::string& name, const std::string& description,

@@ -43,8 +43,8 @@ Result<void> check_recorded_run(Console& console, const std::string& path, bool 
   return failure(verified.error());
 }
 
-void add_unverified_flag(Command& command, bool& unverified) {
-  command.flag("--unverified", unverified, "take records without a look at whether they are as they were written");
+void add_unverified_flag(CLI::App& command, bool& unverified) {
+  command.add_flag("--unverified", unverified, "take records without a look at whether they are as they were written");
 }
 
 Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,

@@ -22,7 +22,7 @@ struct RecordedRunOptions {
   bool unverified = false;
 };
 /// Adds the flag --unverified to a command that reads records.
-void add_unverified_flag(Command& command, bool& unverified);
+void add_unverified_flag(CLI::App& command, bool& unverified);
 
 /// Fails like check_recorded_run, load_dataset and make_clusters, or with usage if the clusters are no range, or not
 /// that many.

@@ -198,10 +198,10 @@ void add_check(Program& program) {
   auto [command, options] =
       add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
                   "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml", check);
-  command.option("profile", options.profile, "the profile");
-  command.option("--rig", options.rig, "the rig");
-  command.flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
-  command.option("--seed", options.seed, "of a virtual rig").not_negative();
+  command.add_option("profile", options.profile, "the profile");
+  command.add_option("--rig", options.rig, "the rig");
+  command.add_flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
+  command.add_option("--seed", options.seed, "of a virtual rig")->check(not_negative());
 }
 
 }  // namespace gyrotherm::app

@@ -138,10 +138,10 @@ void add_compensate(Program& program) {
                                         "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
                                         "\"A,B,C,bias\", writes the compensated bias.",
                                         "gyrotherm compensate model.json < rows.csv", compensate);
-  command.option("model", options.model, "the model").required();
-  command.option("--outside", options.outside,
-                 "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                 "an empty line) or extrapolate");
+  command.add_option("model", options.model, "the model")->required();
+  command.add_option("--outside", options.outside,
+                     "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                     "an empty line) or extrapolate");
 }
 
 }  // namespace gyrotherm::app

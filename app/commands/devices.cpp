@@ -129,11 +129,11 @@ Result<Exit> list_devices(Console& console) {
 }  // namespace
 
 void add_devices(Program& program) {
-  auto command = add_command(program, "devices",
-                             "Lists serial ports and HID devices, and whether this user may open them (with the fix "
-                             "if not).",
-                             "gyrotherm devices");
-  command.action([&program] { return list_devices(program.console); });
+  auto& command = add_command(program, "devices",
+                              "Lists serial ports and HID devices, and whether this user may open them (with the fix "
+                              "if not).",
+                              "gyrotherm devices");
+  command.callback([&program] { program.outcome = list_devices(program.console); });
 }
 
 }  // namespace gyrotherm::app

@@ -31,8 +31,8 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
 void add_export(Program& program) {
   auto [command, options] = add_command(program, "export", "Writes a record as a text table.",
                                         "gyrotherm export random.db --out random.csv", export_table);
-  command.option("run", options.run, "the record").required();
-  command.option("--out", options.out, "the table").required();
+  command.add_option("run", options.run, "the record")->required();
+  command.add_option("--out", options.out, "the table")->required();
   add_unverified_flag(command, options.unverified);
 }
 
@@ -100,10 +100,10 @@ void add_export_model(Program& program) {
                   "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
                   "header for a navigation computer.",
                   "gyrotherm export-model model.json --as c --out compensation.c", export_model);
-  command.option("model", options.model, "the model").required();
-  command.option("--as", options.as, "libsvm or c").required().one_of({"libsvm", "c"});
-  command.option("--out", options.out, "the file (default for libsvm: standard output)");
-  command.option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
+  command.add_option("model", options.model, "the model")->required();
+  command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
+  command.add_option("--out", options.out, "the file (default for libsvm: standard output)");
+  command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
   add_unverified_flag(command, options.unverified);
 }
 

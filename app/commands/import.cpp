@@ -31,9 +31,9 @@ void add_import(Program& program) {
   auto [command, options] =
       add_command(program, "import", "Makes a record of a foreign text table, as a column map says.",
                   "gyrotherm import table.csv --map profiles/imports/freeimu.toml --out freeimu.db", import);
-  command.option("csv", options.table, "the table").required();
-  command.option("--map", options.map, "which column is what").required();
-  command.option("--out", options.out, "the record").required();
+  command.add_option("csv", options.table, "the table")->required();
+  command.add_option("--map", options.map, "which column is what")->required();
+  command.add_option("--out", options.out, "the record")->required();
 }
 
 }  // namespace gyrotherm::app

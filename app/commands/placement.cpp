@@ -169,20 +169,21 @@ void add_placement(Program& program) {
       add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",
                   "gyrotherm placement rate.db --verify random.db", study);
   options.training.quick = true;
-  command.option("runs", options.runs, "the records").required();
-  command.option("--verify", options.unseen, "records to report on besides; they decide nothing");
-  command.option("--folds", options.folds,
-                 "what is held out together: cycles, records, blocks[:N], or auto (default); see train");
+  command.add_option("runs", options.runs, "the records")->required();
+  command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing");
+  command.add_option("--folds", options.folds,
+                     "what is held out together: cycles, records, blocks[:N], or auto (default); see train");
   command
-      .option("--guard", options.guard_minutes,
-              "minutes around what is held out that are not learnt from either; default: as in train")
-      .not_negative();
-  command.option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
-  command.flag("--confirm", options.confirm,
-               "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+      .add_option("--guard", options.guard_minutes,
+                  "minutes around what is held out that are not learnt from either; default: as in train")
+      ->check(not_negative());
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  command.add_flag("--confirm", options.confirm,
+                   "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
   add_unverified_flag(command, options.unverified);
-  command.option("--seed", options.training.tuning.swarm.seed, "of the swarm").not_negative();
-  command.option("--threads", options.training.tuning.swarm.threads, "of the swarm; 0: all; the result is the same");
+  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
+  command.add_option("--threads", options.training.tuning.swarm.threads,
+                     "of the swarm; 0: all; the result is the same");
 }
 
 }  // namespace gyrotherm::app

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment: two runs, three models, a report.
+/// The whole experiment: two runs, three models, a report, which can be made again of what they left.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -261,6 +261,17 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   return conclude(console, options, report_of(*rig, *rate, *random, *trained, seed), *trained, timings);
 }
 
+struct ReportArguments {
+  std::string folder;
+};
+
+Result<Exit> rebuild(Console& console, const ReportArguments& options) {
+  const auto report = options.folder + "/report";
+  if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
+  console.say(report + "/report.html");
+  return Exit::done;
+}
+
 }  // namespace
 
 void add_qualify(Program& program) {
@@ -270,18 +281,24 @@ void add_qualify(Program& program) {
                   "Run again, it goes on where it was.",
                   "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
-  command.option("--out", options.out, "the folder for everything that is made").required();
-  command.option("--rig", options.rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
+  command.add_option("--out", options.out, "the folder for everything that is made")->required();
+  command.add_option("--rig", options.rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
   command
-      .option("--seed", options.training.seed,
-              "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
-      .not_negative();
-  command.option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
-  command.flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
-  command.flag("--nested", options.training.nested,
-               "also choose everything anew without each held-out cycle: training takes about twice as long");
-  command.option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
-  command.option("--random-profile", options.random_profile, "instead of profiles/random.toml");
+      .add_option("--seed", options.training.seed,
+                  "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+      ->check(not_negative());
+  command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
+  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
+  command.add_flag("--nested", options.training.nested,
+                   "also choose everything anew without each held-out cycle: training takes about twice as long");
+  command.add_option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
+  command.add_option("--random-profile", options.random_profile, "instead of profiles/random.toml");
+}
+
+void add_report(Program& program) {
+  auto [command, options] = add_command(program, "report", "Rebuilds the report from what qualify left in a folder.",
+                                        "gyrotherm report out", rebuild);
+  command.add_option("dir", options.folder, "the folder that qualify wrote")->required();
 }
 
 }  // namespace gyrotherm::app

@@ -57,15 +57,15 @@ void add_reduce(Program& program) {
                   "Makes a model of many vectors smaller and says what that changes, measured on the records "
                   "that it was trained on.",
                   "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
-  command.option("model", options.model, "the model").required();
-  command.option("runs", options.runs, "the records that it was trained on").required();
-  command.option("--out", options.out, "the smaller model").required();
-  auto keep = command.option("--keep", options.goal.vectors, "at most so many vectors");
+  command.add_option("model", options.model, "the model")->required();
+  command.add_option("runs", options.runs, "the records that it was trained on")->required();
+  command.add_option("--out", options.out, "the smaller model")->required();
+  auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
   command
-      .option("--within", options.goal.max_change_deg_per_h,
-              "as few vectors as change no training cluster's prediction by more than this, in °/h")
-      .not_with(keep);
-  command.option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+      .add_option("--within", options.goal.max_change_deg_per_h,
+                  "as few vectors as change no training cluster's prediction by more than this, in °/h")
+      ->excludes(keep);
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
   add_unverified_flag(command, options.unverified);
 }
 

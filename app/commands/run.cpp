@@ -57,13 +57,13 @@ void add_run(Program& program) {
   auto [command, options] =
       add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
                   "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db", run);
-  command.option("profile", options.profile, "the profile").required();
-  command.option("--rig", options.rig, "the rig").required();
-  command.option("--out", options.out, "the record (default: the profile's name with .db)");
-  command.option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
-      .not_negative();
-  command.flag("--upload", options.upload,
-               "the chamber's controller carries the profile out by itself, where its map describes how");
+  command.add_option("profile", options.profile, "the profile")->required();
+  command.add_option("--rig", options.rig, "the rig")->required();
+  command.add_option("--out", options.out, "the record (default: the profile's name with .db)");
+  command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(not_negative());
+  command.add_flag("--upload", options.upload,
+                   "the chamber's controller carries the profile out by itself, where its map describes how");
 }
 
 namespace {
@@ -94,9 +94,9 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
 void add_resume(Program& program) {
   auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
                                         "gyrotherm resume random.db", resume);
-  command.option("run", options.run, "the record").required();
-  command.flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
-  command.option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");
+  command.add_option("run", options.run, "the record")->required();
+  command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
+  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");
 }
 
 }  // namespace gyrotherm::app

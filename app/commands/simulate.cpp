@@ -117,13 +117,14 @@ void add_simulate(Program& program) {
   auto [command, options] =
       add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
                   "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10", simulate);
-  command.option("--rig", options.rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
-  command.option("--pace", options.pace, "real, max, or x10 for ten times real time");
-  command.option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
-      .not_negative();
-  command.option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
-  command.flag("--full-rate", options.full_rate, "the gyro sends as many frames a second as its stream says, not one");
-  command.flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
+  command.add_option("--rig", options.rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
+  command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time");
+  command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(not_negative());
+  command.add_option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
+  command.add_flag("--full-rate", options.full_rate,
+                   "the gyro sends as many frames a second as its stream says, not one");
+  command.add_flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
 }
 
 }  // namespace gyrotherm::app

@@ -112,17 +112,24 @@ Result<Exit> verify(Console& console, const std::string& path) {
   return Exit::done;
 }
 
+struct StatusArguments {
+  std::string run;
+  bool verify = false;
+};
+
+Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
+  return options.verify ? verify(console, options.run) : show(console, options.run);
+}
+
 }  // namespace
 
 void add_status(Program& program) {
-  auto path = std::make_shared<std::string>();
-  auto chain = std::make_shared<bool>(false);
-  auto command = add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
-                             "gyrotherm status random.db");
-  command.option("run", *path, "the record").required();
-  command.flag("--verify", *chain, "checks the record against its chain, and against the manifest it was closed with");
-  command.action(
-      [&program, path, chain] { return *chain ? verify(program.console, *path) : show(program.console, *path); });
+  auto [command, options] =
+      add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
+                  "gyrotherm status random.db", show_or_verify);
+  command.add_option("run", options.run, "the record")->required();
+  command.add_flag("--verify", options.verify,
+                   "checks the record against its chain, and against the manifest it was closed with");
 }
 
 }  // namespace gyrotherm::app

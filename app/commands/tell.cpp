@@ -41,9 +41,9 @@ void add_tell(Program& program) {
                   "abort: ends the run and makes the chamber safe.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
-  command.option("run", options.run, "the record").required();
-  command.option("word", options.word, "pause, resume, stop, abort or note").required();
-  command.option("text", options.note, "of the note");
+  command.add_option("run", options.run, "the record")->required();
+  command.add_option("word", options.word, "pause, resume, stop, abort or note")->required();
+  command.add_option("text", options.note, "of the note");
 }
 
 }  // namespace gyrotherm::app

@@ -88,37 +88,38 @@ void add_train(Program& program) {
       add_command(program, "train", "Trains a compensation model on one or more records.",
                   "gyrotherm train rate.db --inputs multi-point-t --out model.json", train_and_write);
   options.training.program_version = GYROTHERM_VERSION;
-  command.option("runs", options.runs, "the records").required();
-  command.option("--out", options.out, "the model").required();
-  command.option("--inputs", options.training.inputs,
-                 "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, seven-point, "
-                 "gradients, temperatures, rates, or terms like A-B,A,rate:A,A^2,A*A-B; default: what the method "
-                 "is published with");
-  auto select = command.option(
+  command.add_option("runs", options.runs, "the records")->required();
+  command.add_option("--out", options.out, "the model")->required();
+  command.add_option("--inputs", options.training.inputs,
+                     "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, seven-point, "
+                     "gradients, temperatures, rates, or terms like A-B,A,rate:A,A^2,A*A-B; default: what the method "
+                     "is published with");
+  auto* select = command.add_option(
       "--select", options.select,
       "which of the inputs that a word stands for to take, learnt inside each fold: correlation[:R] (|r| above R, "
       "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), redundancy[:PART] (those that do not "
       "depend on the others); terms given one by one are always taken");
-  command.option("--threshold", options.threshold, "the same as --select correlation:R")
-      .within(0.0, 1.0)
-      .not_with(select);
-  command.option("--method", options.training.method, method_names());
-  command.option("--folds", options.folds,
-                 "what is held out together: cycles, records (each whole), blocks[:N], consecutive ones (4), or auto "
-                 "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
-                 "record without any is cut into blocks");
+  command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
+      ->check(CLI::Range(0.0, 1.0))
+      ->excludes(select);
+  command.add_option("--method", options.training.method, method_names());
+  command.add_option(
+      "--folds", options.folds,
+      "what is held out together: cycles, records (each whole), blocks[:N], consecutive ones (4), or auto "
+      "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
+      "record without any is cut into blocks");
   command
-      .option("--guard", options.guard_minutes,
-              "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
-              "beside blocks but at most half a block")
-      .not_negative();
-  command.flag("--nested", options.training.nested,
-               "also choose everything anew without each held-out fold: costs about as much again");
-  command.option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+      .add_option("--guard", options.guard_minutes,
+                  "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
+                  "beside blocks but at most half a block")
+      ->check(not_negative());
+  command.add_flag("--nested", options.training.nested,
+                   "also choose everything anew without each held-out fold: costs about as much again");
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
   add_unverified_flag(command, options.unverified);
-  command.flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
-  command.option("--seed", options.training.tuning.swarm.seed, "of the swarm").not_negative();
-  command.option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same");
+  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
+  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
+  command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same");
 }
 
 }  // namespace gyrotherm::app

@@ -110,12 +110,12 @@ void add_verify(Program& program) {
   auto [command, options] =
       add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
                   "gyrotherm verify model.json random.db", verify_all);
-  command.option("model", options.model, "the model").required();
-  command.option("runs", options.runs, "the records").required();
-  command.option("--clusters", options.clusters, "only these clusters of each record, like 14:21");
-  command.option("--outside", options.outside,
-                 "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                 "left out of the figures) or extrapolate");
+  command.add_option("model", options.model, "the model")->required();
+  command.add_option("runs", options.runs, "the records")->required();
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21");
+  command.add_option("--outside", options.outside,
+                     "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                     "left out of the figures) or extrapolate");
   add_unverified_flag(command, options.unverified);
 }
 

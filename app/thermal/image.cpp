@@ -358,9 +358,11 @@ void add_thermal_fit(Program& program) {
   auto [command, options] = add_command(
       program, "fit", "Which value of each parameter alone gives a difference between gain and non-gain areas.",
       "gyrotherm-thermal fit --difference 3.5", fit);
-  command.option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
-  command.option("--difference", options.difference_k, "wanted between gain and non-gain areas, K").within(0.01, 100.0);
-  command.option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C").within(-100.0, 150.0);
+  command.add_option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.add_option("--difference", options.difference_k, "wanted between gain and non-gain areas, K")
+      ->check(CLI::Range(0.01, 100.0));
+  command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
+      ->check(CLI::Range(-100.0, 150.0));
 }
 
 void add_thermal_image(Program& program) {
@@ -369,14 +371,16 @@ void add_thermal_image(Program& program) {
                   "The finite-element thermal image of the working gyro at rest: pictures, a file for "
                   "ParaView, an input for CalculiX.",
                   "gyrotherm-thermal image --mesh medium --out image", image);
-  command.option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
-  command.option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
-      .one_of({"coarse", "medium", "fine"});
-  command.option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C").within(-100.0, 150.0);
-  command.option("--film", options.film, "film on the outside, W/(m²·K); the file's still air if not given")
-      .within(0.01, 10000.0);
-  command.option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K").within(0.01, 100.0);
-  command.option("--out", options.out, "folder for the results").required();
+  command.add_option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.add_option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
+      ->check(CLI::IsMember({"coarse", "medium", "fine"}));
+  command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
+      ->check(CLI::Range(-100.0, 150.0));
+  command.add_option("--film", options.film, "film on the outside, W/(m²·K); the file's still air if not given")
+      ->check(CLI::Range(0.01, 10000.0));
+  command.add_option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K")
+      ->check(CLI::Range(0.01, 100.0));
+  command.add_option("--out", options.out, "folder for the results")->required();
 }
 
 }  // namespace gyrotherm::app

@@ -52,10 +52,11 @@ void add_thermal_reduce(Program& program) {
                   "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
                   "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
                   "gyrotherm-thermal reduce profiles/gyros/calibrated.toml", reduce_and_write);
-  command.option("GYRO", options.gyro, "gyro file").required();
-  command.option("--mesh", options.mesh, "coarse, medium or fine").one_of({"coarse", "medium", "fine"});
-  command.option("--states", options.reduction.states, "at most").within(8, 200);
-  command.option("--goal", options.reduction.goal_k, "largest error, K").within(1e-6, 10);
+  command.add_option("GYRO", options.gyro, "gyro file")->required();
+  command.add_option("--mesh", options.mesh, "coarse, medium or fine")
+      ->check(CLI::IsMember({"coarse", "medium", "fine"}));
+  command.add_option("--states", options.reduction.states, "at most")->check(CLI::Range(8.0, 200.0));
+  command.add_option("--goal", options.reduction.goal_k, "largest error, K")->check(CLI::Range(1e-6, 10.0));
 }
 
 }  // namespace gyrotherm::app

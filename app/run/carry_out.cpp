@@ -11,7 +11,6 @@
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
-#include "app/run/event_loop.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "rig/rig.hpp"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/run/event_loop.hpp"
-
 #include <fmt/format.h>
 
 #include <QCoreApplication>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "app/interrupt.hpp"
+#include "app/run/carry_out.hpp"
 #include "app/run/display.hpp"
 #include "core/clock.hpp"
 #include "sequencer/run/control_socket.hpp"

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "report/views.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "core/file.hpp"
 #include "plot/svg.hpp"
-#include "report/views.hpp"
 
 namespace gyrotherm::report {
+
 namespace {
 
 /// Cells are HTML already: text that comes from data must have passed escaped().
@@ -659,6 +664,38 @@ std::string html_of(const Report& report, const std::vector<ReportFigure>& figur
       "alone</footer>\n</main>\n</body>\n</html>\n",
       title, style_sheet(report.rig.is_virtual), report.rig.is_virtual ? kSimulatedBanner : "", page.html(),
       plot::escaped(report.program_version));
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The views without report.json itself.
+Result<void> write_views(const std::string& report_json_text, const fs::path& folder) {
+  const auto report = read_report(report_json_text, (folder / "report.json").string());
+  if (!report) return failure(report.error());
+  const auto figures = all_figures(*report);
+  std::error_code error;
+  fs::create_directories(folder / "figures", error);
+  if (error) return failure(FaultKind::storage, (folder / "figures").string(), error.message());
+  for (const ReportFigure& figure : figures) {
+    if (auto written = replace_text_file((folder / "figures" / (figure.id + ".svg")).string(), figure.svg); !written)
+      return written;
+  }
+  return replace_text_file((folder / "report.html").string(), html_of(*report, figures));
+}
+
+}  // namespace
+
+Result<void> write_report(const std::string& report_json_text, const std::string& folder) {
+  if (auto written = write_views(report_json_text, folder); !written) return written;
+  return replace_text_file((fs::path(folder) / "report.json").string(), report_json_text);
+}
+
+Result<void> rebuild_report(const std::string& folder) {
+  const auto text = read_text_file((fs::path(folder) / "report.json").string(), kLargestTable);
+  if (!text) return failure(text.error());
+  return write_views(*text, folder);
 }
 
 }  // namespace gyrotherm::report

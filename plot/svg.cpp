@@ -94,7 +94,7 @@ std::string decimal(double value, int digits) {
   return value < 0 && !zero ? kMinus + magnitude : magnitude;
 }
 
-std::string bias_text(double deg_per_h) { return decimal(deg_per_h, 4); }
+std::string format_bias(double deg_per_h) { return decimal(deg_per_h, 4); }
 
 std::string percent(double fraction) { return std::isfinite(fraction) ? decimal(100 * fraction, 1) + " %" : "–"; }
 
@@ -124,13 +124,13 @@ std::string with_error(double value, double error) {
          superscript(exponent);
 }
 
-std::string error_text(double error) {
+std::string format_error(double error) {
   if (!std::isfinite(error) || error <= 0) return significant(error);
   const int decimals = decimals_of_error(error);
   return decimals <= kMostDecimals ? decimal(error, decimals) : significant(error);
 }
 
-std::string hours_text(double seconds) { return decimal(seconds / 3600, 2) + " h"; }
+std::string format_hours(double seconds) { return decimal(seconds / 3600, 2) + " h"; }
 
 std::string escaped(std::string_view text) {
   std::string safe;

@@ -44,7 +44,7 @@ inline constexpr const char* kSimulated = "#a8371b";
 [[nodiscard]] std::string decimal(double value, int digits);
 
 /// A bias or a residual in °/h, with four decimals as in the paper's tables.
-[[nodiscard]] std::string bias_text(double deg_per_h);
+[[nodiscard]] std::string format_bias(double deg_per_h);
 
 /// A fraction in per cent with one decimal: percent(0.76404) is "76.4 %".
 [[nodiscard]] std::string percent(double fraction);
@@ -60,10 +60,10 @@ inline constexpr const char* kSimulated = "#a8371b";
 [[nodiscard]] std::string with_error(double value, double error);
 
 /// A standard error alone, to its second digit: "0.000057".
-[[nodiscard]] std::string error_text(double error);
+[[nodiscard]] std::string format_error(double error);
 
 /// A length of time in hours with two decimals: "18.67 h".
-[[nodiscard]] std::string hours_text(double seconds);
+[[nodiscard]] std::string format_hours(double seconds);
 
 /// Text made safe inside SVG and HTML, in elements and in attributes. Control characters, which XML forbids, are
 /// dropped.

@@ -57,7 +57,7 @@ std::vector<std::string> model_header(std::string head) {
   return {std::move(head), "Three-point", "Multi-point", "Multi-point with temperature"};
 }
 
-std::string joined_text(const std::vector<std::string>& texts) {
+std::string joined(const std::vector<std::string>& texts) {
   std::string all;
   for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + plot::escaped(text);
   return all;
@@ -69,7 +69,7 @@ std::string key_figure(const std::string& label, double deg_per_h, const char* s
   return fmt::format(
       "<div class=\"key {}\"><span class=\"value\">{}</span><span class=\"unit\">°/h</span>"
       "<span class=\"label\">{}</span></div>\n",
-      style, plot::bias_text(deg_per_h), label);
+      style, plot::format_bias(deg_per_h), label);
 }
 
 std::string key_figures(const ReportedRun& run) {
@@ -83,7 +83,7 @@ std::string key_figures(const ReportedRun& run) {
                      standing(run));
 }
 
-std::string summary_words(const Report& report) {
+std::string describe_summary(const Report& report) {
   const ReportedRun& rate = report.rate;
   const ReportedRun& random = report.random;
   return fmt::format(
@@ -94,20 +94,21 @@ std::string summary_words(const Report& report) {
       "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
       "{}&nbsp;°/h. "
       "The noise floor of the same record, below which no compensation can honestly go, is {}&nbsp;°/h.",
-      plot::escaped(rate.profile), plot::bias_text(rate.raw.std), rate.clusters,
-      plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::bias_text(random.raw.std),
-      random.clusters, plot::bias_text(random.residual.multi_point_t.all.std),
+      plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
+      plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),
+      random.clusters, plot::format_bias(random.residual.multi_point_t.all.std),
       plot::percent(random.gain.multi_point_t.from_original),
-      plot::percent(random.gain.multi_point_t.residual_reduction), plot::bias_text(random.residual.three_point.all.std),
-      plot::bias_text(random.residual.multi_point.all.std), plot::bias_text(random.floor.deg_per_h));
+      plot::percent(random.gain.multi_point_t.residual_reduction),
+      plot::format_bias(random.residual.three_point.all.std), plot::format_bias(random.residual.multi_point.all.std),
+      plot::format_bias(random.floor.deg_per_h));
 }
 
 std::string verdict_table(const Report& report) {
   if (report.accept.empty()) return "<p class=\"note\">The profiles set no limit; no verdict is given.</p>\n";
   HtmlTable table{.header = {"Figure held against a limit", "Value, °/h", "Limit, °/h", "Verdict"}};
   for (const AcceptedLimit& limit : report.accept) {
-    table.rows.push_back({"<code>" + plot::escaped(limit.figure) + "</code>", plot::bias_text(limit.value),
-                          plot::bias_text(limit.limit),
+    table.rows.push_back({"<code>" + plot::escaped(limit.figure) + "</code>", plot::format_bias(limit.value),
+                          plot::format_bias(limit.limit),
                           limit.passed ? "<b class=\"pass\">PASS</b>" : "<b class=\"fail\">FAIL</b>"});
   }
   return html_of(table);
@@ -125,7 +126,7 @@ std::string definition(const std::string& term, const std::string& html) {
   return "<dt>" + term + "</dt><dd>" + html + "</dd>\n";
 }
 
-std::string bounds_text(const char* symbol, std::pair<double, double> log2_bounds) {
+std::string format_bounds(const char* symbol, std::pair<double, double> log2_bounds) {
   const auto end = [](double value) { return plot::decimal(value, value == std::round(value) ? 0 : 1); };
   return fmt::format("log<sub>2</sub>&nbsp;{}&nbsp;∈&nbsp;[{},&nbsp;{}]", symbol, end(log2_bounds.first),
                      end(log2_bounds.second));
@@ -144,7 +145,7 @@ std::string identity_section(const Report& report) {
 }
 
 std::string summary_section(const Report& report) {
-  std::string html = key_figures(report.random) + paragraph(summary_words(report));
+  std::string html = key_figures(report.random) + paragraph(describe_summary(report));
   if (report.quick) {
     html += "<p class=\"caution\">Tuned with a small swarm (quick): for a try, not for a calibration.</p>\n";
   }
@@ -167,7 +168,7 @@ std::string selection_section(const Report& report) {
   }
   return paragraph(fmt::format("Selected: {} gradients of rank {}{}: {}.", correlation.selected_pairs.size(),
                                correlation.rank, correlation.fallback ? ", by the stated fallback" : "",
-                               joined_text(correlation.selected_pairs))) +
+                               joined(correlation.selected_pairs))) +
          (correlation.statement.empty() ? "" : "<p class=\"note\">" + plot::escaped(correlation.statement) + "</p>\n") +
          html_of(table);
 }
@@ -222,11 +223,11 @@ std::string models_section(const Report& report) {
              "<p class=\"note\">C and ε are in units of the training STD of the bias, σ in units of standardised "
              "inputs. "
              "Searched: {}, {}, {}.</p>\n",
-             bounds_text("C", bounds.log2_c), bounds_text("σ", bounds.log2_sigma),
+             format_bounds("C", bounds.log2_c), format_bounds("σ", bounds.log2_sigma),
              bounds.fixed_epsilon > 0 ? "ε fixed at " + plot::significant(bounds.fixed_epsilon)
-                                      : bounds_text("ε", bounds.log2_epsilon)) +
-         "<p class=\"note\">Inputs of multi-point: " + joined_text(m.terms) +
-         ". Inputs of three-point: " + joined_text(report.models.three_point.terms) + ".</p>\n";
+                                      : format_bounds("ε", bounds.log2_epsilon)) +
+         "<p class=\"note\">Inputs of multi-point: " + joined(m.terms) +
+         ". Inputs of three-point: " + joined(report.models.three_point.terms) + ".</p>\n";
 }
 
 std::string warnings_section(const Report& report) {
@@ -244,10 +245,10 @@ std::string segments_table(const Report& report) {
                   .style = "small"};
   for (const ReportedSegment& s : report.segments) {
     table.rows.push_back({plot::escaped(s.run), plot::escaped(s.name), s.hold ? "hold" : "ramp",
-                          plot::hours_text(s.start_s), plot::hours_text(s.duration_s),
-                          plot::decimal(s.mean_temperature_c, 2), plot::bias_text(s.mean_bias_deg_per_h),
-                          plot::bias_text(s.residual.three_point.std), plot::bias_text(s.residual.multi_point.std),
-                          plot::bias_text(s.residual.multi_point_t.std)});
+                          plot::format_hours(s.start_s), plot::format_hours(s.duration_s),
+                          plot::decimal(s.mean_temperature_c, 2), plot::format_bias(s.mean_bias_deg_per_h),
+                          plot::format_bias(s.residual.three_point.std), plot::format_bias(s.residual.multi_point.std),
+                          plot::format_bias(s.residual.multi_point_t.std)});
   }
   return html_of(table);
 }
@@ -272,7 +273,7 @@ std::string provenance_section(const Report& report) {
 }
 
 /// "1 h", "1.73 h" or "anywhere".
-std::string read_off_text(const data::NoiseCoefficient& noise) {
+std::string format_read_off(const data::NoiseCoefficient& noise) {
   const double hours = info(noise.term).read_off_s / kSecondsPerHour;
   if (!std::isfinite(hours)) return "its minimum";
   return plot::decimal(hours, hours == std::round(hours) ? 0 : 2) + "&nbsp;h";
@@ -295,19 +296,19 @@ std::string noise_note(const data::HoldNoise& holds, const char* name) {
   return text + "</p>\n";
 }
 
-std::string std_error_text(const data::Figures& figures) { return plot::error_text(std_error(figures)); }
+std::string format_std_error(const data::Figures& figures) { return plot::format_error(std_error(figures)); }
 
-std::string effective_text(const data::Figures& figures) {
+std::string format_effective(const data::Figures& figures) {
   return figures.effective.of_std > 0 ? plot::decimal(figures.effective.of_std, 0) : "–";
 }
 
-std::string outside_text(const ReportedResidual& residual) {
+std::string describe_outside(const ReportedResidual& residual) {
   if (residual.outside.clusters == 0) return "0";
   return fmt::format("{} ({}: {}&nbsp;%)", residual.outside.clusters, plot::escaped(residual.outside.farthest_term),
                      plot::significant(100 * residual.outside.farthest));
 }
 
-const char* policy_words(model::Outside policy) {
+const char* describe(model::Outside policy) {
   switch (policy) {
     case model::Outside::clamp: return "such inputs are moved to the nearer end of their range";
     case model::Outside::refuse: return "such means are not compensated and left out of the figures";
@@ -322,10 +323,10 @@ void add_part(HtmlTable& table, const char* part, const model::PerModel<Reported
   const auto add = [&](const char* head, const char* model, const ReportedResidual& residual) {
     const data::Figures& f = residual.*figures;
     const auto cell = [&](const std::string& text) { return f.count > 0 ? text : "–"; };
-    table.rows.push_back({head, model, std::to_string(f.count), effective_text(f),
+    table.rows.push_back({head, model, std::to_string(f.count), format_effective(f),
                           cell("<b>" + plot::with_error(f.std, std_error(f)) + "</b>"),
-                          cell(plot::with_error(f.mean, mean_error(f))), cell(plot::bias_text(f.rmse)),
-                          cell(plot::bias_text(f.max_abs))});
+                          cell(plot::with_error(f.mean, mean_error(f))), cell(plot::format_bias(f.rmse)),
+                          cell(plot::format_bias(f.max_abs))});
   };
   add(part, "three-point", of.three_point);
   add("", "multi-point", of.multi_point);
@@ -363,7 +364,7 @@ std::string noise_section(const Report& report) {
   for (std::size_t k = 0; k < data::kNoiseTerms; ++k) {
     const data::NoiseTermInfo& about = info(rate[k].term);
     table.rows.push_back({fmt::format("<b>{}</b>", about.symbol), plot::escaped(about.name), plot::escaped(about.unit),
-                          plot::escaped(about.formula), read_off_text(rate[k]), noise_cell(rate[k]),
+                          plot::escaped(about.formula), format_read_off(rate[k]), noise_cell(rate[k]),
                           noise_cell(random[k]), noise_cell(compensated[k])});
   }
   return html_of(table) + noise_note(report.rate.noise.holds, "Rate run") +
@@ -375,8 +376,8 @@ std::string noise_section(const Report& report) {
 }
 
 std::string result_table(const ReportedRun& run, const std::string& heading) {
-  const auto std_cell = [](const ReportedResidual& r) { return "<b>" + plot::bias_text(r.all.std) + "</b>"; };
-  const auto raw = plot::bias_text(run.raw.std),
+  const auto std_cell = [](const ReportedResidual& r) { return "<b>" + plot::format_bias(r.all.std) + "</b>"; };
+  const auto raw = plot::format_bias(run.raw.std),
              floor = plot::with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
   HtmlTable table{.caption = "<b>" + heading + "</b> Bias compensation in the " + plot::escaped(run.profile) +
                              " run – " + standing(run),
@@ -385,23 +386,23 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
   const auto& r = run.residual;
   table.rows = {{"Before compensation, STD", raw, raw, raw},
                 cells("After compensation, STD", r, std_cell),
-                cells("… its standard error", r, [](const ReportedResidual& v) { return std_error_text(v.all); }),
+                cells("… its standard error", r, [](const ReportedResidual& v) { return format_std_error(v.all); }),
                 {"Noise floor of this record", floor, floor, floor}};
   if (std::isfinite(r.multi_point.expected_in_sample_std)) {
     table.rows.push_back(cells("Expected of a fit to noise alone, in-sample", r,
-                               [](const ReportedResidual& v) { return plot::bias_text(v.expected_in_sample_std); }));
+                               [](const ReportedResidual& v) { return plot::format_bias(v.expected_in_sample_std); }));
   }
   const std::vector<std::vector<std::string>> rest = {
-      cells("After: mean", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.mean); }),
-      cells("After: RMSE", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.rmse); }),
-      cells("After: greatest magnitude", r, [](const ReportedResidual& v) { return plot::bias_text(v.all.max_abs); }),
+      cells("After: mean", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.mean); }),
+      cells("After: RMSE", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.rmse); }),
+      cells("After: greatest magnitude", r, [](const ReportedResidual& v) { return plot::format_bias(v.all.max_abs); }),
       cells("Improvement from original accuracy", run.gain,
             [](const ReportedGain& g) { return plot::percent(g.from_original); }),
       cells("Improvement from three-point, the paper’s ratio", run.gain,
             [](const ReportedGain& g) { return plot::percent(g.paper_ratio); }),
       cells("Reduction of the three-point residual", run.gain,
             [](const ReportedGain& g) { return plot::percent(g.residual_reduction); }),
-      cells("Means with an input outside the trained range (farthest)", r, outside_text)};
+      cells("Means with an input outside the trained range (farthest)", r, describe_outside)};
   table.rows.insert(table.rows.end(), rest.begin(), rest.end());
   return html_of(table);
 }
@@ -421,7 +422,7 @@ std::string parts_table(const ReportedRun& run) {
              "<p class=\"note\">± is a standard error, STD/√(2&nbsp;n<sub>eff</sub>) of the STD: neighbouring "
              "residuals are alike, and n<sub>eff</sub> independent ones would tell as much of the STD. Inputs "
              "outside the trained range: {}.</p>\n",
-             policy_words(run.residual.multi_point.outside.policy));
+             describe(run.residual.multi_point.outside.policy));
 }
 
 std::string methods_section(const Report& report) {
@@ -435,10 +436,11 @@ std::string methods_section(const Report& report) {
                   .style = "small"};
   std::map<std::string, std::size_t> sources;
   for (const ReportedMethod& row : report.methods) {
-    table.rows.push_back({plot::escaped(row.inputs), method_name(row, sources), plot::bias_text(row.in_sample.std),
-                          plot::bias_text(row.leave_cycle_out.std), row.nested ? plot::bias_text(row.nested->std) : "–",
-                          "<b>" + plot::bias_text(row.random.std) + "</b>", std_error_text(row.random),
-                          plot::bias_text(row.random.mean), plot::bias_text(row.random.max_abs),
+    table.rows.push_back({plot::escaped(row.inputs), method_name(row, sources), plot::format_bias(row.in_sample.std),
+                          plot::format_bias(row.leave_cycle_out.std),
+                          row.nested ? plot::format_bias(row.nested->std) : "–",
+                          "<b>" + plot::format_bias(row.random.std) + "</b>", format_std_error(row.random),
+                          plot::format_bias(row.random.mean), plot::format_bias(row.random.max_abs),
                           plot::decimal(row.effective_parameters, 0),
                           row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
   }

@@ -333,7 +333,7 @@ Result<Verified> verify_record(const std::string& path) {
   if (!all) return all;
   const auto lost = lost_end(path);
   if (!lost) return failure(lost.error());
-  if (*lost) return failure(FaultKind::bad_file, path, in_words(**lost));
+  if (*lost) return failure(FaultKind::bad_file, path, describe(**lost));
   return all;
 }
 

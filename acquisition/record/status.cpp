@@ -115,7 +115,7 @@ Result<RunStatus> read_status(const std::string& path) {
   return told;
 }
 
-std::string in_words(const LostEnd& lost) {
+std::string describe(const LostEnd& lost) {
   return fmt::format("ends at second {}, but second {} was acknowledged: its end is lost", lost.last,
                      lost.acknowledged);
 }

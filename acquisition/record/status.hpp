@@ -75,7 +75,7 @@ struct LostEnd {
   std::int64_t acknowledged{};  ///< … that its status file says was on the disk
 };
 /// "ends at second 90, but second 100 was acknowledged: its end is lost".
-[[nodiscard]] std::string in_words(const LostEnd& lost);
+[[nodiscard]] std::string describe(const LostEnd& lost);
 /// Compares the record of a run that was not finished, and that nobody writes, with the status file of the same run
 /// beside it. Nothing if it holds all that was acknowledged, or if there is no such file to say. Fails like
 /// read_record().

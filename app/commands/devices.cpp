@@ -105,7 +105,7 @@ std::vector<Device> all_devices() {
   return devices;
 }
 
-std::string in_words(const std::vector<Device>& devices) {
+std::string describe(const std::vector<Device>& devices) {
   if (devices.empty()) return "no serial port and no HID device is there\n";
   std::string words;
   for (const auto& device : devices) {
@@ -122,7 +122,7 @@ Result<Exit> list_devices(Console& console) {
   const auto devices = all_devices();
   auto json = Json::array();
   for (const auto& device : devices) json.push_back(device.facts);
-  console.data(console.json ? text_of(Json{{"devices", json}}) + "\n" : in_words(devices));
+  console.data(console.json ? text_of(Json{{"devices", json}}) + "\n" : describe(devices));
   return Exit::done;
 }
 

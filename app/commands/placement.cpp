@@ -86,8 +86,8 @@ std::string heading(std::string_view what, const model::Placement& placement, co
   return text + "  kept\n";
 }
 
-std::string words(const RecordedRuns& records, const model::Placement& placement,
-                  const std::vector<Confirmed>& confirmed) {
+std::string describe(const RecordedRuns& records, const model::Placement& placement,
+                     const std::vector<Confirmed>& confirmed) {
   std::string text;
   for (const auto& dataset : records.datasets)
     text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
@@ -158,7 +158,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (!placement) return failure(placement.error());
   const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
   if (!confirmed) return failure(confirmed.error());
-  console.data(console.json ? json(*records, *placement, *confirmed) : words(*records, *placement, *confirmed));
+  console.data(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
   return Exit::done;
 }
 

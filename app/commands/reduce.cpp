@@ -15,7 +15,7 @@ struct ReduceArguments {
   bool unverified = false;
 };
 
-std::string words(const model::ReducedSetSummary& r) {
+std::string describe(const model::ReducedSetSummary& r) {
   return fmt::format(
       "kept {} of {} vectors\n"
       "  change of the predictions: max {:.3g}, rms {:.3g} °/h over {} clusters; for any input at most {:.3g} °/h\n",
@@ -45,7 +45,7 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!smaller) return failure(smaller.error());
   const auto json = to_json(*smaller);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.data(console.json ? json : words(*smaller->reduction));
+  console.data(console.json ? json : describe(*smaller->reduction));
   return Exit::done;
 }
 

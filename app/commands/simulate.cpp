@@ -37,7 +37,7 @@ std::optional<double> pace_of(const std::string& text) {
   return factor;
 }
 
-std::string link_in_words(const drivers::MapLink& link, bool serial) {
+std::string to_string(const drivers::MapLink& link, bool serial) {
   if (serial) return "Modbus RTU";
   return link.kind == drivers::LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
 }
@@ -48,7 +48,7 @@ std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& se
     const bool serial = served.line.starts_with("serial:");
     const auto* rtu = serial ? rig.chamber_map.find(drivers::LinkKind::rtu) : nullptr;
     const auto& link = rtu ? *rtu : rig.chamber_map.link;
-    return fmt::format("{}, unit {}, {}", link_in_words(link, serial), link.modbus.unit, rig.chamber_map.name);
+    return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, rig.chamber_map.name);
   }
   if (served.instrument == "gyro") return fmt::format("frames: {}", rig.gyro.frame.name);
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)

@@ -56,7 +56,7 @@ std::string age_line(const record::RunStatus& status) {
                      ago);
 }
 
-std::string words(const record::RunStatus& status) {
+std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
   text += age_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
@@ -73,7 +73,7 @@ std::string words(const record::RunStatus& status) {
 }
 
 /// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
-std::string json_text(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
+std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
   auto json = Json::parse(to_json(status));
   const auto age = age_of(status);
   const auto does = answers(status);
@@ -95,9 +95,9 @@ Result<Exit> show(Console& console, const std::string& path) {
   const auto guard = watchdog::read_trace(path);
   if (!guard) return failure(guard.error());
   if (console.json)
-    console.data(json_text(*status, *guard));
+    console.data(to_json(*status, *guard));
   else
-    console.data(words(*status) + (*guard ? "  " + in_words(**guard) + "\n" : ""));
+    console.data(describe(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
   return Exit::done;
 }
 

@@ -25,7 +25,7 @@ std::string figures(const data::Figures& f) {
                      f.max_abs, f.count);
 }
 
-std::string words(const model::Model& model) {
+std::string describe(const model::Model& model) {
   std::string text;
   for (const auto& run : model.trained_on)
     text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
@@ -77,7 +77,7 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   if (!model) return failure(model.error());
   const auto json = to_json(*model);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.data(console.json ? json : words(*model));
+  console.data(console.json ? json : describe(*model));
   return Exit::done;
 }
 

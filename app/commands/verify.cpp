@@ -24,7 +24,7 @@ std::string row(std::string_view what, const data::Figures& f) {
                            f.std, std_error(f), f.mean, mean_error(f), f.rmse, f.max_abs, f.count, f.effective.of_std);
 }
 
-std::string floor_words(const model::Verification& v) {
+std::string describe_floor(const model::Verification& v) {
   std::string text = fmt::format("  noise floor of the record: {} °/h ({} differences)\n",
                                  plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.differences);
   if (v.trained_on_this && v.effective_parameters > 0) {
@@ -35,7 +35,7 @@ std::string floor_words(const model::Verification& v) {
 }
 
 /// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
-std::string noise_words(const data::HoldNoise& noise) {
+std::string describe_noise(const data::HoldNoise& noise) {
   std::string text = fmt::format("  {}\n", noise.statement);
   if (noise.curve.empty()) return text;
   for (const data::NoiseCoefficient& c : noise.fit.coefficients) {
@@ -54,13 +54,13 @@ struct Noises {
   data::HoldNoise raw, compensated;
 };
 
-std::string words(const std::string& run, const model::Verification& v, const Noises& noises) {
+std::string describe(const std::string& run, const model::Verification& v, const Noises& noises) {
   std::string text =
       fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
   text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
           row("  holds", v.holds) + row("  10 min after corners", v.corners);
-  text += floor_words(v) + noise_words(noises.raw) + noise_words(noises.compensated);
+  text += describe_floor(v) + describe_noise(noises.raw) + describe_noise(noises.compensated);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -99,7 +99,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     const auto& [dataset, clusters] = *recorded;
     const Noises noises{noise_of_holds(dataset),
                         noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h)};
-    console.data(console.json ? json(run, *verification, noises) : words(run, *verification, noises));
+    console.data(console.json ? json(run, *verification, noises) : describe(run, *verification, noises));
   }
   return Exit::done;
 }

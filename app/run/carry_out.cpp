@@ -102,7 +102,7 @@ void warn_of_calibrations(Console& console, run::RunController& run_controller, 
 /// What gyrotherm-make-safe did while nobody else was there belongs into the record.
 Result<void> recall_guard(Console& console, record::Store& store, const Instant& now, const std::string& path) {
   const auto trace = watchdog::read_trace(path);
-  const auto words = trace ? (*trace ? watchdog::in_words(**trace) : "") : text(trace.error());
+  const auto words = trace ? (*trace ? watchdog::describe(**trace) : "") : text(trace.error());
   if (words.empty()) return {};
   console.say(path + ": " + words);
   if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
@@ -236,8 +236,8 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   run_controller.note(EventKind::resumed, text);
   if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);
   if (lost && *lost) {
-    console.say(fmt::format("warning: {}: {}", path, record::in_words(**lost)));
-    run_controller.note(EventKind::fault, "the record " + in_words(**lost));
+    console.say(fmt::format("warning: {}: {}", path, record::describe(**lost)));
+    run_controller.note(EventKind::fault, "the record " + describe(**lost));
   }
   warn_of_calibrations(console, run_controller, **rig);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;

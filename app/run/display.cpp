@@ -13,7 +13,7 @@ namespace {
 
 std::string degrees(double value) { return std::isnan(value) ? "unknown" : fmt::format("{:.2f} °C", value); }
 
-std::string in_words(const std::optional<DegreesPerHour>& bias) {
+std::string format_bias(const std::optional<DegreesPerHour>& bias) {
   return bias ? fmt::format("{:+.4f} °/h", bias->value) : "unknown";
 }
 
@@ -87,7 +87,8 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunStanding&
     temperatures += fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
   }
   all.push_back(temperatures + " °C");
-  all.push_back(fmt::format("  bias {}, mean of 100 s {}", in_words(bias_.last_second()), in_words(bias_.mean())));
+  all.push_back(
+      fmt::format("  bias {}, mean of 100 s {}", format_bias(bias_.last_second()), format_bias(bias_.mean())));
   for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
   return all;
 }

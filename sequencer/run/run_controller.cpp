@@ -33,7 +33,7 @@ std::vector<Channelled> faults_of(const Sample& sample, const std::vector<std::s
 }
 
 /// A driver's own place is told too, where it is more than the name.
-std::string in_words(const Channelled& channel) {
+std::string describe(const Channelled& channel) {
   const auto& [kind, where, what] = *channel.fault;
   const bool adds_nothing = where.empty() || channel.name.ends_with(where);
   return adds_nothing ? fmt::format("{}: {}", channel.name, what)
@@ -56,7 +56,7 @@ const char* promise(OperatorCommand command) {
   return "";
 }
 
-std::string in_words(const RunStateMachine& machine) {
+std::string describe(const RunStateMachine& machine) {
   const auto cause = cause_of(machine);
   const std::string state = name(run_state(machine));
   return cause.empty() ? state : state + ": " + cause;
@@ -139,7 +139,7 @@ void RunController::note_changes(const Sample& sample) {
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const bool is_faulty = all[i].fault != nullptr;
-    if (is_faulty && !faulty_[i]) note(EventKind::fault, in_words(all[i]), {.channel = all[i].channel});
+    if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
     if (!is_faulty && faulty_[i])
       note(EventKind::recovered, all[i].name + " answers again", {.channel = all[i].channel});
     faulty_[i] = is_faulty;
@@ -205,7 +205,7 @@ void RunController::change_to(RunStateMachine machine) {
   machine_ = std::move(machine);
   if (!told) return;
   const bool again = after == RunState::execute;
-  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : in_words(machine_));
+  note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : describe(machine_));
 }
 
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
@@ -296,7 +296,7 @@ RunStanding RunController::standing() const {
 std::string RunController::end_cause() const {
   const auto cause = cause_of(machine_);
   const bool safe = run_state() == RunState::aborting || run_state() == RunState::aborted || safe_.is_confirmed();
-  return safe ? cause + "; " + safe_.words() : cause;
+  return safe ? cause + "; " + safe_.describe() : cause;
 }
 
 void RunController::make_safe(const std::string& cause) {

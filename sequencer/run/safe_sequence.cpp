@@ -44,7 +44,7 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   trouble_ = done ? "" : text(done.error());
   if (done || !is_due(told_, at, kTellEvery)) return std::nullopt;
   told_ = at;
-  return words() + "; it is tried until it can";
+  return describe() + "; it is tried until it can";
 }
 
 void SafeSequence::see(const Reading<ChamberState>& chamber) {
@@ -58,7 +58,7 @@ void SafeSequence::see(const Reading<ChamberState>& chamber) {
   if (!confirmed_) taken_ = switched_ = false;
 }
 
-std::string SafeSequence::words() const {
+std::string SafeSequence::describe() const {
   const auto what = fmt::format("sent to {:g} °C{}", target_.value, off_ ? " and switched off" : "");
   if (confirmed_) return "the chamber was " + what;
   return fmt::format("the chamber could NOT be {} ({})", what, trouble_.empty() ? "it has not confirmed it" : trouble_);

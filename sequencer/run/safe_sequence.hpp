@@ -27,7 +27,7 @@ class SafeSequence {
 
   [[nodiscard]] bool is_confirmed() const { return confirmed_; }
   /// "the chamber was sent to 20 °C", "the chamber could NOT be sent to 20 °C (…)"
-  [[nodiscard]] std::string words() const;
+  [[nodiscard]] std::string describe() const;
 
  private:
   [[nodiscard]] Result<void> carry_out(io::InstrumentIo& io, bool at_once);

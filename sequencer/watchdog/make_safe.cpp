@@ -101,12 +101,12 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   if (rescued.in_use) return exit_for(rescued);
   trail.leave(rescued);
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
-  voice.say(trail.words());
+  voice.say(trail.describe());
   if (!trail.settle(kFilesWithin)) voice.say("the disk does not answer: nothing could be written beside the record");
   return exit_for(rescued);
 }
 
-const char* in_words(WatchEnd end) {
+const char* describe(WatchEnd end) {
   return end == WatchEnd::silent ? "the program that drove it hung" : "the program that drove it ended without a word";
 }
 
@@ -120,7 +120,7 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
   voice.say(because);
   for (int driven = 0;; rescued = attempt_once(safe_state, chamber, voice)) {
     driven = rescued.is_driven ? driven + 1 : 0;
-    if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.words());
+    if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.describe());
     if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
     if (const auto why = trail.reason_to_end()) {
       voice.say(*why + ": this ends here");
@@ -155,7 +155,7 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
   for (;; std::this_thread::sleep_for(kUntilTheSetPoint)) try {
-      return rescue(voice, *safe_state, *chamber, in_words(end));
+      return rescue(voice, *safe_state, *chamber, describe(end));
     } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
       voice.say(fmt::format("{}; it is tried again", failed.what()));
     }

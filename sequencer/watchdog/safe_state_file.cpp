@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kOfTheMap = "of the map";
 
-const char* order_in_words(const std::optional<drivers::WordOrder>& order) {
+const char* to_string(const std::optional<drivers::WordOrder>& order) {
   const auto found = std::find_if(drivers::kWordOrders.begin(), drivers::kWordOrders.end(),
                                   [&](const auto& w) { return w.second == order; });
   return found == drivers::kWordOrders.end() ? kOfTheMap : found->first;
@@ -65,9 +65,9 @@ std::string to_text(const SafeState& safe_state) {
       "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nword_order = \"{}\"\nsafe_set_point_c = {}\n"
       "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\nmap = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
-      order_in_words(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off,
-      safe_state.by_program, safe_state.written_by.pid, safe_state.written_by.started,
-      toml_quoted(safe_state.written_by.boot), quoted_lines(safe_state.map_text));
+      to_string(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off, safe_state.by_program,
+      safe_state.written_by.pid, safe_state.written_by.started, toml_quoted(safe_state.written_by.boot),
+      quoted_lines(safe_state.map_text));
 }
 
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
@@ -154,7 +154,7 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
   return *trace;
 }
 
-std::string in_words(const MadeSafe& trace) {
+std::string describe(const MadeSafe& trace) {
   return fmt::format("{} by the guard at {} ({}): the chamber {} sent to {:g} °C; {}",
                      trace.confirmed ? "made safe" : "NOT made safe", civil_time(trace.at), trace.because,
                      trace.confirmed ? "was" : "could NOT be", trace.set_point.value, trace.details);

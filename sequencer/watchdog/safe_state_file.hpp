@@ -72,6 +72,6 @@ struct MadeSafe {
 [[nodiscard]] Result<std::optional<MadeSafe>> read_trace(const std::string& record);
 
 /// "made safe by the guard at 2026-01-01T00:00:00Z (…): the chamber was sent to 23 °C; …"
-[[nodiscard]] std::string in_words(const MadeSafe& trace);
+[[nodiscard]] std::string describe(const MadeSafe& trace);
 
 }  // namespace gyrotherm::watchdog

@@ -32,7 +32,7 @@ class Trail {
   [[nodiscard]] std::optional<std::string> reason_to_end();
 
   /// The trace in words.
-  [[nodiscard]] std::string words() const { return in_words(trace_); }
+  [[nodiscard]] std::string describe() const { return watchdog::describe(trace_); }
 
  private:
   void go_on();

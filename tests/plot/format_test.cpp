@@ -9,18 +9,18 @@ namespace gyrotherm::plot {
 namespace {
 
 TEST(ReportNumber, HasFourDecimalsLikeThePaper) {
-  EXPECT_EQ(bias_text(0.00214), "0.0021");
-  EXPECT_EQ(bias_text(0.0258), "0.0258");
+  EXPECT_EQ(format_bias(0.00214), "0.0021");
+  EXPECT_EQ(format_bias(0.0258), "0.0258");
 }
 
 TEST(ReportNumber, HasATrueMinusAndNoNegativeZero) {
-  EXPECT_EQ(bias_text(-0.0002), "−0.0002");
-  EXPECT_EQ(bias_text(-0.00001), "0.0000");
+  EXPECT_EQ(format_bias(-0.0002), "−0.0002");
+  EXPECT_EQ(format_bias(-0.00001), "0.0000");
 }
 
 TEST(ReportNumber, IsADashWhenThereIsNone) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(bias_text(none), "–");
+  EXPECT_EQ(format_bias(none), "–");
   EXPECT_EQ(percent(none), "–");
   EXPECT_EQ(significant(none), "–");
 }
@@ -53,10 +53,10 @@ TEST(Format, AnErrorSetsTheDigits) {
 }
 
 TEST(Format, AnErrorAloneHasTwoDigits) {
-  EXPECT_EQ(error_text(0.0000571), "0.000057");
-  EXPECT_EQ(error_text(21.4), "21");
-  EXPECT_EQ(error_text(4.2e-9), "4.20 × 10⁻⁹");
-  EXPECT_EQ(error_text(std::numeric_limits<double>::quiet_NaN()), "–");
+  EXPECT_EQ(format_error(0.0000571), "0.000057");
+  EXPECT_EQ(format_error(21.4), "21");
+  EXPECT_EQ(format_error(4.2e-9), "4.20 × 10⁻⁹");
+  EXPECT_EQ(format_error(std::numeric_limits<double>::quiet_NaN()), "–");
 }
 
 TEST(Format, WithoutAnErrorAValueStandsAlone) {

@@ -147,7 +147,7 @@ void leave_behind(const std::string& path) {
 std::string finding(const std::string& path) {
   const auto lost = lost_end(path);
   if (!lost) return text(lost.error());
-  return *lost ? in_words(**lost) : "nothing";
+  return *lost ? describe(**lost) : "nothing";
 }
 
 TEST(LostEnd, OfALogIsFoundWhereverItWasCutOff) {

@@ -221,7 +221,7 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
   const auto read = read_trace(folder / "run.db");
   ASSERT_TRUE(read && *read);
   EXPECT_EQ(**read, trace);
-  EXPECT_EQ(in_words(trace),
+  EXPECT_EQ(describe(trace),
             "made safe by the guard at 2026-01-01T00:00:00Z (the program that drove it hung): the chamber was sent to "
             "23 °C; set point read back, air 61.20 °C");
 }

@@ -42,8 +42,8 @@ struct CProgram {
 /// Text for inside a block comment: it is on one line, and nothing in it ends or begins a comment or is a trigraph.
 [[nodiscard]] std::string c_comment(std::string_view text);
 
-/// The text with each @word@ replaced by what the word stands for; what is put in is not searched again. Every word of
-/// the text must be known.
+/// The text with each word between two at-signs replaced by what it stands for; what is put in is not searched again.
+/// Every word of the text must be known.
 [[nodiscard]] std::string c_filled(std::string_view text, const std::map<std::string, std::string, std::less<>>& words);
 
 /// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean. Fails

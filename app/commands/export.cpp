@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records and models for other programs.
-#include <fmt/format.h>
-
-#include <filesystem>
-
 #include "acquisition/record/csv.hpp"
-#include "analysis/model/model_export.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
-#include "core/file.hpp"
 
 namespace gyrotherm::app {
-
 namespace {
 
 struct ExportArguments {
@@ -33,77 +25,6 @@ void add_export(Program& program) {
                                         "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->required();
   command.add_option("--out", options.out, "the table")->required();
-  add_unverified_flag(command, options.unverified);
-}
-
-namespace {
-
-struct ExportModelArguments {
-  std::string model, as, out, run;
-  bool unverified = false;
-};
-
-Result<void> put(Console& console, const std::string& path, const std::string& text) {
-  if (!path.empty()) return replace_text_file(path, text);
-  console.data(text);
-  return {};
-}
-
-Result<void> export_data(Console& console, const ExportModelArguments& options, const model::Model& model) {
-  const auto recorded = load_recorded_run(console, options.run, {.unverified = options.unverified});
-  if (!recorded) return failure(recorded.error());
-  const auto rows = to_libsvm_data(model, recorded->clusters);
-  if (!rows) return failure(rows.error());
-  return put(console, options.out, *rows);
-}
-
-/// The source beside its header; both are named after the file.
-Result<void> export_c(Console& console, const ExportModelArguments& options, const model::Model& model) {
-  const std::filesystem::path source = options.out;
-  if (source.extension() != ".c") {
-    return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
-  }
-  const auto program = to_c(model, model::c_name(source.stem().string()));
-  if (!program) return failure(program.error());
-  auto header = source;
-  header.replace_filename(model::c_name(source.stem().string()) + ".h");
-  if (auto written = replace_text_file(header.string(), program->header); !written) return written;
-  if (auto written = replace_text_file(source.string(), program->source); !written) return written;
-  console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
-                          source.string(), header.string(), c_tolerance_deg_per_h(model)));
-  return {};
-}
-
-Result<void> write(Console& console, const ExportModelArguments& options, const model::Model& model) {
-  if (!options.run.empty()) return export_data(console, options, model);
-  if (options.as == "c") return export_c(console, options, model);
-  const auto text = to_libsvm(model);
-  if (!text) return failure(text.error());
-  return put(console, options.out, *text);
-}
-
-Result<Exit> export_model(Console& console, const ExportModelArguments& options) {
-  if (options.as == "c" && !options.run.empty()) {
-    return failure(FaultKind::usage, "--data", "is for --as libsvm; a C program has a self-test inside");
-  }
-  const auto model = load_model(options.model);
-  if (!model) return failure(model.error());
-  if (auto written = write(console, options, *model); !written) return failure(written.error());
-  return Exit::done;
-}
-
-}  // namespace
-
-void add_export_model(Program& program) {
-  auto [command, options] =
-      add_command(program, "export-model",
-                  "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
-                  "header for a navigation computer.",
-                  "gyrotherm export-model model.json --as c --out compensation.c", export_model);
-  command.add_option("model", options.model, "the model")->required();
-  command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
-  command.add_option("--out", options.out, "the file (default for libsvm: standard output)");
-  command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
   add_unverified_flag(command, options.unverified);
 }
 

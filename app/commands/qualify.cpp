@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment: two runs, three models, a report, which can be made again of what they left.
+/// The whole experiment: two runs, three models, a report.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -261,17 +261,6 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   return conclude(console, options, report_of(*rig, *rate, *random, *trained, seed), *trained, timings);
 }
 
-struct ReportArguments {
-  std::string folder;
-};
-
-Result<Exit> rebuild(Console& console, const ReportArguments& options) {
-  const auto report = options.folder + "/report";
-  if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
-  console.say(report + "/report.html");
-  return Exit::done;
-}
-
 }  // namespace
 
 void add_qualify(Program& program) {
@@ -293,12 +282,6 @@ void add_qualify(Program& program) {
                    "also choose everything anew without each held-out cycle: training takes about twice as long");
   command.add_option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
   command.add_option("--random-profile", options.random_profile, "instead of profiles/random.toml");
-}
-
-void add_report(Program& program) {
-  auto [command, options] = add_command(program, "report", "Rebuilds the report from what qualify left in a folder.",
-                                        "gyrotherm report out", rebuild);
-  command.add_option("dir", options.folder, "the folder that qualify wrote")->required();
 }
 
 }  // namespace gyrotherm::app

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run, from its start or from where it had stopped.
 #include <algorithm>
 #include <string_view>
 
-#include "acquisition/record/chain.hpp"
-#include "acquisition/record/status.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
 #include "core/text.hpp"
-#include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
-
 namespace {
 
 struct RunArguments {
@@ -64,39 +59,6 @@ void add_run(Program& program) {
       ->check(not_negative());
   command.add_flag("--upload", options.upload,
                    "the chamber's controller carries the profile out by itself, where its map describes how");
-}
-
-namespace {
-
-struct ResumeArguments {
-  std::string run;
-  bool accept = false;
-  std::string gap = "30 s";
-};
-
-Result<Exit> resume(Console& console, const ResumeArguments& options) {
-  const auto gap = parse_duration(options.gap);
-  if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
-  // A record that cannot be read says so below; until then Ctrl-C ends this at once.
-  const auto status = record::read_status(options.run);
-  // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
-  // looked at.
-  if (status && status->simulated)
-    if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
-  watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
-    return failure(ran.error());
-  return Exit::done;
-}
-
-}  // namespace
-
-void add_resume(Program& program) {
-  auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
-                                        "gyrotherm resume random.db", resume);
-  command.add_option("run", options.run, "the record")->required();
-  command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
-  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");
 }
 
 }  // namespace gyrotherm::app

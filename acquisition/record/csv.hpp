@@ -65,7 +65,7 @@ class LiveRows {
   std::vector<double> numbers_;
 };
 
-// Our records out.
+// How a record is written as a table for others.
 
 struct Record;
 

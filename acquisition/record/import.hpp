@@ -91,7 +91,7 @@ struct Silences {
 };
 [[nodiscard]] Silences find_silences(const std::vector<Duration>& time);
 
-// Foreign records in.
+// How a foreign table becomes a record.
 
 struct ImportSummary {
   std::size_t rows{};

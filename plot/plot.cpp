@@ -23,6 +23,15 @@ Range moved_out(const Range& range, double step) {
   return out.high > out.low ? out : Range{out.low - step, out.low + step};
 }
 
+/// From the least to the greatest finite value above a bound; nothing if there is none.
+std::optional<Range> extremes_of(const std::vector<double>& values, double above) {
+  std::optional<Range> range;
+  for (const double value : values)
+    if (std::isfinite(value) && value > above)
+      range = range ? Range{std::min(range->low, value), std::max(range->high, value)} : Range{value, value};
+  return range;
+}
+
 /// The extremes of one column, by index.
 struct Extremes {
   std::size_t least{};
@@ -341,12 +350,7 @@ Place place_of(const Plot& plot, const Panel& panel, double top_px, double right
 }  // namespace
 
 Range range_of(const std::vector<double>& values) {
-  Range range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    range = {std::min(range.low, value), std::max(range.high, value)};
-  }
-  return range.low <= range.high ? range : Range{0, 1};
+  return extremes_of(values, -std::numeric_limits<double>::infinity()).value_or(Range{0, 1});
 }
 
 Range joined(const Range& a, const Range& b) { return {std::min(a.low, b.low), std::max(a.high, b.high)}; }
@@ -370,14 +374,7 @@ Range rounded_out(const Range& range, int count) {
   return out;
 }
 
-Range positive_range_of(const std::vector<double>& values) {
-  Range range{std::numeric_limits<double>::infinity(), 0};
-  for (const double value : values) {
-    if (!std::isfinite(value) || value <= 0) continue;
-    range = {std::min(range.low, value), std::max(range.high, value)};
-  }
-  return range.low <= range.high ? range : Range{1, 10};
-}
+Range positive_range_of(const std::vector<double>& values) { return extremes_of(values, 0).value_or(Range{1, 10}); }
 
 Range logarithmically_rounded_out(const Range& range) {
   const auto rounded = [](double value, bool up) {

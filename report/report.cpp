@@ -203,14 +203,12 @@ void describe_clusters(auto& form, Like<Report> auto& report) {
   form("rate", report.rate.clusters);
   form("random", report.random.clusters);
   form("length_s", report.cluster_length_s);
-  form.object("dropped_rest", [&](auto& dropped) {
-    dropped("rate", report.rate.dropped_rest);
-    dropped("random", report.random.dropped_rest);
-  });
-  form.object("dropped_gaps", [&](auto& dropped) {
-    dropped("rate", report.rate.dropped_gaps);
-    dropped("random", report.random.dropped_gaps);
-  });
+  for (const auto& [key, dropped] :
+       {std::pair{"dropped_rest", &ReportedRun::dropped_rest}, {"dropped_gaps", &ReportedRun::dropped_gaps}})
+    form.object(key, [&, member = dropped](auto& of_run) {
+      of_run("rate", report.rate.*member);
+      of_run("random", report.random.*member);
+    });
 }
 
 void describe_provenance(auto& form, Like<Report> auto& report) {

@@ -196,20 +196,11 @@ class Reader {
   /// From the header, or from the first row's width.
   Result<void> locate_columns() {
     width_ = fields_.size();
-    if (map_.time) {
-      const auto place = place_of(*map_.time);
-      if (!place) return failure(place.error());
-      time_at_ = *place;
-    }
-    for (const auto& thermometer : map_.thermometers) {
-      const auto place = place_of(thermometer.column);
-      if (!place) return failure(place.error());
-      thermometers_at_.push_back(*place);
-    }
-    const auto place = place_of(map_.gyro);
-    if (!place) return failure(place.error());
-    gyro_at_ = *place;
-    return {};
+    if (map_.time)
+      if (auto place = into(time_at_, place_of(*map_.time)); !place) return place;
+    for (const auto& thermometer : map_.thermometers)
+      if (auto place = into(thermometers_at_.emplace_back(), place_of(thermometer.column)); !place) return place;
+    return into(gyro_at_, place_of(map_.gyro));
   }
 
   Result<double> number_at(std::size_t index) const {

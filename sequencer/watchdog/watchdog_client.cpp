@@ -174,8 +174,7 @@ Result<void> WatchdogClient::Ties::start_guard() {
   const char preparing = kPreparing;
   if (!send_all(own.number(), safe_state_message(to_text(safe_state))) || !send_all(own.number(), {&preparing, 1}) ||
       !says_that_it_watches(own.number())) {
-    ::kill(pid, SIGKILL);
-    ::waitpid(pid, nullptr, 0);
+    end_guard(pid, std::move(own));
     return refuse("it does not say that it watches");
   }
   std::unique_lock lock(mutex);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/record/csv.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <iterator>
 
+#include "acquisition/record/csv.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {

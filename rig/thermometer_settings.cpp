@@ -9,9 +9,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
-#include "drivers/thermometer/lakeshore_218.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
-#include "drivers/thermometer/pt12.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -189,20 +187,7 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
 std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
                                                        std::unique_ptr<drivers::ByteStream> stream, bool simulated,
                                                        const Clock* clock) {
-  switch (settings.kind) {
-    case Kind::lakeshore_218: {
-      drivers::Lakeshore218Timing timing{.clock = clock};
-      if (simulated) timing.pause = {};
-      return make_lakeshore_218(std::move(stream), place, timing);
-    }
-    case Kind::pt12: {
-      drivers::Pt12Timing timing{.clock = clock};
-      if (simulated) timing.pause = {};
-      return make_pt12(std::move(stream), place, timing);
-    }
-    case Kind::dcon:
-    case Kind::mcc_usb_temp: break;
-  }
+  if (const auto make = row_of(settings.kind).make) return make(std::move(stream), place, clock, simulated);
   drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};
   return make_dcon_modules(std::move(stream), place, settings.addresses, options);

@@ -4,6 +4,9 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
 
 #include "core/toml_reader.hpp"
 #include "drivers/line/line_address.hpp"
@@ -16,20 +19,35 @@ namespace gyrotherm::drivers {
 
 enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp };
 
+/// Makes an instrument that needs nothing beside its line. `simulated`: it waits for nothing that only a real one
+/// needs.
+using MakeOnLine = std::unique_ptr<Thermometer> (*)(std::unique_ptr<ByteStream> line, std::string place,
+                                                    const Clock* clock, bool simulated);
+template <class Timing, auto make>
+std::unique_ptr<Thermometer> on_line(std::unique_ptr<ByteStream> line, std::string place, const Clock* clock,
+                                     bool simulated) {
+  Timing timing{.clock = clock};
+  if (simulated) timing.pause = {};
+  return make(std::move(line), std::move(place), timing);
+}
+
 struct ThermometerKindRow {
   ThermometerKind kind{};
-  const char* name = "";  ///< as rig files spell it: driver = "…"
-  std::size_t inputs{};   ///< inputs of one instrument, or of one module on a line
-  SerialFormat serial{};  ///< where the line does not say it: as delivered, or fixed by the manual
+  const char* name = "";      ///< as rig files spell it: driver = "…"
+  std::size_t inputs{};       ///< inputs of one instrument, or of one module on a line
+  SerialFormat serial{};      ///< where the line does not say it: as delivered, or fixed by the manual
+  MakeOnLine make = nullptr;  ///< null: it has settings of its own in the rig file, which reads and makes it
 };
 
 inline constexpr std::array kThermometerKinds{
     ThermometerKindRow{.kind = ThermometerKind::lakeshore_218,
                        .name = "lakeshore_218",
                        .inputs = kLakeshore218Inputs,
-                       .serial = {.baud = 9600, .data_bits = 7, .parity = SerialParity::odd, .stop_bits = 1}},
+                       .serial = {.baud = 9600, .data_bits = 7, .parity = SerialParity::odd, .stop_bits = 1},
+                       .make = on_line<Lakeshore218Timing, make_lakeshore_218>},
     ThermometerKindRow{.kind = ThermometerKind::dcon, .name = "dcon", .inputs = kDconInputs},
-    ThermometerKindRow{.kind = ThermometerKind::pt12, .name = "pt12", .inputs = kPt12Inputs},
+    ThermometerKindRow{
+        .kind = ThermometerKind::pt12, .name = "pt12", .inputs = kPt12Inputs, .make = on_line<Pt12Timing, make_pt12>},
     ThermometerKindRow{.kind = ThermometerKind::mcc_usb_temp, .name = "mcc_usb_temp", .inputs = kMccInputs},
 };
 

@@ -301,7 +301,7 @@ TEST(House, BannedWordsAreNotUsed) {
       {std::regex(R"(\b\w*(Manager|Helper|Utils|Impl)\b)"), "say what it is", {}},
       {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"), "name the thing, not the getting", {"bench"}},  // pagmo asks for one
       {std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
-      {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_value", {}},
+      {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_item", {}},
       {std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
   };
   expect_none_of(bans, all_sources());

@@ -470,7 +470,7 @@ void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
   if (!link.has("busy_exceptions")) return;
   modbus.busy_exceptions.clear();
   for (const double code : link.numbers("busy_exceptions"))
-    modbus.busy_exceptions.push_back(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
+    modbus.busy_exceptions.insert(static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0)));
 }
 
 constexpr auto kActivities = words_in_order<ChamberActivity::off, ChamberActivity::unknown>(

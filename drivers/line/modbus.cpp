@@ -88,7 +88,7 @@ class GuardedRegisters final : public Registers {
   }
 
   [[nodiscard]] bool asks_for_patience(const ModbusAnswer& answer) const {
-    return answer.exception != 0 && std::ranges::count(link_.busy_exceptions, answer.exception) > 0;
+    return answer.exception != 0 && link_.busy_exceptions.contains(answer.exception);
   }
 
   [[nodiscard]] std::string place(const ModbusRequest& request) const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,7 @@ struct ModbusLink {
   bool answers_reads_by_either_function = false;  ///< a read by 3 may be answered by 4, and the other way round
   bool loop_back = false;  ///< RTU: the unit knows function 8, which then finds the beat again after a lost reply
 
-  std::vector<std::uint8_t> busy_exceptions{5, 6};        ///< asked again within the limit
+  std::set<std::uint8_t> busy_exceptions{5, 6};           ///< asked again within the limit
   std::map<std::uint8_t, std::string> exception_names{};  ///< where the maker means others than the standard
 };
 

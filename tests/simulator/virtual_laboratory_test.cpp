@@ -5,7 +5,9 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 
+#include "core/sha256.hpp"
 #include "simulator/laboratory_file.hpp"
 #include "simulator/thermometer_bank.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
@@ -47,6 +49,25 @@ TEST(VirtualLaboratory, DiffersBySeed) {
     EXPECT_NE(seen_with_seed(rig, 0), seen_with_seed(rig, 1)) << rig;
     EXPECT_NE(seen_with_seed(rig, 1), seen_with_seed(rig, 2)) << rig;
   }
+}
+
+/// SHA-256 of the first thousand pulse counts, a line each, on the way to 40 °C.
+std::string first_pulses_of(std::uint64_t seed) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {.gyro = seed, .run = 0});
+  laboratory.command({40});
+  laboratory.switch_on(true);
+  std::string counts;
+  for (int t = 0; t < 1000; ++t) {
+    laboratory.step();
+    counts += std::to_string(laboratory.pulses()) + '\n';
+  }
+  return sha256(counts);
+}
+
+/// Terms that a rig file may switch on leave the rig alone that does not.
+TEST(VirtualLaboratory, TheLinearRigCountsAsItAlwaysDid) {
+  EXPECT_EQ(first_pulses_of(0), "9a33b264f2d13e730c9fbf544d3646e960b241a2a897333f392a6c603f34d034");
+  EXPECT_EQ(first_pulses_of(3), "3b87a6c7867e2a76d77ed2897b7f3dd74756f6c6df9c9065d9f9f8edbce0741c");
 }
 
 TEST(VirtualLaboratory, TwoRunsOfOneGyroShareNoNoise) {

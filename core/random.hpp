@@ -47,6 +47,13 @@ enum class RandomPurpose : std::uint64_t {
   rate_random_walk = 15,
   turn_on_repeatability = 16,
   lead_spread = 17,
+  hard_spread = 18,
+  thermometer_calendar = 19,
+  storage = 20,
+  mode_hops = 21,
+  lost_pulses = 22,
+  ageing = 23,
+  thermometer_spikes = 24,
 };
 
 /// One purpose's numbers under one seed. Each purpose has its own stream, so that a new purpose disturbs no other.

@@ -28,6 +28,17 @@ double light_path_c(InnerTemperatures inner_c) {
   return (at(inner_c, thermal::ThermalOutput::block) + mirror_mean) / 2;
 }
 
+double velocity(const GasFlow& flow, double arm_c) {
+  return flow.velocity_cm_per_s *
+         std::pow((arm_c + kZeroCelsiusInKelvin) / (kReferenceC + kZeroCelsiusInKelvin), flow.exponent);
+}
+
+/// 1 + γ (T̄ − 20 °C)/40 K.
+double grown(double growth, double block_c) {
+  constexpr double kOver = 40;
+  return 1 + growth * (block_c - kReferenceC) / kOver;
+}
+
 double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std::vector<Play>& plays) {
   double sum = 0;
   for (std::size_t i = 0; i < plays.size(); ++i) sum += worth[i].deg_per_h * plays[i].lag_k() / worth[i].half_width_k;
@@ -37,19 +48,25 @@ double hysteresis_deg_per_h(const std::vector<HysteresisPlay>& worth, const std:
 }  // namespace
 
 double gas_flow_deg_per_h(const GasFlow& flow, double left_c, double right_c) {
-  const auto velocity = [&](double arm_c) {
-    return flow.velocity_cm_per_s *
-           std::pow((arm_c + kZeroCelsiusInKelvin) / (kReferenceC + kZeroCelsiusInKelvin), flow.exponent);
-  };
   const double half = flow.unbalance / 2;
-  return flow.shift_deg_per_h_per_cm_per_s * ((1 + half) * velocity(left_c) - (1 - half) * velocity(right_c));
+  return flow.shift_deg_per_h_per_cm_per_s *
+         ((1 + half) * velocity(flow, left_c) - (1 - half) * velocity(flow, right_c));
+}
+
+double electronics_deg_per_h(const GasFlow& flow, InnerTemperatures inner_c) {
+  const double mean = (velocity(flow, at(inner_c, thermal::ThermalOutput::gain_left)) +
+                       velocity(flow, at(inner_c, thermal::ThermalOutput::gain_right))) /
+                      2;
+  const double warm_k = at(inner_c, thermal::ThermalOutput::preamplifier) - kReferenceC;
+  return flow.shift_deg_per_h_per_cm_per_s * mean * flow.unbalance_per_k * warm_k;
 }
 
 double deformation_deg_per_h(const BiasPhysics& physics, InnerTemperatures inner_c) {
   const auto mirrors = mirrors_c(inner_c);
   const double block = at(inner_c, thermal::ThermalOutput::block);
   double sum = 0;
-  for (std::size_t i = 0; i < mirrors.size(); ++i) sum += physics.mirror_deg_per_h_per_k[i] * (mirrors[i] - block);
+  for (std::size_t i = 0; i < mirrors.size(); ++i)
+    sum += physics.mirror_deg_per_h_per_k[i] * grown(physics.growth.mirrors[i], block) * (mirrors[i] - block);
   return sum;
 }
 
@@ -67,30 +84,71 @@ double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double p
   return sum;
 }
 
-GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c)
-    : physics_(physics), lock_(physics.mode_hops, light_path_c(start_c)) {
-  for (const auto& play : physics.plays)
-    plays_.emplace_back(play.half_width_k, at(start_c, thermal::ThermalOutput::block));
-  step(start_c);
+ModeLock::ModeLock(const ModeHops& hops, double start_c, RandomStream random)
+    : hops_(hops), zero_c_(hops.phase_modes ? kReferenceC : start_c), random_(random) {
+  if (hops_.kelvin_per_mode == 0) return;
+  mode_ = std::round((start_c - zero_c_) / hops_.kelvin_per_mode + hops_.phase_modes.value_or(0));
+  before_ = mode_;
+}
+
+void ModeLock::follow(double path_c) {
+  if (hops_.kelvin_per_mode == 0) return;
+  ++passed_s_;
+  const double wanted = (path_c - zero_c_) / hops_.kelvin_per_mode + hops_.phase_modes.value_or(0);
+  if (std::abs(wanted - mode_) <= hops_.reach_modes) return;
+  before_ = mode_;
+  mode_ = std::round(wanted);
+  passed_s_ = 0;
+  transient_s_ = hops_.shortest_s + (hops_.longest_s - hops_.shortest_s) * random_.uniform();
+}
+
+double ModeLock::deg_per_h() const {
+  const double left = is_hopping() ? 1 - passed_s_ / transient_s_ : 0;
+  return hops_.step_deg_per_h * (mode_ - left * (mode_ - before_)) + hops_.transient_deg_per_h * left;
+}
+
+GyroBias::GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past)
+    : physics_(physics),
+      lock_(physics.mode_hops, light_path_c(start_c), RandomStream(past.run, RandomPurpose::mode_hops)),
+      flow_(physics.lags.gas_flow),
+      deformation_(physics.lags.deformation),
+      relaxing_(physics.relaxations, at(start_c, thermal::ThermalOutput::block)) {
+  const double block = at(start_c, thermal::ThermalOutput::block);
+  for (const auto& play : physics.plays) {
+    plays_.emplace_back(play.half_width_k, past.turning_points_c.empty() ? block : past.turning_points_c.front());
+    for (const double turned_c : past.turning_points_c) plays_.back().follow(turned_c);
+  }
+  follow(start_c);
 }
 
 void GyroBias::step(InnerTemperatures now_c) {
+  ++seconds_on_;
+  follow(now_c);
+}
+
+void GyroBias::follow(InnerTemperatures now_c) {
   const double block = at(now_c, thermal::ThermalOutput::block);
   const double path = light_path_c(now_c);
   for (auto& play : plays_) play.follow(block);
   lock_.follow(path);
-  parts_ = {.gas_flow = gas_flow_deg_per_h(physics_.flow, at(now_c, thermal::ThermalOutput::gain_left),
-                                           at(now_c, thermal::ThermalOutput::gain_right)),
-            .deformation = deformation_deg_per_h(physics_, now_c),
+  relaxing_.follow(block);
+  const double flow = gas_flow_deg_per_h(physics_.flow, at(now_c, thermal::ThermalOutput::gain_left),
+                                         at(now_c, thermal::ThermalOutput::gain_right));
+  parts_ = {.gas_flow = flow_.follow(grown(physics_.growth.gas_flow, block) * flow),
+            .deformation = deformation_.follow(deformation_deg_per_h(physics_, now_c)),
             .temperature = temperature_deg_per_h(physics_, block),
-            .backscatter = backscatter_deg_per_h(physics_.waves, path),
+            .backscatter = grown(physics_.growth.backscatter, block) * backscatter_deg_per_h(physics_.waves, path),
             .hysteresis = hysteresis_deg_per_h(physics_.plays, plays_),
-            .mode_hops = physics_.mode_hops.step_deg_per_h * lock_.mode()};
+            .mode_hops = lock_.deg_per_h(),
+            .electronics = electronics_deg_per_h(physics_.flow, now_c),
+            .relaxation = relaxing_.deg_per_h(),
+            .warm_up = warm_up_deg_per_h(physics_.warm_up, seconds_on_)};
 }
 
 DegreesPerHour GyroBias::total() const {
   const auto& p = parts_;
-  return {p.gas_flow + p.deformation + p.temperature + p.backscatter + p.hysteresis + p.mode_hops};
+  return {p.gas_flow + p.deformation + p.temperature + p.backscatter + p.hysteresis + p.mode_hops + p.electronics +
+          p.relaxation + p.warm_up};
 }
 
 }  // namespace gyrotherm::simulator

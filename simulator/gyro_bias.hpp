@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/quantity.hpp"
+#include "core/random.hpp"
+#include "simulator/slow_bias.hpp"
 #include "thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::simulator {
@@ -20,6 +23,7 @@ struct GasFlow {
   double velocity_cm_per_s{};             ///< in each arm at 20 °C and nominal current
   double exponent{};                      ///< of the arm's absolute temperature: that of the gas' viscosity
   double unbalance{};                     ///< relative, of the arms' currents and bores: (left − right) / mean
+  double unbalance_per_k{};               ///< its change with the current control's temperature, above 20 °C
 };
 
 /// One periodic contribution of the mirrors' backscatter, whose phase follows the length of the light's path.
@@ -37,9 +41,26 @@ struct HysteresisPlay {
 
 /// Steps of the path-length control from one longitudinal mode to the next. Off while kelvin_per_mode is 0.
 struct ModeHops {
-  double kelvin_per_mode{};  ///< of the path's temperature, for one wavelength of its length
-  double reach_modes{};      ///< what the actuator can follow, to either side
-  double step_deg_per_h{};   ///< of the bias, per mode
+  double kelvin_per_mode{};             ///< of the path's temperature, for one wavelength of its length
+  double reach_modes{};                 ///< what the actuator can follow, to either side
+  double step_deg_per_h{};              ///< of the bias, per mode
+  std::optional<double> phase_modes{};  ///< wavelengths from a mode at 20 °C, −½ … ½; nothing: the actuator starts in
+                                        ///< its middle, wherever that is
+  double shortest_s{}, longest_s{};  ///< a hop takes so long, drawn anew for each; 0: it is done at once
+  double transient_deg_per_h{};      ///< added when it begins, gone when it is done
+};
+
+/// How coefficients change with the block's mean: each is multiplied by 1 + γ (T̄ − 20 °C)/40 K. The thermometers see
+/// none of it without products of inputs.
+struct CoefficientGrowth {
+  double gas_flow{};
+  std::array<double, 4> mirrors{};
+  double backscatter{};
+};
+
+/// Of the shares of gas flow and deformation that lag behind the temperatures of the thermal model.
+struct HiddenLags {
+  HiddenLag gas_flow, deformation;
 };
 
 struct BiasPhysics {
@@ -50,6 +71,16 @@ struct BiasPhysics {
   std::vector<BackscatterWave> waves;
   std::vector<HysteresisPlay> plays;
   ModeHops mode_hops;
+  CoefficientGrowth growth{};
+  HiddenLags lags{};
+  std::vector<Relaxation> relaxations{};
+  std::vector<WarmUp> warm_up{};
+};
+
+/// What a gyro has been through before a run begins.
+struct GyroPast {
+  std::vector<double> turning_points_c{};  ///< of its block, the oldest first; empty: it has rested where it starts
+  std::uint64_t run{};                     ///< draws what each run draws anew
 };
 
 /// The play operator (Krasnosel'skii & Pokrovskii, Systems with Hysteresis, 1989, section 2): follows its input only
@@ -74,23 +105,25 @@ class Play {
 
 /// The mode that the path-length control is locked to, as the light's path grows by one wavelength per
 /// kelvin_per_mode: it stays until its actuator is at its end, then takes the mode nearest to the actuator's middle.
+/// While a hop lasts the bias goes from one mode's to the next one's by a straight line, and a transient dies away.
 class ModeLock {
  public:
-  /// Locked at `start_c` with its actuator in the middle.
-  ModeLock(const ModeHops& hops, double start_c) : hops_(hops), start_c_(start_c) {}
+  /// Locked at `start_c` to the nearest mode.
+  ModeLock(const ModeHops& hops, double start_c, RandomStream random = {0, RandomPurpose::mode_hops});
 
-  void follow(double path_c) {
-    if (hops_.kelvin_per_mode == 0) return;
-    const double wanted = (path_c - start_c_) / hops_.kelvin_per_mode;
-    if (std::abs(wanted - mode_) > hops_.reach_modes) mode_ = std::round(wanted);
-  }
-  /// Whole wavelengths from where it started.
+  /// A second passes, and the path has come here.
+  void follow(double path_c);
+  /// Whole wavelengths from the mode at the start (or, with a phase, from the one nearest at 20 °C).
   [[nodiscard]] double mode() const { return mode_; }
+  [[nodiscard]] bool is_hopping() const { return passed_s_ < transient_s_; }
+  [[nodiscard]] double deg_per_h() const;
 
  private:
   ModeHops hops_;
-  double start_c_;
-  double mode_{};
+  double zero_c_;
+  double mode_{}, before_{};
+  double passed_s_{}, transient_s_{};  ///< of the last hop
+  RandomStream random_;
 };
 
 using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  ///< °C, in the order of ThermalOutput
@@ -100,7 +133,12 @@ using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  //
 /// − (1 − u/2) v_right}. An arm warmer by 1 K at 20 °C is worth k v₀ p / 293.15.
 [[nodiscard]] double gas_flow_deg_per_h(const GasFlow& flow, double left_c, double right_c);
 
-/// Σ_m g_m (T_m − T_block) over the mirrors: a cavity that expands unevenly is not the same for both beams.
+/// k v u', v the mean of the two arms' and u' the unbalance per kelvin times the temperature, above 20 °C, of the
+/// electronics that control the arms' currents.
+[[nodiscard]] double electronics_deg_per_h(const GasFlow& flow, InnerTemperatures inner_c);
+
+/// Σ_m g_m (1 + γ_m (T_block − 20 °C)/40 K) (T_m − T_block) over the mirrors: a cavity that expands unevenly is not the
+/// same for both beams.
 [[nodiscard]] double deformation_deg_per_h(const BiasPhysics& physics, InnerTemperatures inner_c);
 
 /// k₁ x + k₂ x², x the block's mean less 20 °C.
@@ -117,24 +155,32 @@ struct BiasParts {
   double backscatter{};
   double hysteresis{};
   double mode_hops{};
+  double electronics{};
+  double relaxation{};
+  double warm_up{};
 };
 
-/// The contributions together, with the memory that hysteresis and mode hops need.
+/// The contributions together, with the memory that hysteresis, mode hops and all that is slow need.
 class GyroBias {
  public:
-  /// At rest: no play is engaged, the mode is the one that was locked there.
-  GyroBias(const BiasPhysics& physics, InnerTemperatures start_c);
+  /// At rest after its past; the mode is the one that was locked there, and the gyro has just been switched on.
+  GyroBias(const BiasPhysics& physics, InnerTemperatures start_c, const GyroPast& past = {});
 
-  /// The temperatures have come here.
+  /// A second has passed, and the temperatures have come here.
   void step(InnerTemperatures now_c);
 
   [[nodiscard]] const BiasParts& parts() const { return parts_; }
   [[nodiscard]] DegreesPerHour total() const;
 
  private:
+  void follow(InnerTemperatures now_c);
+
   BiasPhysics physics_;
   std::vector<Play> plays_;
   ModeLock lock_;
+  LaggingPart flow_, deformation_;
+  RelaxingBias relaxing_;
+  double seconds_on_{};
   BiasParts parts_;
 };
 

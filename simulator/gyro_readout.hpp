@@ -47,12 +47,14 @@ class Flicker {
 /// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
 /// The rate is bias + Earth rate + turn-on offset + what drifts: a first-order Markov process and bias instability
 /// (Flicker), both from their stationary distribution on, and a rate random walk (K in °/h/√h) from 0 on.
+/// A hard gyro's read-out depends on the block's temperature, by x = (T̄ − 20 °C)/40 K: N grows by 1 − g x · 40/60 (the
+/// residual of lock-in), the rate by the scale factor's 1 + s x, and by Ω_crosswise sin(t x) where the axis tilts by t.
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);
 
-  /// Lets one second pass at this bias.
-  void step(DegreesPerHour bias);
+  /// Lets one second pass at this bias and this temperature of the block.
+  void step(DegreesPerHour bias, Celsius block = {20});
 
   [[nodiscard]] DegreesPerHour drift() const;  ///< all that is added to bias and Earth rate, for the second to come
   [[nodiscard]] std::int64_t pulses() const { return pulses_; }
@@ -60,12 +62,14 @@ class GyroReadout {
   [[nodiscard]] double arcsec_per_pulse() const { return parameters_.arcsec_per_pulse; }
 
  private:
+  [[nodiscard]] bool loses_a_pulse();
   void wander();
 
   ReadoutParameters parameters_;
   RandomStream angle_noise_;
   RandomStream drift_noise_;
   RandomStream walk_noise_;
+  RandomStream losses_;
   Flicker instability_;
   double drift_memory_;  ///< of the Markov drift, per second
   double drift_deg_per_h_;

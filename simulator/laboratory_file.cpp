@@ -55,6 +55,13 @@ ReadoutParameters read_readout(const TomlTable& table) {
   r.turn_on_deg_per_h = table.number("turn_on_deg_per_h");
   r.turn_on_repeatability_deg_per_h = not_negative(table, "turn_on_repeatability_deg_per_h", 0);
   r.clock_skew_ppm = table.number("clock_skew_ppm");
+  r.walk_growth = not_negative(table, "walk_growth", 0);
+  r.scale_factor_ppm = table.number("scale_factor_ppm", 0);
+  r.tilt_arcmin = table.number("tilt_arcmin", 0);
+  r.crosswise_earth_rate_deg_per_h = table.number("crosswise_earth_rate_deg_per_h", 0);
+  r.lost_pulses_per_h = not_negative(table, "lost_pulses_per_h", 0);
+  if (r.walk_growth > kMostWalkGrowth)
+    table.mistake("walk_growth", fmt::format("{}, expected at most {}", r.walk_growth, kMostWalkGrowth));
   if (r.instability_to_s < r.instability_from_s || r.instability_to_s > kLongestCorrelationS)
     table.mistake("instability_to_s", fmt::format("{} s, expected {} to {} s", r.instability_to_s, r.instability_from_s,
                                                   kLongestCorrelationS));
@@ -77,15 +84,40 @@ EachThermometer each_or_none(const TomlTable& table, const char* key, double lea
   return table.has(key) ? each(table, key, least) : EachThermometer{};
 }
 
+constexpr Vocabulary<Failing, 3> kFailings{
+    {{"stuck", Failing::stuck}, {"offset", Failing::offset}, {"spikes", Failing::spikes}}};
+
+FailingThermometer read_failing(const TomlTable& table) {
+  const auto channel = table.choice("channel", {kPlaceNames.begin(), kPlaceNames.end()});
+  FailingThermometer failing{
+      .place = static_cast<std::size_t>(std::ranges::find(kPlaceNames, channel) - kPlaceNames.begin()),
+      .how = one_of(kFailings, table, "how"),
+      .from_s = to_seconds(table.duration("from"))};
+  if (failing.place == kPlaceNames.size()) failing.place = 0;  // the choice was a mistake
+  if (failing.how != Failing::stuck) failing.error_k = table.number("error_k");
+  if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
+  return failing;
+}
+
 ThermometerParameters read_thermometers(const TomlTable& table) {
   constexpr double kAny = -100;
-  return {.noise_k = each(table, "noise_k", 0),
-          .resolution_k = each(table, "resolution_k", 0),
-          .time_constant_s = each(table, "time_constant_s", 0),
-          .offset_k = each(table, "offset_k", kAny),
-          .gain = each_or_none(table, "gain", -1),
-          .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
-          .days_since_calibration = not_negative(table, "days_since_calibration", 0)};
+  ThermometerParameters t{.noise_k = each(table, "noise_k", 0),
+                          .resolution_k = each(table, "resolution_k", 0),
+                          .time_constant_s = each(table, "time_constant_s", 0),
+                          .offset_k = each(table, "offset_k", kAny),
+                          .gain = each_or_none(table, "gain", -1),
+                          .drift_k_per_sqrt_day = each_or_none(table, "drift_k_per_sqrt_day", 0),
+                          .days_since_calibration = not_negative(table, "days_since_calibration", 0),
+                          .drift_by_calendar = table.boolean("drift_by_calendar", false),
+                          .self_heating_k = each_or_none(table, "self_heating_k", 0)};
+  for (const auto& failing : table.tables("failing")) t.failing.push_back(read_failing(failing));
+  return t;
+}
+
+HardSpread read_hard_spread(const TomlTable& table) {
+  return {.amplitude = not_negative(table, "amplitude"),
+          .growth = not_negative(table, "growth"),
+          .ageing_per_year = not_negative(table, "ageing_per_year")};
 }
 
 SpreadParameters read_spread(const TomlTable& table, bool is_reduced) {
@@ -94,6 +126,7 @@ SpreadParameters read_spread(const TomlTable& table, bool is_reduced) {
                      .gain = not_negative(table, "gain", 0),
                      .time_constant = not_negative(table, "time_constant", 0),
                      .turn_on_deg_per_h = not_negative(table, "turn_on_deg_per_h")};
+  if (table.has("hard")) s.hard = read_hard_spread(table.table("hard"));
   if (is_reduced) return s;
   s.capacity = not_negative(table, "capacity");
   s.film = not_negative(table, "film");
@@ -140,6 +173,7 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
                                   .gyro = read_readout(table.table("gyro")),
                                   .thermometers = read_thermometers(table.table("thermometers")),
                                   .spread = read_spread(table.table("spread"), is_reduced)};
+  if (table.has("power_on")) laboratory.soaked = table.table("power_on").boolean("soaked", false);
   if (is_reduced)
     laboratory.body = read_reduced_gyro(table);
   else

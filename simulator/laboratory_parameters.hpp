@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -79,6 +80,20 @@ struct UnequalArms {
   double right_lead_w_per_k{};
 };
 
+/// [virtual.bias.ageing]: relative change of coefficients in a year, each along a straight line.
+struct Ageing {
+  double gas_flow{};
+  std::array<double, 4> mirrors{};
+  double gas_balance{};  ///< of the arms' unbalance
+};
+
+/// [virtual.bias.storage]: where the gyro was before a run, from turn to turn.
+struct Storage {
+  int turns{};  ///< between the gyro's making and day 0; from then on one a day. 0: it has always rested at the start
+  double lowest_c{};
+  double highest_c{};
+};
+
 /// body = "twin": the finite-element gyro, reduced, and the physics of its bias.
 struct ReducedGyroParameters {
   thermal::ReducedModel model;
@@ -88,7 +103,13 @@ struct ReducedGyroParameters {
   BiasPhysics bias;
   thermal::ThermalSpread spread;
   double lead_spread{};  ///< sigma of ln of each lead's factor
+  Ageing ageing{};
+  Storage storage{};
+  bool cold = false;  ///< starts switched off, as warm as the air, and is switched on with its first second
 };
+
+/// So that the angle random walk is above 0 up to 80 °C.
+inline constexpr double kMostWalkGrowth = 0.9;
 
 /// [virtual.gyro]: rotation, noise and read-out (gyro_readout.hpp).
 struct ReadoutParameters {
@@ -104,9 +125,26 @@ struct ReadoutParameters {
   double turn_on_deg_per_h{};                ///< constant offset of this gyro
   double turn_on_repeatability_deg_per_h{};  ///< standard deviation from turn-on to turn-on: drawn for each run
   double clock_skew_ppm{};                   ///< of the gyro's clock; positive runs fast
+  double walk_growth{};       ///< of the angle random walk at −40 °C, relative; at most kMostWalkGrowth
+  double scale_factor_ppm{};  ///< at 60 °C, relative to 20 °C, likewise
+  double tilt_arcmin{};       ///< of the input axis, likewise
+  double crosswise_earth_rate_deg_per_h{};  ///< at right angles to the input axis, the way that it tilts
+  double lost_pulses_per_h{};
 };
 
 using EachThermometer = std::array<double, 9>;  ///< A…H, shell
+
+/// How a thermometer fails.
+enum class Failing { stuck, offset, spikes };
+
+/// [[virtual.thermometers.failing]]
+struct FailingThermometer {
+  std::size_t place{};
+  Failing how{};
+  double from_s{};        ///< of the run
+  double error_k{};       ///< offset: added; spikes: added to single readings, either way
+  double spikes_per_h{};  ///< on average
+};
 
 /// [virtual.thermometers]
 struct ThermometerParameters {
@@ -116,7 +154,17 @@ struct ThermometerParameters {
   EachThermometer offset_k{};              ///< calibration error at 20 °C
   EachThermometer gain{};                  ///< calibration error, relative, about 20 °C
   EachThermometer drift_k_per_sqrt_day{};  ///< random walk since the calibration
-  double days_since_calibration{};         ///< at the start of each run
+  double days_since_calibration{};         ///< at the start of each run of day 0
+  bool drift_by_calendar = false;          ///< until a run starts the drift is the thermometer's own, else each run's
+  EachThermometer self_heating_k{};        ///< at 20 °C
+  std::vector<FailingThermometer> failing{};
+};
+
+/// [virtual.spread.hard]: how the gyros of other seeds differ in what only a hard rig has.
+struct HardSpread {
+  double amplitude{};        ///< sigma of ln of each amplitude's factor, whose sign is drawn too
+  double growth{};           ///< standard deviation of each γ, drawn anew
+  double ageing_per_year{};  ///< … of each coefficient's ageing, likewise
 };
 
 /// [virtual.spread]: how much the gyros of seeds other than 0 differ from the one of the file. Factors are log-normal.
@@ -128,6 +176,7 @@ struct SpreadParameters {
   double gain{};               ///< … of each thermometer's relative error of gain
   double time_constant{};      ///< sigma of ln of each thermometer's time constant's factor
   double turn_on_deg_per_h{};  ///< standard deviation of the gyro's constant offset
+  std::optional<HardSpread> hard{};
 };
 
 struct LaboratoryParameters {
@@ -136,6 +185,7 @@ struct LaboratoryParameters {
   ReadoutParameters gyro;
   ThermometerParameters thermometers;
   SpreadParameters spread;
+  bool soaked = false;  ///< before a run, chamber and gyro have stood at the profile's first set point for long
 };
 
 }  // namespace gyrotherm::simulator

@@ -204,6 +204,8 @@ DegreesPerHour reference_bias(const LumpedBias& bias, BlockTemperatures t) {
   return {bias.scale * (absolute + gradient_part(bias, t) + arms + wave)};
 }
 
+Celsius LumpedGyro::block() const { return {block_mean_c(places_c().first<kBlockPlaces>())}; }
+
 LumpedGyroParameters read_lumped_gyro(const TomlTable& table) {
   return {.network = read_network(table.table("network")), .bias = read_bias(table.table("bias"))};
 }

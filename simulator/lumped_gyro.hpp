@@ -57,6 +57,7 @@ class LumpedGyro final : public VirtualGyro {
   void step(Celsius air) override { network_.step(air); }
   [[nodiscard]] PlaceTemperatures places_c() const override { return network_.temperatures_c(); }
   [[nodiscard]] DegreesPerHour bias() const override { return reference_bias(law_, places_c().first<kBlockPlaces>()); }
+  [[nodiscard]] Celsius block() const override;
 
  private:
   LumpedBias law_;

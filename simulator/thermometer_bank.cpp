@@ -59,6 +59,37 @@ void scatter_thermometers(ThermometerParameters& thermometers, const SpreadParam
   for (double& lag_s : thermometers.time_constant_s) lag_s *= time_constant.log_normal(spread.time_constant);
 }
 
+void scatter_hard(ReducedGyroParameters& gyro, const HardSpread& spread, RandomStream& random) {
+  const auto redraw = [&](double& amplitude) {
+    amplitude *= random.log_normal(spread.amplitude) * (random.uniform() < 0.5 ? -1 : 1);
+  };
+  const auto draw_anew = [&](double& value, double deviation) { value = deviation * random.normal(); };
+  auto& bias = gyro.bias;
+  for (double* gamma : {&bias.growth.gas_flow, &bias.growth.backscatter}) draw_anew(*gamma, spread.growth);
+  for (double& gamma : bias.growth.mirrors) draw_anew(gamma, spread.growth);
+  for (double* lag_s : {&bias.lags.gas_flow.time_constant_s, &bias.lags.deformation.time_constant_s})
+    *lag_s = std::max(1.0, *lag_s * random.log_normal(spread.amplitude));
+  redraw(bias.flow.unbalance_per_k);
+  for (auto& term : bias.relaxations) redraw(term.deg_per_h_per_k);
+  for (auto& phase : bias.warm_up) redraw(phase.deg_per_h);
+  redraw(bias.mode_hops.transient_deg_per_h);
+  if (bias.mode_hops.phase_modes) bias.mode_hops.phase_modes = random.uniform() - 0.5;
+  draw_anew(gyro.ageing.gas_flow, spread.ageing_per_year);
+  for (double& per_year : gyro.ageing.mirrors) draw_anew(per_year, spread.ageing_per_year);
+  draw_anew(gyro.ageing.gas_balance, spread.ageing_per_year);
+}
+
+void scatter_hard(LumpedGyroParameters& /*has nothing of it*/, const HardSpread& /*spread*/, RandomStream& /*random*/) {
+}
+
+void scatter_hard(ReadoutParameters& readout, ThermometerParameters& thermometers, const HardSpread& spread,
+                  RandomStream& random) {
+  for (double* amplitude : {&readout.scale_factor_ppm, &readout.tilt_arcmin})
+    *amplitude *= random.log_normal(spread.amplitude) * (random.uniform() < 0.5 ? -1 : 1);
+  readout.walk_growth = std::min(kMostWalkGrowth, readout.walk_growth * random.log_normal(spread.amplitude));
+  for (double& self_heating_k : thermometers.self_heating_k) self_heating_k *= random.log_normal(spread.amplitude);
+}
+
 }  // namespace
 
 LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
@@ -72,6 +103,11 @@ LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
       },
       type.body);
   scatter_thermometers(type.thermometers, spread, seed);
+  if (spread.hard) {
+    RandomStream random(seed, RandomPurpose::hard_spread);
+    std::visit([&](auto& body) { scatter_hard(body, *spread.hard, random); }, type.body);
+    scatter_hard(type.gyro, type.thermometers, *spread.hard, random);
+  }
   type.gyro.turn_on_deg_per_h += spread.turn_on_deg_per_h * turn_on.normal();
   return type;
 }
@@ -81,6 +117,7 @@ namespace {
 static_assert(std::tuple_size_v<EachThermometer> == kThermalPlaces);
 constexpr double kSecondsPerDay = 86400;
 constexpr double kCalibratedAtC = 20;
+constexpr double kPlatinumPerK = 3.9083e-3;  // IEC 60751
 
 }  // namespace
 
@@ -92,7 +129,8 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, PlaceT
                                  std::uint64_t seed)
     : parameters_(parameters),
       noise_(seed, RandomPurpose::thermometer_noise),
-      drift_noise_(seed, RandomPurpose::thermometer_drift) {
+      drift_noise_(seed, RandomPurpose::thermometer_drift),
+      spikes_(seed, RandomPurpose::thermometer_spikes) {
   const auto& p = parameters_;
   std::ranges::copy(places_c, sensed_c_.begin());
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
@@ -107,7 +145,10 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, PlaceT
 void ThermometerBank::step(PlaceTemperatures places_c) {
   for (std::size_t i = 0; i < kThermalPlaces; ++i) sensed_c_[i] += follow_[i] * (places_c[i] - sensed_c_[i]);
   if (drifts_) drift();
+  ++seconds_;
+  const auto before_c = readings_c_;
   read();
+  fail(before_c);
 }
 
 void ThermometerBank::drift() {
@@ -117,9 +158,26 @@ void ThermometerBank::drift() {
 void ThermometerBank::read() {
   const auto& p = parameters_;
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
-    const double error_k = p.offset_k[i] + p.gain[i] * (sensed_c_[i] - kCalibratedAtC) + drift_k_[i];
+    const double above_k = sensed_c_[i] - kCalibratedAtC;
+    const double error_k =
+        p.offset_k[i] + p.gain[i] * above_k + drift_k_[i] + p.self_heating_k[i] * (1 + kPlatinumPerK * above_k);
     const double shown_c = sensed_c_[i] + error_k + p.noise_k[i] * noise_.normal();
     readings_c_[i] = to_resolution(shown_c, p.resolution_k[i]);
+  }
+}
+
+void ThermometerBank::fail(const std::array<double, kThermalPlaces>& before_c) {
+  for (const auto& failing : parameters_.failing) {
+    if (seconds_ <= failing.from_s) continue;
+    double& reading_c = readings_c_[failing.place];
+    switch (failing.how) {
+      case Failing::stuck: reading_c = before_c[failing.place]; break;
+      case Failing::offset: reading_c += failing.error_k; break;
+      case Failing::spikes:
+        if (spikes_.uniform() < failing.spikes_per_h / kSecondsPerHour)
+          reading_c += spikes_.uniform() < 0.5 ? -failing.error_k : failing.error_k;
+        break;
+    }
   }
 }
 

@@ -14,7 +14,8 @@ namespace gyrotherm::simulator {
 /// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
 /// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
 /// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
-/// a twin's model is perturbed (thermal/reduced/reduced_model.hpp).
+/// a twin's model is perturbed (thermal/reduced/reduced_model.hpp). What only a hard rig has is drawn by its own
+/// spread, from a stream of its own.
 [[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
 
 // The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.
@@ -23,7 +24,9 @@ namespace gyrotherm::simulator {
 [[nodiscard]] double to_resolution(double value, double resolution);
 
 /// Each thermometer follows its place with a first-order lag and reads, to its resolution,
-/// T + offset + gain·(T − 20 °C) + drift + white noise. The drift is a random walk that began at the calibration.
+/// T + offset + gain·(T − 20 °C) + drift + self-heating + white noise. The drift is a random walk that began at the
+/// calibration; self-heating grows as the resistance of platinum (IEC 60751: 0.39 % a kelvin). One that fails reads
+/// something else from its time on.
 class ThermometerBank {
  public:
   /// Starts in equilibrium with `places_c` and reads it once.
@@ -37,10 +40,13 @@ class ThermometerBank {
  private:
   void drift();
   void read();
+  void fail(const std::array<double, kThermalPlaces>& before_c);
 
   ThermometerParameters parameters_;
   RandomStream noise_;
   RandomStream drift_noise_;
+  RandomStream spikes_;
+  double seconds_{};
   EachThermometer follow_{};            ///< share of the difference closed in one second
   EachThermometer drift_per_sqrt_s_{};  ///< K
   bool drifts_ = false;

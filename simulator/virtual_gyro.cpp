@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "simulator/laboratory_file.hpp"
 
@@ -37,7 +38,8 @@ GasFlow read_flow(const TomlTable& table) {
   return {.shift_deg_per_h_per_cm_per_s = table.number("shift_deg_per_h_per_cm_per_s"),
           .velocity_cm_per_s = table.number("velocity_cm_per_s"),
           .exponent = table.number("exponent"),
-          .unbalance = table.number("unbalance")};
+          .unbalance = table.number("unbalance"),
+          .unbalance_per_k = table.number("unbalance_per_k", 0)};
 }
 
 BackscatterWave read_wave(const TomlTable& table) {
@@ -53,11 +55,66 @@ HysteresisPlay read_play(const TomlTable& table) {
 ModeHops read_mode_hops(const TomlTable& table) {
   ModeHops hops{.kelvin_per_mode = not_negative(table, "kelvin_per_mode"),
                 .reach_modes = table.number("reach_modes"),
-                .step_deg_per_h = table.number("step_deg_per_h")};
+                .step_deg_per_h = table.number("step_deg_per_h"),
+                .shortest_s = not_negative(table, "shortest_s", 0),
+                .longest_s = not_negative(table, "longest_s", 0),
+                .transient_deg_per_h = table.number("transient_deg_per_h", 0)};
+  if (table.has("phase_modes")) hops.phase_modes = table.number("phase_modes");
+  if (hops.phase_modes && !(std::abs(*hops.phase_modes) <= 0.5))
+    table.mistake("phase_modes", fmt::format("{}, expected -0.5 to 0.5", *hops.phase_modes));
+  if (hops.longest_s < hops.shortest_s)
+    table.mistake("longest_s",
+                  fmt::format("{} s, expected at least the shortest, {} s", hops.longest_s, hops.shortest_s));
   if (table.has("reach_modes") && !(hops.reach_modes > 0.5))
     table.mistake("reach_modes",
                   fmt::format("{}, expected more than the half mode that remains after a hop", hops.reach_modes));
   return hops;
+}
+
+CoefficientGrowth read_growth(const TomlTable& table) {
+  CoefficientGrowth growth{
+      .gas_flow = table.number("gas_flow"), .mirrors = {}, .backscatter = table.number("backscatter")};
+  std::ranges::copy(numbers(table, "mirrors", growth.mirrors.size(), -1e6), growth.mirrors.begin());
+  return growth;
+}
+
+HiddenLag read_lag(const TomlTable& table) {
+  HiddenLag lag{.share = not_negative(table, "share"), .time_constant_s = time_constant_s(table, "time_constant_s")};
+  if (lag.share > 1) table.mistake("share", fmt::format("{} is more than all of it", lag.share));
+  return lag;
+}
+
+Ageing read_ageing(const TomlTable& table) {
+  Ageing ageing{.gas_flow = table.number("gas_flow_per_year"),
+                .mirrors = {},
+                .gas_balance = table.number("gas_balance_per_year")};
+  std::ranges::copy(numbers(table, "mirrors_per_year", ageing.mirrors.size(), -1), ageing.mirrors.begin());
+  return ageing;
+}
+
+Storage read_storage(const TomlTable& table) {
+  constexpr int kMostTurns = 10000;
+  Storage storage{.turns = bounded<int>(table, "turns", table.integer("turns"), 0, kMostTurns),
+                  .lowest_c = table.celsius("lowest").value,
+                  .highest_c = table.celsius("highest").value};
+  if (storage.highest_c < storage.lowest_c) table.mistake("highest", "is below the lowest");
+  return storage;
+}
+
+/// What a linear gyro does not have: each table, or key, may be absent.
+void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
+  if (table.has("growth")) b.growth = read_growth(table.table("growth"));
+  if (table.has("lag")) {
+    const auto lag = table.table("lag");
+    if (lag.has("gas_flow")) b.lags.gas_flow = read_lag(lag.table("gas_flow"));
+    if (lag.has("deformation")) b.lags.deformation = read_lag(lag.table("deformation"));
+  }
+  for (const auto& term : table.tables("relaxation"))
+    b.relaxations.push_back({.time_constant_s = time_constant_s(term, "time_constant_s"),
+                             .deg_per_h_per_k = term.number("deg_per_h_per_k")});
+  for (const auto& phase : table.tables("warm_up"))
+    b.warm_up.push_back(
+        {.time_constant_s = time_constant_s(phase, "time_constant_s"), .deg_per_h = phase.number("deg_per_h")});
 }
 
 BiasPhysics read_physics(const TomlTable& table) {
@@ -70,6 +127,7 @@ BiasPhysics read_physics(const TomlTable& table) {
   for (const auto& wave : table.tables("wave")) b.waves.push_back(read_wave(wave));
   for (const auto& play : table.tables("play")) b.plays.push_back(read_play(play));
   if (table.has("mode_hops")) b.mode_hops = read_mode_hops(table.table("mode_hops"));
+  read_slow_bias(table, b);
   return b;
 }
 
@@ -93,10 +151,10 @@ thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const Unequ
   return model;
 }
 
-ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters)
+ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past)
     : reduced_(with_unequal_arms(parameters.model, parameters.arms),
-               {.start = {parameters.start_c}, .film = parameters.film}),
-      bias_(parameters.bias, reduced_.outputs_c()) {}
+               {.start = {parameters.start_c}, .cold = parameters.cold, .film = parameters.film}),
+      bias_(parameters.bias, reduced_.outputs_c(), past) {}
 
 void ReducedGyro::step(Celsius air) {
   reduced_.step(air);
@@ -114,7 +172,11 @@ ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
             .ballast_left_over_right = positive(thermal, "ballast_left_over_right"),
             .left_lead_w_per_k = not_negative(thermal, "left_lead_w_per_k"),
             .right_lead_w_per_k = not_negative(thermal, "right_lead_w_per_k")};
-  p.bias = read_physics(table.table("bias"));
+  const auto bias = table.table("bias");
+  p.bias = read_physics(bias);
+  if (bias.has("ageing")) p.ageing = read_ageing(bias.table("ageing"));
+  if (bias.has("storage")) p.storage = read_storage(bias.table("storage"));
+  if (table.has("power_on")) p.cold = table.table("power_on").boolean("cold", false);
   const auto spread = thermal.table("spread");
   p.spread = read_thermal_spread(spread);
   p.lead_spread = not_negative(spread, "leads");

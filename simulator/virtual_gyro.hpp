@@ -31,8 +31,10 @@ class VirtualGyro {
   virtual void step(Celsius air) = 0;
   /// True temperatures at the places now: what the thermometers are at.
   [[nodiscard]] virtual PlaceTemperatures places_c() const = 0;
-  /// What its temperatures, now and before, make of its bias; without noise, turn-on and rotation.
+  /// What its temperatures, now and before, and its warm-up make of its bias; without noise, turn-on and rotation.
   [[nodiscard]] virtual DegreesPerHour bias() const = 0;
+  /// The mean of its block.
+  [[nodiscard]] virtual Celsius block() const = 0;
 };
 
 // The finite-element gyro, reduced, with the physics of its bias: what the default virtual rig stands on.
@@ -45,12 +47,15 @@ class VirtualGyro {
 /// The thermometers see A…H and the shell; the bias sees the twin's gain arms, mirrors and block alone.
 class ReducedGyro final : public VirtualGyro {
  public:
-  /// Starts at rest, switched on, in air at the parameters' start temperature.
-  explicit ReducedGyro(const ReducedGyroParameters& parameters);
+  /// Starts at rest, switched on (a cold one: switched off until now), in air at the parameters' start temperature.
+  explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past = {});
 
   void step(Celsius air) override;
   [[nodiscard]] PlaceTemperatures places_c() const override { return reduced_.outputs_c().first<kThermalPlaces>(); }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
+  [[nodiscard]] Celsius block() const override {
+    return {inner_c()[static_cast<std::size_t>(thermal::ThermalOutput::block)]};
+  }
 
   [[nodiscard]] const BiasParts& bias_parts() const { return bias_.parts(); }
   [[nodiscard]] InnerTemperatures inner_c() const { return reduced_.outputs_c(); }

@@ -136,6 +136,10 @@ class Servers final : public VirtualInstruments {
     }
   }
 
+  [[nodiscard]] DegreesPerHour true_bias() override {
+    const std::scoped_lock lock(guard_);
+    return laboratory_.true_bias();
+  }
   [[nodiscard]] std::uint16_t chamber_port() const override { return chamber_port_; }
   [[nodiscard]] std::uint16_t thermometer_port(std::size_t index) const override {
     return thermometer_ports_.at(index);

@@ -66,6 +66,9 @@ class VirtualInstruments {
   /// Lets one second per set point pass with the controller at it and nobody listening: how a recorded run is replayed.
   virtual void replay(std::span<const Celsius> set_points) = 0;
 
+  /// Of the world (VirtualLaboratory::true_bias): asked of the laboratory, by no instrument's line.
+  [[nodiscard]] virtual DegreesPerHour true_bias() = 0;
+
   /// Ports on 127.0.0.1; 0: that thermometer is no server (USB-TEMP).
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "simulator/chamber_plant.hpp"
+#include "simulator/gyro_ageing.hpp"
 #include "simulator/gyro_readout.hpp"
 #include "simulator/lumped_gyro.hpp"
 #include "simulator/thermometer_bank.hpp"
@@ -16,19 +17,24 @@ namespace {
 
 const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
 
-std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p) { return std::make_unique<LumpedGyro>(p); }
-std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p) { return std::make_unique<ReducedGyro>(p); }
+std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p, LaboratorySeed /*seed*/) {
+  return std::make_unique<LumpedGyro>(p);
+}
+std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p, LaboratorySeed seed) {
+  return std::make_unique<ReducedGyro>(p, past_of(p.storage, seed));
+}
 
 }  // namespace
 
 struct VirtualLaboratory::Parts {
-  Parts(const LaboratoryParameters& drawn, std::uint64_t noise_seed);
+  Parts(const LaboratoryParameters& drawn, LaboratorySeed seed);
   void measure_air();
   void show_thermometers();
 
   PlantParameters plant_parameters;
   ChamberPlant plant;
   std::unique_ptr<VirtualGyro> gyro;
+  DegreesPerHour true_bias;  ///< in the second that has passed
   ThermometerBank thermometers;
   GyroReadout readout;
   RandomStream air_noise;
@@ -39,13 +45,14 @@ struct VirtualLaboratory::Parts {
   std::array<double, kThermalPlaces> shown_with_faults_c{};  ///< by thermometers with faults
 };
 
-VirtualLaboratory::Parts::Parts(const LaboratoryParameters& drawn, std::uint64_t noise_seed)
+VirtualLaboratory::Parts::Parts(const LaboratoryParameters& drawn, LaboratorySeed seed)
     : plant_parameters(drawn.plant),
       plant(drawn.plant),
-      gyro(std::visit([](const auto& body) { return make_gyro(body); }, drawn.body)),
-      thermometers(drawn.thermometers, gyro->places_c(), noise_seed),
-      readout(drawn.gyro, noise_seed),
-      air_noise(noise_seed, RandomPurpose::air_noise),
+      gyro(std::visit([&](const auto& body) { return make_gyro(body, seed); }, drawn.body)),
+      true_bias(gyro->bias()),
+      thermometers(drawn.thermometers, gyro->places_c(), noise_seed(seed)),
+      readout(drawn.gyro, noise_seed(seed)),
+      air_noise(noise_seed(seed), RandomPurpose::air_noise),
       set_point{drawn.plant.start_c} {
   measure_air();
 }
@@ -64,7 +71,7 @@ void VirtualLaboratory::Parts::show_thermometers() {
 }
 
 VirtualLaboratory::VirtualLaboratory(const LaboratoryParameters& parameters, LaboratorySeed seed)
-    : parts_(std::make_unique<Parts>(draw_gyro(parameters, seed.gyro), splitmix64(seed.gyro ^ splitmix64(seed.run)))) {}
+    : parts_(std::make_unique<Parts>(aged(draw_gyro(parameters, seed.gyro), seed), seed)) {}
 VirtualLaboratory::~VirtualLaboratory() = default;
 VirtualLaboratory::VirtualLaboratory(VirtualLaboratory&&) noexcept = default;
 VirtualLaboratory& VirtualLaboratory::operator=(VirtualLaboratory&&) noexcept = default;
@@ -83,7 +90,8 @@ void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
 void VirtualLaboratory::step() {
   auto& p = *parts_;
-  p.readout.step(p.gyro->bias());
+  p.true_bias = p.gyro->bias();
+  p.readout.step(p.true_bias, p.gyro->block());
   p.gyro->step(p.plant.air());
   p.plant.step(p.set_point, p.on);
   p.thermometers.step(p.gyro->places_c());
@@ -109,6 +117,7 @@ const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { r
 std::int64_t VirtualLaboratory::pulses() const { return parts_->readout.pulses(); }
 std::int64_t VirtualLaboratory::device_time_us() const { return parts_->readout.device_time_us(); }
 double VirtualLaboratory::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
-DegreesPerHour VirtualLaboratory::true_bias() const { return parts_->gyro->bias() + parts_->readout.drift(); }
+DegreesPerHour VirtualLaboratory::true_bias() const { return parts_->true_bias; }
+DegreesPerHour VirtualLaboratory::drift() const { return parts_->readout.drift(); }
 
 }  // namespace gyrotherm::simulator

@@ -39,11 +39,17 @@ struct GyroModelUsed {
 [[nodiscard]] Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const std::string& file,
                                                             const std::optional<std::string>& gyro_model_text = {});
 
-/// Which gyro, and which of its runs: two runs of one gyro share its physics and none of its noise.
+inline constexpr std::uint64_t kMostDaysLater = 36'500;  ///< a century
+
+/// Which gyro, which of its runs, and when: two runs of one gyro share its physics and none of its noise.
 struct LaboratorySeed {
-  std::uint64_t gyro{};  ///< 0 is the gyro of the file exactly; any other draws another gyro of the same type
-  std::uint64_t run{};   ///< draws the noise
+  std::uint64_t gyro{};          ///< 0 is the gyro of the file exactly; any other draws another gyro of the same type
+  std::uint64_t run{};           ///< draws the noise
+  std::uint64_t days_later = 0;  ///< the gyro and its thermometers are so much older; at most kMostDaysLater
 };
+
+/// The laboratory as it stands when chamber and gyro have long been at `first`, which the controller must accept.
+[[nodiscard]] LaboratoryParameters soaked_at(LaboratoryParameters parameters, Celsius first);
 
 class VirtualLaboratory {
  public:
@@ -71,7 +77,11 @@ class VirtualLaboratory {
   [[nodiscard]] std::int64_t pulses() const;          ///< accumulated
   [[nodiscard]] std::int64_t device_time_us() const;  ///< the gyro's own clock, with its skew
   [[nodiscard]] double arcsec_per_pulse() const;
-  [[nodiscard]] DegreesPerHour true_bias() const;  ///< for tests; no instrument can see it
+  /// What its temperatures, now and before, and its warm-up made of the gyro's bias in the second that has passed (at
+  /// first: will make of it). Turn-on offset, bias instability and random walks are not in it: no temperature tells of
+  /// them. No instrument can see it; the laboratory itself may be asked.
+  [[nodiscard]] DegreesPerHour true_bias() const;
+  [[nodiscard]] DegreesPerHour drift() const;  ///< and that is what is not in it, for tests
 
  private:
   struct Parts;

@@ -115,7 +115,9 @@ TEST(VirtualLaboratory, CountsEarthRateAndBias) {
     VirtualLaboratory laboratory(parameters, {});
     (void)seen(laboratory, {20}, 3600);
     const double arcsec = static_cast<double>(laboratory.pulses()) * parameters.gyro.arcsec_per_pulse;
-    EXPECT_NEAR(arcsec / 3600, parameters.gyro.earth_rate_deg_per_h + laboratory.true_bias().value, 0.002) << rig;
+    EXPECT_NEAR(arcsec / 3600,
+                parameters.gyro.earth_rate_deg_per_h + (laboratory.true_bias() + laboratory.drift()).value, 0.002)
+        << rig;
   }
 }
 

@@ -118,6 +118,12 @@ Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c) 
   return states;
 }
 
+Eigen::VectorXd cold_rest_of(const ReducedModel& model, GyroFilm film, double air_c) {
+  auto inputs = switched_on(model, air_c);
+  inputs.tail(inputs.size() - 1).setZero();
+  return states_at(model, coefficients_at(model, air_c, film), 0) * inputs;
+}
+
 std::variant<ModalSecond, StepTable> ReducedTransient::law_of(const ReducedModel& model) {
   if (!options_.linear) return StepTable(model, options_.film);
   ModalSecond modal(model, coefficients_at(model, gap_air_c(outputs_ * states_), options_.film));
@@ -129,7 +135,7 @@ std::variant<ModalSecond, StepTable> ReducedTransient::law_of(const ReducedModel
 ReducedTransient::ReducedTransient(const ReducedModel& model, const ReducedTransientOptions& options)
     : options_(options),
       air_c_(options.start.value),
-      states_(rest_of(model, options.film, air_c_)),
+      states_(options.cold ? cold_rest_of(model, options.film, air_c_) : rest_of(model, options.film, air_c_)),
       outputs_(model.outputs),
       law_(law_of(model)),
       outputs_c_(outputs_ * states_) {

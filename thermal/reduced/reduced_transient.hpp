@@ -67,6 +67,7 @@ class StepTable final {
 
 struct ReducedTransientOptions {
   Celsius start{20};  ///< air at which the gyro, switched on, rests at the start
+  bool cold = false;  ///< it rests there switched off, and is switched on with the first second
   GyroFilm film = GyroFilm::chamber;
   bool linear = false;          ///< keep the air's conductivity of the start
   int seconds_per_update = 10;  ///< of the air's conductivity
@@ -74,6 +75,9 @@ struct ReducedTransientOptions {
 
 /// Where the gyro, switched on, rests in air of `air_c`: states, with the gaps at the mean of block and shell.
 [[nodiscard]] Eigen::VectorXd rest_of(const ReducedModel& model, GyroFilm film, double air_c);
+
+/// Where it rests switched off: everything as warm as the air.
+[[nodiscard]] Eigen::VectorXd cold_rest_of(const ReducedModel& model, GyroFilm film, double air_c);
 
 /// The temperature of the air in the gaps: the mean of block and shell.
 [[nodiscard]] double gap_air_c(const Eigen::Ref<const Eigen::VectorXd>& outputs_c);

@@ -18,7 +18,8 @@ TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
-                         ::testing::Values("qualification.toml", "qualification-soaked.toml", "random.toml"));
+                         ::testing::Values("cold-start.toml", "flight.toml", "qualification.toml",
+                                           "qualification-soaked.toml", "random.toml", "shipboard.toml"));
 
 }  // namespace
 }  // namespace gyrotherm::rig

@@ -119,8 +119,9 @@ struct Sample {
   std::vector<Reading<Celsius>> thermometers;
   Reading<PulseCount> gyro;
   ProfilePosition progress;
-  FrameCount gyro_frames{};  ///< counted since the rig was assembled
-  RunState state{};          ///< what was judged at this sample
+  FrameCount gyro_frames{};                   ///< counted since the rig was assembled
+  RunState state{};                           ///< what was judged at this sample
+  std::optional<DegreesPerHour> true_bias{};  ///< of a virtual gyro, in this second, as its laboratory knows it
 };
 
 /// Where a run stands and where it goes, for whoever watches it.

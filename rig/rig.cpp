@@ -262,6 +262,7 @@ class LoopbackWires final : public Wires {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
+  std::optional<DegreesPerHour> true_bias() override { return instruments_->true_bias(); }
 
  private:
   static drivers::Line local(std::uint16_t port) { return drivers::TcpLine{"127.0.0.1", port}; }
@@ -287,7 +288,11 @@ class VirtualRig final : private OwnedWires, public AssembledRig {
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
  private:
-  std::unique_ptr<io::InstrumentIo> make_io() override { return io::InstrumentIo::inline_calls(instruments()); }
+  std::unique_ptr<io::InstrumentIo> make_io() override {
+    auto all = instruments();
+    all.true_bias = [this] { return wires_.true_bias(); };
+    return io::InstrumentIo::inline_calls(std::move(all));
+  }
   Wires& wires_;
 };
 
@@ -307,8 +312,10 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
                                                                      const ServeOptions& how) {
   if (!file.simulated)
     return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
-  const auto parameters = simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
+  auto parameters = simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
   if (!parameters) return failure(parameters.error());
+  if (parameters->soaked && how.first_set_point)
+    parameters = simulator::soaked_at(std::move(*parameters), *how.first_set_point);
   simulator::VirtualInstrumentsOptions options{.chamber = file.chamber_map,
                                                .thermometers = {},
                                                .gyro = file.gyro.frame,
@@ -322,7 +329,7 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
 
 Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
   if (!file.simulated) return std::make_unique<RealRig>(file, start.already);
-  auto laboratory = serve_virtual(file, start.seed);
+  auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point});
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   return std::make_unique<VirtualRig>(file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already));

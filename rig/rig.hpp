@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,12 +45,15 @@ class Wires {
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Lets the world behind the wires and the clock move on by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
+  /// Of that world's gyro (VirtualLaboratory::true_bias), where it may be asked.
+  [[nodiscard]] virtual std::optional<DegreesPerHour> true_bias() { return std::nullopt; }
 };
 
 struct ServeOptions {
   std::uint16_t first_port = 0;  ///< 0: any free ones
   simulator::FramePace frames{};
   bool ptys = false;
+  std::optional<Celsius> first_set_point{};  ///< of the profile that will be run; some rigs have stood there before
 };
 /// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like
 /// parse_laboratory and VirtualInstruments::start, and with usage if the rig is not virtual.
@@ -63,6 +67,7 @@ struct RigStart {
   Duration already{};              ///< how long the run has lasted when its next second begins (resume)
   std::vector<Celsius>
       replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
+  std::optional<Celsius> first_set_point{};  ///< virtual rig: of the profile
 };
 
 /// The chamber before anything of it was moved.

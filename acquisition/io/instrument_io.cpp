@@ -72,6 +72,7 @@ class InlineIo final : public InstrumentIo {
       spread(inputs, read_stamped(inputs.instrument, clock), sample);
     sample.gyro = stamped(clock, instruments_.gyro.read(options_.interval));
     sample.gyro_frames = instruments_.gyro.frames();
+    if (instruments_.true_bias) sample.true_bias = instruments_.true_bias();
     return sample;
   }
   Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }

@@ -4,7 +4,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,8 @@ struct Instruments {
   std::vector<ThermometerInputs> thermometers;
   drivers::Gyro& gyro;
   const drivers::LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
+  /// Of a virtual gyro in the second that has passed; of a real one nobody knows it. Asked by inline calls alone.
+  std::function<std::optional<DegreesPerHour>()> true_bias{};
 };
 
 struct InstrumentIoOptions {

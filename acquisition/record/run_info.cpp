@@ -46,6 +46,7 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   for (const auto& [key, text] : kTexts) put(key, info.*text);
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
+  put("days_later", std::to_string(info.days_later));
   put("imported", info.imported);
   put("started_utc_ns", info.started_utc.count());
   put("gyro_kind", info.gyro.kind == GyroKind::rate ? kRate : kPulseCount);
@@ -125,11 +126,16 @@ Result<void> write_list(Database& database, std::string_view name, const std::ve
   return {};
 }
 
+void take_whole(std::uint64_t& number, std::string_view text) {
+  std::from_chars(text.data(), text.data() + text.size(), number);
+}
+
 void take(RunInfo& info, std::string_view key, const Statement& row) {
   for (const auto& [name, text] : kTexts)
     if (key == name) info.*text = row.text(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
-  if (key == "seed") std::from_chars(row.text(1).data(), row.text(1).data() + row.text(1).size(), info.seed);
+  if (key == "seed") take_whole(info.seed, row.text(1));
+  if (key == "days_later") take_whole(info.days_later, row.text(1));
   if (key == "imported") info.imported = row.integer(1) != 0;
   if (key == "started_utc_ns") info.started_utc = Duration(row.integer(1));
   if (key == "gyro_kind") info.gyro.kind = row.text(1) == kRate ? GyroKind::rate : GyroKind::pulse_count;

@@ -55,7 +55,8 @@ struct RunInfo {
   std::string gyro_model_text;   ///< … the model's file
   bool simulated{};
   std::uint64_t seed{};
-  bool imported{};  ///< rows are a foreign record's, at its own times
+  std::uint64_t days_later{};  ///< virtual rig: how much older its gyro is than on day 0
+  bool imported{};             ///< rows are a foreign record's, at its own times
   Duration started_utc{};
   std::string chamber_instrument;  ///< who reads the chamber, in words
   std::vector<Channel> thermometers;

@@ -29,6 +29,7 @@ namespace {
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
   model::QualificationOptions training;
+  std::uint64_t days_later{};
 };
 
 /// Wall time of each stage; kept apart from results, because it varies from run to run.
@@ -81,20 +82,21 @@ struct Run {
 
 /// True if the record at `path` is (part of) this very experiment.
 bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
-             std::uint64_t seed) {
+             const StartOptions& start) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
-         info.program_version == GYROTHERM_VERSION && (!rig.simulated || info.seed == seed);
+         info.program_version == GYROTHERM_VERSION &&
+         (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
-Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, std::uint64_t seed) {
-  if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, seed, run.path);
+Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
+  if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
   const auto before = record::read_record(run.path);
   if (!before) return failure(before.error());
-  if (!belongs(before->info, run.profile, rig, seed))
+  if (!belongs(before->info, run.profile, rig, start))
     return failure(FaultKind::usage, run.path,
-                   "is of another experiment (profile, rig, seed or program differ); choose another --out");
+                   "is of another experiment (profile, rig, seed, day or program differ); choose another --out");
   if (!before->finished) return resume_run(console, run.path, {});
   console.say(fmt::format("{}: already recorded", run.path));
   return {};
@@ -244,12 +246,15 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
   const std::uint64_t seed = options.training.seed;
-  if (rig->simulated) console.say(fmt::format("SIMULATED: {}, seed {}", rig->title, seed));
+  if (rig->simulated)
+    console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, seed,
+                            options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
   for (auto* run : {&*rate, &*random}) {
     timings.begin("record " + run->stage);
-    if (auto recorded = record(console, *run, *rig, seed); !recorded) return failure(recorded.error());
+    if (auto recorded = record(console, *run, *rig, {.seed = seed, .days_later = options.days_later}); !recorded)
+      return failure(recorded.error());
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
@@ -276,6 +281,7 @@ void add_qualify(Program& program) {
       .add_option("--seed", options.training.seed,
                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
       ->check(not_negative());
+  add_days_later(command, options.days_later);
   command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,

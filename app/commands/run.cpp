@@ -14,8 +14,7 @@ struct RunArguments {
   std::string profile;
   std::string rig;
   std::string out;
-  std::uint64_t seed = 0;
-  bool upload = false;
+  StartOptions start;
 };
 
 /// "short rate" → "short rate.db": a plain name in the working folder, whatever the profile's name is: what could lead
@@ -41,8 +40,7 @@ Result<Exit> run(Console& console, const RunArguments& options) {
   if (!profile) return failure(profile.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   const auto path = options.out.empty() ? record_named_after(profile->name) : options.out;
-  if (auto ran = start_run(console, *profile, *rig, options.seed, path, options.upload); !ran)
-    return failure(ran.error());
+  if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
   return Exit::done;
 }
 
@@ -55,9 +53,10 @@ void add_run(Program& program) {
   command.add_option("profile", options.profile, "the profile")->required();
   command.add_option("--rig", options.rig, "the rig")->required();
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)");
-  command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+  command.add_option("--seed", options.start.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(not_negative());
-  command.add_flag("--upload", options.upload,
+  add_days_later(command, options.start.days_later);
+  command.add_flag("--upload", options.start.upload,
                    "the chamber's controller carries the profile out by itself, where its map describes how");
 }
 

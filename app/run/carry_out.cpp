@@ -154,8 +154,18 @@ Result<void> check_controller(const drivers::SetPointRange& limits, const profil
   return {};
 }
 
-Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file, std::uint64_t seed,
-                       const std::string& path, bool upload) {
+void add_days_later(CLI::App& command, std::uint64_t& days) {
+  command
+      .add_option("--days-later", days,
+                  "of a virtual rig: its gyro and its thermometers are so many days older than on day 0 (default: 0)")
+      ->check(CLI::Range(std::uint64_t{0}, simulator::kMostDaysLater));
+}
+
+Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,
+                       const std::string& path, const StartOptions& options) {
+  if (!file.simulated && options.days_later > 0)
+    return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
+  const bool upload = options.upload;
   std::optional<OneCore> one_core;
   file.simulated ? void(one_core.emplace()) : console.never_wait();
   if (std::error_code error;
@@ -163,21 +173,25 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
   auto ownership = run::ChamberOwnership::take(file, path, upload);
   if (!ownership) return failure(ownership.error());
-  auto rig = rig::Rig::assemble(
-      file, {.seed = {.gyro = seed, .run = run::run_number(profile.text)}, .already = {}, .replay = {}});
+  const auto first = begin(profile);
+  const simulator::LaboratorySeed seed{
+      .gyro = options.seed, .run = run::run_number(profile.text), .days_later = options.days_later};
+  auto rig =
+      rig::Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}, .first_set_point = command(profile, first)});
   if (!rig) return failure(rig.error());
   if (upload && !file.chamber_map.memory)
     return failure(FaultKind::usage, "--upload",
                    fmt::format("the register map of the {} describes no profile memory", file.chamber_map.name));
-  const auto first = begin(profile);
   const auto program = upload ? run::program_of(profile) : Result<drivers::ChamberProgram>();
   if (!program) return failure(program.error());
   run::EntryPoint entry;
   Result<std::unique_ptr<record::Store>> store = nullptr;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
-    store = record::Store::create(path, run::run_info(GYROTHERM_VERSION, profile, file, seed, (*rig)->will_start_utc()),
-                                  {.background = !file.simulated});
+    store = record::Store::create(
+        path,
+        run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later),
+        {.background = !file.simulated});
     if (!store) return failure(store.error());
     const auto goal = command(profile, first), air = found.state.air;
     entry = run::entry_at(goal, air, upload || run::is_in_place(air, goal, {}), file.chamber_limits);

@@ -27,11 +27,20 @@ namespace gyrotherm::app {
 [[nodiscard]] Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
                                             const rig::RigFile& rig);
 
-/// Records a new run of a profile that was read for this rig into `path`. `upload`: the chamber's controller is given
-/// the whole profile and carries it out; otherwise it is sent set points. Fails with interrupted (the record is kept;
-/// resume goes on), interlock, an instrument's fault at the start, or storage.
+struct StartOptions {
+  std::uint64_t seed{};        ///< of a virtual gyro and its noise
+  std::uint64_t days_later{};  ///< how much older a virtual gyro is
+  bool upload = false;  ///< the chamber's controller is given the whole profile and carries it out; else set points
+};
+
+/// The option --days-later of a command that starts runs.
+void add_days_later(CLI::App& command, std::uint64_t& days);
+
+/// Records a new run of a profile that was read for this rig into `path`. Fails with usage (a real gyro's days are not
+/// ours to pass), interrupted (the record is kept; resume goes on), interlock, an instrument's fault at the start, or
+/// storage.
 [[nodiscard]] Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& rig,
-                                     std::uint64_t seed, const std::string& path, bool upload = false);
+                                     const std::string& path, const StartOptions& options);
 
 struct ResumeOptions {
   bool accept = false;                      ///< the operator allows what the resume rule leaves to people

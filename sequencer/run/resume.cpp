@@ -23,13 +23,14 @@ std::string drawn_id() {
 std::string derived_id(const record::RunInfo& info) {
   const auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
                                info.chamber_map_text, info.gyro_model_text, info.seed);
-  return sha256(info.gyro_stream_text.empty() ? all : all + "\n" + info.gyro_stream_text).substr(0, 32);
+  const auto day = info.days_later == 0 ? "" : fmt::format("\n{} days later", info.days_later);
+  return sha256((info.gyro_stream_text.empty() ? all : all + "\n" + info.gyro_stream_text) + day).substr(0, 32);
 }
 
 }  // namespace
 
 record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile, const rig::RigFile& rig,
-                         std::uint64_t seed, Duration started_utc) {
+                         std::uint64_t seed, Duration started_utc, std::uint64_t days_later) {
   record::RunInfo info;
   info.program_version = program_version;
   info.profile_name = profile.name;
@@ -43,6 +44,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.gyro_model_text = rig.gyro_model.text;
   info.simulated = rig.simulated;
   info.seed = seed;
+  info.days_later = days_later;
   info.started_utc = started_utc;
   info.thermometers = channels_of(rig);
   info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
@@ -198,7 +200,10 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
   on.stood.held = ending.state == RunState::held;
   on.why_stopped = std::move(ending.why);
-  on.start.seed = {.gyro = info.seed, .run = run};
+  on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
+  on.start.first_set_point = command(on.profile, begin(on.profile));
+  if (info.days_later > simulator::kMostDaysLater)
+    return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
   if (on.rig.simulated && on.last_slot > kMostReplayed)
     return failure(FaultKind::bad_file, path,
                    fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", on.last_slot,

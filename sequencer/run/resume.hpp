@@ -18,9 +18,11 @@
 
 namespace gyrotherm::run {
 
-/// The id of a dry run is derived from what determines it (program, profile, rig, seed); that of a real run is drawn.
+/// The id of a dry run is derived from what determines it (program, profile, rig, seed, day); that of a real run is
+/// drawn. `days_later`: of a virtual rig.
 [[nodiscard]] record::RunInfo run_info(std::string_view program_version, const profile::Profile& profile,
-                                       const rig::RigFile& rig, std::uint64_t seed, Duration started_utc);
+                                       const rig::RigFile& rig, std::uint64_t seed, Duration started_utc,
+                                       std::uint64_t days_later = 0);
 
 /// A number of the profile's own: what draws the noise of a dry run of it.
 [[nodiscard]] std::uint64_t run_number(const std::string& profile_text);

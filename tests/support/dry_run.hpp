@@ -44,17 +44,21 @@ class DryRun {
   [[nodiscard]] const profile::Profile& profile() const { return profile_; }
   rig::RigFile& file() { return file_; }
 
+  std::uint64_t days_later = 0;  ///< of the virtual gyro
+
   /// What a record of this profile on this rig knows.
-  [[nodiscard]] record::RunInfo info() const { return run::run_info("", profile_, file_, seed_, {}); }
+  [[nodiscard]] record::RunInfo info() const { return run::run_info("", profile_, file_, seed_, {}, days_later); }
 
   /// Runs until the profile's end, or `seconds`; returns the outcome of the last tick.
   run::RunOutcome run(std::int64_t seconds = 1'000'000) {
-    return run({.gyro = seed_, .run = 0}, nullptr, [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
+    return run({.gyro = seed_, .run = 0, .days_later = days_later}, nullptr,
+               [&](RunHarness& harness, rig::Rig&) { harness.seconds(seconds); });
   }
   /// Runs as `steps` says; a `program` is left to the chamber's controller. A complete run's record is finished.
   run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
-    auto rig = rig::Rig::assemble(file_, {.seed = seed, .already = {}, .replay = {}});
+    auto rig = rig::Rig::assemble(
+        file_, {.seed = seed, .already = {}, .replay = {}, .first_set_point = command(profile_, begin(profile_))});
     EXPECT_TRUE(rig) << text(rig.error());
     const auto prepared = (*rig)->prepare(command(profile_, begin(profile_)), program);
     EXPECT_TRUE(prepared) << text(prepared.error());

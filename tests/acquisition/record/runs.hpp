@@ -45,6 +45,7 @@ inline RunInfo two_thermometers() {
   info.gyro_film = "chamber";
   info.gyro_model_text = "schema = \"gyrotherm-reduced-gyro/1\"\n";
   info.seed = 0xfedcba9876543210u;
+  info.days_later = 365;
   info.started_utc = kVirtualEpoch;
   info.thermometers = {{"A", "a bridge", Kelvins{0.1}}, {"shell-1.b", "another", Kelvins{-0.25}}};
   info.chamber_instrument = "a controller";

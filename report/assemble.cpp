@@ -58,6 +58,7 @@ ReportedResidual residual_of(const model::Verification& verification) {
           .ramps = verification.ramps,
           .holds = verification.holds,
           .corners = verification.corners,
+          .to_truth = verification.to_truth,
           .outside = verification.outside,
           .effective_parameters = known_or_nan(verification.effective_parameters),
           .expected_in_sample_std = verification.expected_in_sample_std};
@@ -177,6 +178,7 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
                      .in_sample = trained.rate.compensated,
                      .leave_cycle_out = model.leave_cycle_out,
                      .random = trained.random.compensated,
+                     .random_to_truth = trained.random.to_truth,
                      .nested = model.nested_leave_cycle_out,
                      .stored_numbers = stored_numbers(model),
                      .effective_parameters = known_or_nan(model.effective_parameters)};

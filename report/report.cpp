@@ -60,6 +60,7 @@ void describe(auto& form, Like<ReportedResidual> auto& residual) {
   form("ramps", residual.ramps);
   form("holds", residual.holds);
   form("corners", residual.corners);
+  form("to_truth", residual.to_truth);
   form.derived("outside_trained_range", residual.outside.clusters);
   form("outside", residual.outside);
   form("effective_parameters", residual.effective_parameters);
@@ -175,6 +176,7 @@ void describe(auto& form, Like<ReportedMethod> auto& method) {
   form("leave_cycle_out", method.leave_cycle_out);
   form("nested_leave_cycle_out", method.nested);
   form("random", method.random);
+  form("random_to_truth", method.random_to_truth);
   form("stored_numbers", method.stored_numbers);
   form("effective_parameters", method.effective_parameters);
 }

@@ -70,6 +70,7 @@ struct ReportedCorrelation {
 /// What a model leaves of a record's bias.
 struct ReportedResidual {
   data::Figures all, ramps, holds, corners;
+  std::optional<model::ErrorToTruth> to_truth;  ///< a virtual rig's
   model::OutsideTheRange outside;
   double effective_parameters = kNotKnown;
   double expected_in_sample_std = kNotKnown;  ///< not known also where the record was not trained on
@@ -143,6 +144,7 @@ struct ReportedMethod {
   std::string title;     ///< "PSO-SVM"
   std::string citation;  ///< of its published form
   data::Figures in_sample, leave_cycle_out, random;
+  std::optional<model::ErrorToTruth> random_to_truth;  ///< a virtual rig's
   std::optional<data::Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
   int stored_numbers{};                 ///< its size in a navigation computer; 0: not known
   double effective_parameters = kNotKnown;

@@ -317,6 +317,12 @@ const char* describe(model::Outside policy) {
   return "";
 }
 
+/// Of a virtual rig; the mean tells nothing where it is removed.
+std::string format_truth(const std::optional<model::ErrorToTruth>& error, double data::Figures::*figure) {
+  if (!error) return "–";
+  return plot::format_bias(error->figures.*figure) + (error->mean_removed ? " (mean removed)" : "");
+}
+
 /// The rows of one part of the program, a model each.
 void add_part(HtmlTable& table, const char* part, const model::PerModel<ReportedResidual>& of,
               data::Figures ReportedResidual::*figures) {
@@ -404,6 +410,12 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
             [](const ReportedGain& g) { return plot::percent(g.residual_reduction); }),
       cells("Means with an input outside the trained range (farthest)", r, describe_outside)};
   table.rows.insert(table.rows.end(), rest.begin(), rest.end());
+  if (!r.multi_point.to_truth) return html_of(table);
+  const auto to_truth = [&](const char* head, double data::Figures::*figure) {
+    return cells(head, r, [&](const ReportedResidual& v) { return format_truth(v.to_truth, figure); });
+  };
+  table.rows.push_back(to_truth("Prediction less the <b>true bias</b>, STD", &data::Figures::std));
+  table.rows.push_back(to_truth("… RMSE", &data::Figures::rmse));
   return html_of(table);
 }
 
@@ -428,21 +440,22 @@ std::string parts_table(const ReportedRun& run) {
 std::string methods_section(const Report& report) {
   HtmlTable table{.caption = fmt::format(
                       "STD of every method, °/h. Held-out: {}; parameters chosen with all cycles. Nested: the same, "
-                      "parameters chosen without the held-out cycle too. ±, mean and maximum are of the random run",
+                      "parameters chosen without the held-out cycle too. ±, mean, maximum and (of a virtual gyro) the "
+                      "error to the true bias are of the random run",
                       plot::escaped(report.folds)),
                   .header = {"Inputs", "Method", "Rate, in-sample", "Held-out", "Nested", "<b>Random</b>", "±", "Mean",
-                             "Max", "Effective par.", "Numbers stored"},
+                             "Max", "RMSE to truth", "Effective par.", "Numbers stored"},
                   .text_columns = 2,
                   .style = "small"};
   std::map<std::string, std::size_t> sources;
   for (const ReportedMethod& row : report.methods) {
-    table.rows.push_back({plot::escaped(row.inputs), method_name(row, sources), plot::format_bias(row.in_sample.std),
-                          plot::format_bias(row.leave_cycle_out.std),
-                          row.nested ? plot::format_bias(row.nested->std) : "–",
-                          "<b>" + plot::format_bias(row.random.std) + "</b>", format_std_error(row.random),
-                          plot::format_bias(row.random.mean), plot::format_bias(row.random.max_abs),
-                          plot::decimal(row.effective_parameters, 0),
-                          row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
+    table.rows.push_back(
+        {plot::escaped(row.inputs), method_name(row, sources), plot::format_bias(row.in_sample.std),
+         plot::format_bias(row.leave_cycle_out.std), row.nested ? plot::format_bias(row.nested->std) : "–",
+         "<b>" + plot::format_bias(row.random.std) + "</b>", format_std_error(row.random),
+         plot::format_bias(row.random.mean), plot::format_bias(row.random.max_abs),
+         format_truth(row.random_to_truth, &data::Figures::rmse), plot::decimal(row.effective_parameters, 0),
+         row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
   }
   return html_of(table) + sources_note(sources);
 }

@@ -25,9 +25,9 @@ Fault explained(Fault fault, const std::string& path) {
   return fault;
 }
 
-constexpr std::array kNumbers{&Record::time_s,        &Record::set_point_c,
-                              &Record::chamber_air_c, &Record::chamber_set_point_c,
-                              &Record::gyro,          &Record::gyro_interval_s};
+constexpr std::array kNumbers{
+    &Record::time_s, &Record::set_point_c,     &Record::chamber_air_c,      &Record::chamber_set_point_c,
+    &Record::gyro,   &Record::gyro_interval_s, &Record::true_bias_deg_per_h};
 
 void reserve(Record& record, std::size_t rows) {
   record.slot.reserve(rows);
@@ -48,6 +48,7 @@ void add(Record& record, const SampleRow& row) {
   for (std::size_t i = 0; i < row.thermometers_c.size(); ++i) record.thermometers_c[i].push_back(row.thermometers_c[i]);
   record.gyro.push_back(row.gyro);
   record.gyro_interval_s.push_back(row.interval ? static_cast<double>(row.interval->count()) * 1e-9 : kMissing);
+  record.true_bias_deg_per_h.push_back(row.true_bias_deg_per_h);
   record.progress.push_back(progress);
   record.state.push_back(row.state.value_or(RunState::execute));
   record.last_utc = row.utc;

@@ -35,6 +35,7 @@ struct Record {
   std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
   std::vector<double> gyro;                         ///< pulses, or the foreign number
   std::vector<double> gyro_interval_s;
+  std::vector<double> true_bias_deg_per_h;  ///< of a virtual gyro: what temperatures and warm-up made of its bias
   std::vector<ProfilePosition> progress;
   std::vector<RunState> state;         ///< execute throughout an imported record
   std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none

@@ -33,6 +33,7 @@ SampleRow row_of(const Sample& sample) {
   }
   row.progress = sample.progress;
   row.state = sample.state;
+  if (sample.true_bias) row.true_bias_deg_per_h = sample.true_bias->value;
   return row;
 }
 
@@ -146,6 +147,9 @@ Cell cycle_in_record(const Record& record, std::size_t row) {
 Cell phase_in_record(const Record& record, std::size_t row) {
   return record.info.imported ? Cell() : cell_of(record.progress[row].phase);
 }
+Cell true_bias_in_record(const Record& record, std::size_t row) {
+  return row < record.true_bias_deg_per_h.size() ? cell_of(record.true_bias_deg_per_h[row]) : Cell();
+}
 
 constexpr std::array kBeforeThermometers{
     column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", in_record<&Record::slot>}),
@@ -172,6 +176,8 @@ constexpr std::array kAfterThermometers{
     column<SampleRow, &SampleRow::progress, &ProfilePosition::in_segment>("in_segment_ns", "INTEGER"),
     column<SampleRow, &SampleRow::progress, &ProfilePosition::soaked>("soaked_ns", "INTEGER"),
     column<SampleRow, &SampleRow::state>("state", "TEXT"),
+    column<SampleRow, &SampleRow::true_bias_deg_per_h>("true_bias_deg_per_h", "REAL",
+                                                       {"true bias [°/h]", true_bias_in_record}),
 };
 
 constexpr std::array kEventColumns{

@@ -36,6 +36,7 @@ struct SampleRow {
   std::optional<Duration> interval{};
   std::optional<ProfilePosition> progress{};
   std::optional<RunState> state{};
+  double true_bias_deg_per_h{kMissing};  ///< virtual rig
 };
 
 /// An event and the second that it belongs to.

@@ -49,6 +49,7 @@ Clusters with_rows(Eigen::Index rows, const std::vector<std::string>& thermomete
   clusters.temperature_c.resize(rows, columns);
   clusters.rate_c_per_min.setConstant(rows, columns, std::numeric_limits<double>::quiet_NaN());
   clusters.bias_deg_per_h.resize(rows);
+  clusters.true_bias_deg_per_h.setConstant(rows, std::numeric_limits<double>::quiet_NaN());
   clusters.set_point_c.resize(rows);
   clusters.segment.resize(rows);
   clusters.last_segment.resize(rows);
@@ -61,6 +62,8 @@ void fill(Clusters& clusters, Eigen::Index row, const Dataset& dataset, const Sp
   clusters.start_s(row) = dataset.time_s(0) + static_cast<double>(span.number) * clusters.length_s;
   clusters.temperature_c.row(row) = dataset.temperature_c.middleRows(span.first, span.count).colwise().mean();
   clusters.bias_deg_per_h(row) = dataset.bias_deg_per_h.segment(span.first, span.count).mean();
+  if (dataset.true_bias_deg_per_h.size() > 0)
+    clusters.true_bias_deg_per_h(row) = dataset.true_bias_deg_per_h.segment(span.first, span.count).mean();
   clusters.set_point_c(row) = dataset.set_point_c.segment(span.first, span.count).mean();
   clusters.segment(row) = dataset.segment(span.first);
   clusters.last_segment(row) = dataset.segment(span.first + span.count - 1);
@@ -122,6 +125,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
 Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Clusters picked = clusters;
   each_array(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
+  if (clusters.true_bias_deg_per_h.size() > 0) picked.true_bias_deg_per_h = clusters.true_bias_deg_per_h(rows);
   return picked;
 }
 
@@ -138,6 +142,8 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   Eigen::Index target = 0;
   for (const Clusters& part : parts) {
     each_array(all, part, [&](auto& to, const auto& from) { to.middleRows(target, from.rows()) = from; });
+    if (part.true_bias_deg_per_h.size() > 0)
+      all.true_bias_deg_per_h.segment(target, part.start_s.size()) = part.true_bias_deg_per_h;
     target += part.start_s.size();
     all.dropped_rest += part.dropped_rest;
     all.dropped_gaps += part.dropped_gaps;

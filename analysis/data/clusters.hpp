@@ -21,6 +21,7 @@ struct Clusters {
   /// cluster of a run and in the first after a gap, where there is none.
   Eigen::MatrixXd rate_c_per_min;
   Eigen::VectorXd bias_deg_per_h;
+  Eigen::VectorXd true_bias_deg_per_h;  ///< empty or NaN: not known
   Eigen::VectorXd set_point_c;
   Eigen::VectorXi segment;       ///< of the cluster's first sample
   Eigen::VectorXi last_segment;  ///< of its last sample; another one where a corner lies inside the cluster

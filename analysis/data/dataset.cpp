@@ -12,6 +12,7 @@ namespace gyrotherm::data {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kOwnZero = "mean of the first hold removed";
 
 Eigen::Index rows_of(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
@@ -86,7 +87,7 @@ void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate)
   if (dataset.imported) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
-    dataset.bias_zero = "mean of the first hold removed";
+    dataset.bias_zero = kOwnZero;
   }
 }
 
@@ -118,6 +119,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path) {
   dataset.time_s = times_of(record);
   dataset.temperature_c = calibrated_temperatures(record);
   dataset.bias_deg_per_h = rotation_deg_per_h(record);
+  dataset.true_bias_deg_per_h = column(record.true_bias_deg_per_h, rows_of(record));
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
   place_in_profile(dataset, record);
   set_zero(dataset, info.gyro.earth_rate);
@@ -135,6 +137,8 @@ Result<Dataset> load_dataset(const std::string& path) {
   }
   return make_dataset(*record, path);
 }
+
+bool has_own_zero(const Dataset& dataset) { return dataset.bias_zero == kOwnZero; }
 
 double sample_interval_s(const Dataset& dataset) {
   if (!dataset.imported || dataset.time_s.size() < 2) return 1;

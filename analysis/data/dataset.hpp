@@ -35,6 +35,7 @@ struct Dataset {
                                   ///< foreign record's own time
   Eigen::MatrixXd temperature_c;  ///< samples × thermometers
   Eigen::VectorXd bias_deg_per_h;
+  Eigen::VectorXd true_bias_deg_per_h;            ///< of a virtual gyro, from its laboratory; empty or NaN: not known
   Eigen::VectorXd set_point_c;                    ///< NaN if imported
   Eigen::VectorXi segment;                        ///< −1 if none
   Eigen::VectorXi cycle;                          ///< −1 if none
@@ -50,6 +51,9 @@ struct Dataset {
 /// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
 /// unfinished run is never mistaken for a finished one).
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path);
+
+/// Whether the zero of the bias is this record's own, so that its mean tells nothing of another record's.
+[[nodiscard]] bool has_own_zero(const Dataset& dataset);
 
 /// The time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,19 @@ void describe(auto& form, Like<OutsideTheRange> auto& outside) {
   form("farthest", outside.farthest);
 }
 
+/// Prediction − true bias of a virtual gyro: what the model gets wrong, free of what no temperature tells of (noise,
+/// bias instability, turn-on offset). A constant offset of the training record is no model's fault: `std` is without
+/// the mean, `rmse` with it.
+struct ErrorToTruth {
+  data::Figures figures;
+  bool mean_removed{};  ///< the zero of the bias is the record's own, so that its mean says nothing
+};
+
+void describe(auto& form, Like<ErrorToTruth> auto& error) {
+  describe(form, error.figures);
+  form("mean_removed", error.mean_removed);
+}
+
 /// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
@@ -49,10 +63,11 @@ struct Verification {
   bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
   data::Figures raw;
   data::Figures compensated;
-  data::Figures ramps, holds;     ///< of the compensated bias, apart (count 0 if none)
-  data::Figures corners;          ///< the first 10 min after each corner
-  data::NoiseFloor floor;         ///< of the raw bias
-  double effective_parameters{};  ///< of the model; 0 if not known
+  data::Figures ramps, holds;            ///< of the compensated bias, apart (count 0 if none)
+  data::Figures corners;                 ///< the first 10 min after each corner
+  std::optional<ErrorToTruth> to_truth;  ///< a virtual rig's; of the same clusters as `compensated`
+  data::NoiseFloor floor;                ///< of the raw bias
+  double effective_parameters{};         ///< of the model; 0 if not known
   double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h: what they leave of noise alone; NaN if the record was
                                     ///< not trained on or p is not known
   Eigen::VectorXd residual_deg_per_h;  ///< per cluster; NaN where the model refuses

@@ -60,6 +60,9 @@ std::string describe(const std::string& run, const model::Verification& v, const
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
   text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
           row("  holds", v.holds) + row("  10 min after corners", v.corners);
+  if (v.to_truth) text += row("error to truth", v.to_truth->figures);
+  if (v.to_truth && v.to_truth->mean_removed)
+    text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
   text += describe_floor(v) + describe_noise(noises.raw) + describe_noise(noises.compensated);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
@@ -74,6 +77,7 @@ std::string json(const std::string& run, const model::Verification& v, const Noi
                     {"ramps", json_of(v.ramps)},
                     {"holds", json_of(v.holds)},
                     {"corners", json_of(v.corners)},
+                    {"to_truth", json_of(v.to_truth)},
                     {"noise_floor_deg_per_h", v.floor.deg_per_h},
                     {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
                     {"effective_parameters", json_of(known(v.effective_parameters))},

@@ -216,6 +216,9 @@ TEST(ReportFile, ReadsBackWhatWasWritten) {
   EXPECT_TRUE(report->rate.in_sample);
   EXPECT_EQ(report->random.residual.multi_point_t.all.std,
             experiment.qualification.models.multi_point_t.random.compensated.std);
+  ASSERT_TRUE(report->random.residual.multi_point_t.to_truth);
+  EXPECT_EQ(report->random.residual.multi_point_t.to_truth->figures.rmse,
+            experiment.qualification.models.multi_point_t.random.to_truth->figures.rmse);
   EXPECT_EQ(report->rate.series.thermometers_c.front().first, "A");
   EXPECT_EQ(report->rate.series.cycles.size(), 4U);
   EXPECT_EQ(report->models.multi_point.support_vectors, 57);

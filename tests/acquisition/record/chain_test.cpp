@@ -104,7 +104,8 @@ TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
       {"DELETE FROM sample WHERE slot = 8", "event 6 of second 8"},
       {"UPDATE sample SET slot = 1000 WHERE slot = 9", "gap 10 of second 14"},
       {"INSERT INTO sample SELECT 35, monotonic_ns, utc_ns, set_point_c, chamber_air_c, chamber_set_point_c, A, "
-       "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, chain FROM sample "
+       "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, "
+       "true_bias_deg_per_h, chain FROM sample "
        "WHERE slot = 34",
        "sample 35 of second 35"},
       {"DELETE FROM sample WHERE slot = 34", "the end of the record"},

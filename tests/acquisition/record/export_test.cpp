@@ -30,6 +30,7 @@ Record small_record() {
   record.gyro_interval_s = {1, NAN};
   record.progress = {{.segment = 0, .cycle = 0, .set_point = {}},
                      {.segment = 1, .phase = Phase::holding, .set_point = {}}};
+  record.true_bias_deg_per_h = {0.02, NAN};
   return record;
 }
 
@@ -38,9 +39,9 @@ TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
             "# SIMULATED: the instruments were virtual\n"
             "# run 0123456789abcdef0123456789abcdef of a profile on a rig\n"
             "slot,time [s],set point [°C],chamber air [°C],chamber set point [°C],A [°C],shell-1.b [°C],"
-            "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase\n"
-            "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping\n"
-            "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding\n");
+            "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase,true bias [°/h]\n"
+            "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping,0.02\n"
+            "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding,\n");
 }
 
 TEST(Export, OfARealUnfinishedRunSaysSo) {

@@ -186,7 +186,8 @@ TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {
   constexpr const char* kSeconds = "a second of the run is not between 0 and 100000000";
   const std::string sample =
       "INSERT INTO sample SELECT {}, monotonic_ns, utc_ns, set_point_c, chamber_air_c, chamber_set_point_c, A, "
-      "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, chain FROM sample "
+      "\"shell-1.b\", pulses, interval_ns, segment, cycle, phase, in_segment_ns, soaked_ns, state, "
+      "true_bias_deg_per_h, chain FROM sample "
       "WHERE slot = 2";
   const auto sample_of = [&](const std::string& slot) {
     auto sql = sample;

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -30,6 +31,7 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_EQ(info.gyro_film, given.gyro_film);
   EXPECT_EQ(info.gyro_model_text, given.gyro_model_text);
   EXPECT_EQ(info.seed, given.seed);
+  EXPECT_EQ(info.days_later, 365u);
   EXPECT_TRUE(info.simulated);
   EXPECT_FALSE(info.imported);
   EXPECT_EQ(info.started_utc, given.started_utc);
@@ -48,6 +50,22 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_FALSE(info.segments[0].hold);
   EXPECT_EQ(info.segments[0].rate, CelsiusPerMinute{5});
   EXPECT_EQ(info.segments[1].cycle, 1);
+}
+
+TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {
+  const Folder folder;
+  {
+    auto store = store_with(folder / "run.db", 0);
+    auto sample = sample_at(0);
+    sample.true_bias = DegreesPerHour{-0.0123};
+    ASSERT_TRUE(store->append(sample, {}));
+    ASSERT_TRUE(store->append(sample_at(1), {}));
+    ASSERT_TRUE(store->sync());
+  }
+  const auto record = read_record(folder / "run.db").value();
+  ASSERT_EQ(record.true_bias_deg_per_h.size(), 2u);
+  EXPECT_EQ(record.true_bias_deg_per_h[0], -0.0123);
+  EXPECT_TRUE(std::isnan(record.true_bias_deg_per_h[1])) << "no real gyro tells";
 }
 
 TEST(Record, KeepsAnUnknownEarthRateUnknown) {

@@ -36,6 +36,22 @@ TEST(Clusters, AreMeansOverOneHundredSecondsAndDropTheRest) {
   EXPECT_EQ(clusters->samples(0), 100);
 }
 
+TEST(Clusters, HaveTheMeanOfTheTrueBiasWhereItIsKnown) {
+  Dataset dataset = ramp(300);
+  EXPECT_TRUE(make_clusters(dataset)->true_bias_deg_per_h.array().isNaN().all());
+  const auto unknown = *make_clusters(dataset);
+  dataset.true_bias_deg_per_h = 2 * dataset.time_s;
+  dataset.true_bias_deg_per_h(250) = std::nan("");
+  const auto clusters = make_clusters(dataset);
+  ASSERT_EQ(clusters->true_bias_deg_per_h.size(), 3) << "a missing truth drops no cluster";
+  EXPECT_DOUBLE_EQ(clusters->true_bias_deg_per_h(1), 2 * 149.5);
+  EXPECT_TRUE(std::isnan(clusters->true_bias_deg_per_h(2)));
+  EXPECT_DOUBLE_EQ(pick(*clusters, {1}).true_bias_deg_per_h(0), 2 * 149.5);
+  const auto both = concatenate({unknown, *clusters});
+  EXPECT_TRUE(std::isnan(both->true_bias_deg_per_h(0)));
+  EXPECT_DOUBLE_EQ(both->true_bias_deg_per_h(4), 2 * 149.5);
+}
+
 TEST(Clusters, KeepALastOneThatIsExactlyWhole) { EXPECT_EQ(make_clusters(ramp(400))->start_s.size(), 4); }
 
 TEST(Clusters, HaveACausalRate) {

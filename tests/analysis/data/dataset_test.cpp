@@ -55,6 +55,17 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
 
+TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
+  record::Record record = four_seconds();
+  EXPECT_TRUE(make_dataset(record, "run.db").true_bias_deg_per_h.array().isNaN().all());
+  EXPECT_TRUE(has_own_zero(make_dataset(record, "run.db")));
+  record.true_bias_deg_per_h = {1, 2, 3, 4};
+  record.info.gyro.earth_rate = DegreesPerHour{4};
+  const Dataset dataset = make_dataset(record, "run.db");
+  EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
+  EXPECT_FALSE(has_own_zero(dataset));
+}
+
 TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
   record::Record record = four_seconds();
   record.info.imported = true;

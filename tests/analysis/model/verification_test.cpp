@@ -47,6 +47,36 @@ TEST_F(VerificationOfALinearModel, IsOfARecordItHasNotSeen) {
   EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h of one second";
 }
 
+/// The true bias is what the model predicts, less 0.01 °/h, and 0.003 °/h this way and that.
+TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
+  data::Dataset dataset = unseen_run();
+  const data::Clusters clusters = *make_clusters(dataset);
+  EXPECT_FALSE(verified(dataset).to_truth) << "of a real gyro nobody knows it";
+  const Eigen::VectorXd predicted = clusters.bias_deg_per_h - verified(dataset).residual_deg_per_h;
+  data::Clusters known = clusters;
+  known.true_bias_deg_per_h = predicted.array() - 0.01;
+  for (Eigen::Index k = 0; k < predicted.size(); ++k) known.true_bias_deg_per_h(k) += k % 2 == 0 ? 0.003 : -0.003;
+  const auto to_truth = verify(model_, dataset, known)->to_truth;
+  ASSERT_TRUE(to_truth);
+  EXPECT_FALSE(to_truth->mean_removed);
+  EXPECT_EQ(to_truth->figures.count, predicted.size());
+  EXPECT_NEAR(to_truth->figures.mean, 0.01, 1e-4);
+  EXPECT_NEAR(to_truth->figures.std, 0.003, 1e-4);
+  EXPECT_NEAR(to_truth->figures.rmse, std::hypot(0.01, 0.003), 1e-4);
+}
+
+TEST_F(VerificationOfALinearModel, RemovesTheMeanOfTheErrorToTruthWhereTheZeroIsTheRecordsOwn) {
+  data::Dataset dataset = unseen_run();
+  dataset.bias_zero = "mean of the first hold removed";
+  data::Clusters clusters = *make_clusters(dataset);
+  clusters.true_bias_deg_per_h = clusters.bias_deg_per_h - verified(dataset).residual_deg_per_h;
+  clusters.true_bias_deg_per_h.array() += 0.5;
+  const auto to_truth = verify(model_, dataset, clusters)->to_truth;
+  ASSERT_TRUE(to_truth);
+  EXPECT_TRUE(to_truth->mean_removed);
+  EXPECT_NEAR(to_truth->figures.rmse, 0, 1e-12);
+}
+
 TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
   const Verification result = verified(data::make_synthetic_run({}));
   EXPECT_TRUE(result.trained_on_this);

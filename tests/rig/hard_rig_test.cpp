@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Runs on the hard rig: the true bias in the record, and a gyro that is days older and goes on so.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/dry_run.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+constexpr const char* kShortRandom = GYROTHERM_SOURCE_DIR "/tests/profiles/short-random.toml";
+
+record::Record recorded(tests::DryRun& dry_run, std::int64_t seconds) {
+  (void)dry_run.run(seconds);
+  auto record = record::read_record(dry_run.path());
+  EXPECT_TRUE(record) << text(record.error());
+  return std::move(*record);
+}
+
+/// What is read in each second lies about Earth's rate and the true bias: 0.018 °/h of one second.
+TEST(HardRig, ItsRecordHasTheTrueBiasOfEachSecond) {
+  tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
+  const auto record = recorded(dry_run, 1'000'000);
+  ASSERT_TRUE(record.finished);
+  ASSERT_EQ(record.true_bias_deg_per_h.size(), record.slot.size());
+  double error = 0;
+  for (std::size_t i = 0; i < record.slot.size(); ++i) {
+    ASSERT_TRUE(std::isfinite(record.true_bias_deg_per_h[i])) << i;
+    const double rate = 0.1 * record.gyro[i] / record.gyro_interval_s[i];
+    error += (rate - record.info.gyro.earth_rate->value - record.true_bias_deg_per_h[i]) /
+             static_cast<double>(record.slot.size());
+  }
+  EXPECT_NEAR(error, 0, 0.008) << "turn-on, scale factor and tilt are not in it";
+}
+
+TEST(HardRig, AnotherDayIsAnotherRunOfAnOlderGyro) {
+  tests::DryRun now(kShortRandom, 3, "virtual-hard");
+  const auto before = recorded(now, 300);
+  tests::DryRun later(kShortRandom, 3, "virtual-hard");
+  later.days_later = 365;
+  EXPECT_NE(later.info().id, now.info().id);
+  std::filesystem::remove(now.path());
+  const auto after = recorded(later, 300);
+  EXPECT_EQ(after.info.days_later, 365u);
+  EXPECT_NE(after.true_bias_deg_per_h.back(), before.true_bias_deg_per_h.back());
+  EXPECT_NEAR(after.true_bias_deg_per_h.back(), before.true_bias_deg_per_h.back(), 0.02) << "the same gyro";
+}
+
+/// The world that a continuation lives through is the one that was interrupted, to the bit.
+TEST(HardRig, ResumeReplaysTheSameDays) {
+  tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
+  dry_run.days_later = 30;
+  const auto whole = recorded(dry_run, 200);
+  std::filesystem::remove(dry_run.path());
+  const auto interrupted = recorded(dry_run, 150);
+  ASSERT_EQ(interrupted.true_bias_deg_per_h.back(), whole.true_bias_deg_per_h[149]);
+  const auto on = run::continuation_of(interrupted, dry_run.path(), std::chrono::seconds(1), 0);
+  ASSERT_TRUE(on) << text(on.error());
+  EXPECT_EQ(on->start.seed.days_later, 30u);
+  const auto next_after = [](const run::RunContinuation& continuation) {
+    auto rig = Rig::assemble(continuation.rig, continuation.start);
+    EXPECT_TRUE(rig) << text(rig.error());
+    EXPECT_TRUE((*rig)->prepare(command(continuation.profile, continuation.state)));
+    (*rig)->let_pass(1);
+    return (*rig)->io().read(0, (*rig)->clock());
+  };
+  const auto sample = next_after(*on);
+  const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
+  ASSERT_TRUE(sample.true_bias);
+  EXPECT_EQ(sample.true_bias->value, whole.true_bias_deg_per_h[slot]);
+  EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);
+  EXPECT_EQ(static_cast<double>(sample.gyro.value->pulses), whole.gyro[slot]);
+  auto on_day_0 = *on;
+  on_day_0.start.seed.days_later = 0;
+  EXPECT_NE(next_after(on_day_0).true_bias->value, sample.true_bias->value);
+}
+
+TEST(HardRig, ColdStartBeginsWhereTheProfileDoes) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/profiles/cold-start.toml", 0, "virtual-hard");
+  const auto record = recorded(dry_run, 60);
+  EXPECT_NEAR(record.chamber_air_c.front(), -40, 0.1);
+  EXPECT_NEAR(record.thermometers_c[0].front(), -40, 0.1);
+}
+
+}  // namespace
+}  // namespace gyrotherm::rig

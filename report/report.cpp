@@ -113,6 +113,7 @@ void describe(auto& form, Like<ReportedRun> auto& run) {
   form("noise_floor_deg_per_h", run.floor.deg_per_h);
   form("noise_floor_error_deg_per_h", run.floor.error_deg_per_h);
   form("noise_floor_differences", run.floor.differences);
+  form("noise_floor_statement", run.floor.statement);
   form("allan", run.noise);
   form("gaps_s", run.gaps_s);
   form("raw", run.raw);

@@ -83,6 +83,16 @@ std::string key_figures(const ReportedRun& run) {
                      standing(run));
 }
 
+std::string floor_sentence(const ReportedRun& run) {
+  if (!std::isfinite(run.floor.deg_per_h)) {
+    return fmt::format("The same record has no noise floor: {}.", plot::escaped(run.floor.statement));
+  }
+  return fmt::format(
+      "The noise floor of the same record, the white noise of one such mean, is {}&nbsp;°/h: what has not seen the "
+      "record goes below it by chance alone.",
+      plot::format_bias(run.floor.deg_per_h));
+}
+
 std::string describe_summary(const Report& report) {
   const ReportedRun& rate = report.rate;
   const ReportedRun& random = report.random;
@@ -93,14 +103,14 @@ std::string describe_summary(const Report& report) {
       "before, and "
       "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
       "{}&nbsp;°/h. "
-      "The noise floor of the same record, below which no compensation can honestly go, is {}&nbsp;°/h.",
+      "{}",
       plot::escaped(rate.profile), plot::format_bias(rate.raw.std), rate.clusters,
       plot::decimal(report.cluster_length_s, 0), plot::escaped(random.profile), plot::format_bias(random.raw.std),
       random.clusters, plot::format_bias(random.residual.multi_point_t.all.std),
       plot::percent(random.gain.multi_point_t.from_original),
       plot::percent(random.gain.multi_point_t.residual_reduction),
       plot::format_bias(random.residual.three_point.all.std), plot::format_bias(random.residual.multi_point.all.std),
-      plot::format_bias(random.floor.deg_per_h));
+      floor_sentence(random));
 }
 
 std::string verdict_table(const Report& report) {
@@ -410,13 +420,14 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
             [](const ReportedGain& g) { return plot::percent(g.residual_reduction); }),
       cells("Means with an input outside the trained range (farthest)", r, describe_outside)};
   table.rows.insert(table.rows.end(), rest.begin(), rest.end());
-  if (!r.multi_point.to_truth) return html_of(table);
-  const auto to_truth = [&](const char* head, double data::Figures::*figure) {
-    return cells(head, r, [&](const ReportedResidual& v) { return format_truth(v.to_truth, figure); });
-  };
-  table.rows.push_back(to_truth("Prediction less the <b>true bias</b>, STD", &data::Figures::std));
-  table.rows.push_back(to_truth("… RMSE", &data::Figures::rmse));
-  return html_of(table);
+  if (r.multi_point.to_truth) {
+    const auto to_truth = [&](const char* head, double data::Figures::*figure) {
+      return cells(head, r, [&](const ReportedResidual& v) { return format_truth(v.to_truth, figure); });
+    };
+    table.rows.push_back(to_truth("Prediction less the <b>true bias</b>, STD", &data::Figures::std));
+    table.rows.push_back(to_truth("… RMSE", &data::Figures::rmse));
+  }
+  return html_of(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
 }
 
 std::string parts_table(const ReportedRun& run) {
@@ -475,7 +486,7 @@ constexpr const char* kMeaning =
 
 constexpr const char* kNumbersMeaning =
     "<p class=\"note\">STD is the sample standard deviation of the cluster means (eq. 11). The noise floor comes from "
-    "differences of "
+    "second differences of "
     "neighbouring means within the last hour of each hold; it does not see bias instability slower than some minutes. "
     "The paper’s "
     "“improvement from traditional method” is a ratio of two percentages; the reduction of the three-point residual is "

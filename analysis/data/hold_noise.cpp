@@ -15,17 +15,19 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
+/// The length of the clusters that all figures are of.
+constexpr double kClusterSeconds = 100;
+
 /// Rows first … first + count − 1, of samples or of clusters.
 struct Rows {
   Eigen::Index first{}, count{};
 };
 
 /// The stretches of rows that `hold_at` says lie in one hold, by its segment, −1 for a row in none; of one segment two
-/// if it is left and entered again. All rows where there are no segments.
+/// if it is left and entered again.
 template <class HoldAt>
 std::vector<Rows> holds_of(Eigen::Index rows, const std::vector<record::RunInfo::SegmentInfo>& segments,
                            HoldAt hold_at) {
-  if (segments.empty()) return rows > 0 ? std::vector<Rows>{{0, rows}} : std::vector<Rows>{};
   std::vector<Rows> holds;
   int open = -1;
   for (Eigen::Index k = 0; k < rows; ++k) {
@@ -43,11 +45,48 @@ bool neighbours(const Clusters& clusters, Eigen::Index k) {
   return std::abs(step_s - clusters.length_s) < 0.5 * clusters.length_s;
 }
 
-/// Two differences that share a cluster are correlated by −½: the sum of D squares, P of them followed by such a one,
-/// has the relative variance (2 + P/D)/D.
-double relative_error(int differences, int followed) {
-  const double d = differences;
-  return 0.5 * std::sqrt((2 + followed / d) / d);
+/// Differences by how many others of them begin one and two clusters later.
+struct Overlaps {
+  int differences{}, by_two{}, by_one{};  ///< that share two clusters, and one, with a later one
+};
+
+/// Second differences of white noise that share two clusters are correlated by −2/3, those that share one by 1/6, and
+/// the squares of two normal numbers by the square of that: the mean of D squares has the relative variance
+/// (2 + 4·(4/9·P₂ + 1/36·P₁)/D)/D, and its root half that error.
+double relative_error(const Overlaps& overlaps) {
+  const double d = overlaps.differences;
+  return 0.5 * std::sqrt((2 + 4 * (overlaps.by_two * 4.0 / 9 + overlaps.by_one / 36.0) / d) / d);
+}
+
+bool any_hold(const std::vector<record::RunInfo::SegmentInfo>& segments) {
+  return std::ranges::any_of(segments, &record::RunInfo::SegmentInfo::hold);
+}
+
+constexpr const char* kNoHold = "the record names no hold";
+
+/// Squares of second differences, summed, and how they overlap.
+struct SecondDifferences {
+  double sum{};
+  Overlaps overlaps;
+};
+
+/// Those of the last hour of a hold of clusters.
+void add_second_differences(SecondDifferences& all, const Clusters& clusters, const Rows& hold) {
+  const Eigen::Index last = hold.first + hold.count - 1;
+  const double from_s = clusters.start_s(last) + clusters.length_s - kQuietSeconds;
+  const auto is_used = [&](Eigen::Index k) {
+    return k >= hold.first && k + 2 <= last && clusters.start_s(k) >= from_s - 0.5 * clusters.length_s &&
+           neighbours(clusters, k) && neighbours(clusters, k + 1);
+  };
+  for (Eigen::Index k = hold.first; k + 2 <= last; ++k) {
+    if (!is_used(k)) continue;
+    const auto b = clusters.bias_deg_per_h.segment(k, 3);
+    const double difference = b(2) - 2 * b(1) + b(0);
+    all.sum += difference * difference;
+    ++all.overlaps.differences;
+    all.overlaps.by_two += is_used(k + 1) ? 1 : 0;
+    all.overlaps.by_one += is_used(k + 2) ? 1 : 0;
+  }
 }
 
 Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
@@ -83,6 +122,17 @@ std::string statement_of(const HoldNoise& noise, const char* bias, const char* c
       noise.stretches == 1 ? "" : "es", noise.seconds, caution);
 }
 
+/// Puts the point at `tau_s` in its place on a curve of doubling τ, if it is a whole number of samples and not past the
+/// curve's end.
+void add_point(AllanCurve& curve, const RateStretches& rates, double tau_s) {
+  constexpr double kWhole = 1e-6;
+  const double samples = tau_s / rates.interval_s;
+  const int m = static_cast<int>(std::lround(samples));
+  if (m < 1 || std::abs(samples - m) > kWhole * samples || m > curve.back().m) return;
+  const auto place = std::ranges::lower_bound(curve, m, {}, &AllanPoint::m);
+  if (place->m != m) curve.insert(place, allan_point(rates, m));
+}
+
 HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
   HoldNoise noise{.curve = {}, .fit = {}, .statement = {}};
   noise.interval_s = sample_interval_s(dataset);
@@ -100,8 +150,15 @@ HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h
     noise.seconds += noise.interval_s * static_cast<double>(stretch.size());
   }
   noise.curve = allan_curve(rates);
-  if (!noise.curve.empty()) noise.fit = fit_allan(noise.curve, rates);
+  if (noise.curve.empty()) return noise;
+  noise.fit = fit_allan(noise.curve, rates);
+  add_point(noise.curve, rates, kClusterSeconds);
   return noise;
+}
+
+/// The statement, where the record names holds at all.
+std::string statement_of(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
+  return any_hold(dataset.segments) ? statement_of(noise, bias, caution) : kNoHold;
 }
 
 }  // namespace
@@ -114,29 +171,27 @@ std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
 
 NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments) {
   assert(clusters.last_segment.size() == clusters.segment.size());
-  double sum = 0;
-  int followed = 0;
-  NoiseFloor floor;
   const auto wholly_inside = [&](Eigen::Index k) {
     return clusters.last_segment(k) == clusters.segment(k) ? clusters.segment(k) : -1;
   };
+  SecondDifferences all;
+  int used = 0;
   for (const Rows& hold : holds_of(clusters.start_s.size(), segments, wholly_inside)) {
-    const Eigen::Index last = hold.first + hold.count - 1;
-    const double from_s = clusters.start_s(last) + clusters.length_s - kQuietSeconds;
-    Eigen::Index before = -1;
-    for (Eigen::Index k = hold.first; k < last; ++k) {
-      if (clusters.start_s(k) < from_s - 0.5 * clusters.length_s || !neighbours(clusters, k)) continue;
-      const double difference = clusters.bias_deg_per_h(k + 1) - clusters.bias_deg_per_h(k);
-      sum += difference * difference;
-      ++floor.differences;
-      followed += before == k - 1 && before >= 0 ? 1 : 0;
-      before = k;
-    }
+    const int before = all.overlaps.differences;
+    add_second_differences(all, clusters, hold);
+    used += all.overlaps.differences > before ? 1 : 0;
   }
-  floor.deg_per_h = floor.differences > 0 ? std::sqrt(sum / (2 * floor.differences)) : kUnknown;
-  floor.error_deg_per_h =
-      floor.differences > 0 ? floor.deg_per_h * relative_error(floor.differences, followed) : kUnknown;
-  return floor;
+  const int differences = all.overlaps.differences;
+  if (differences == 0) {
+    const char* why = any_hold(segments) ? "no hold has three neighbouring means in its last hour" : kNoHold;
+    return {.deg_per_h = kUnknown, .differences = 0, .error_deg_per_h = kUnknown, .statement = why};
+  }
+  const double floor = std::sqrt(all.sum / (6.0 * differences));
+  return {.deg_per_h = floor,
+          .differences = differences,
+          .error_deg_per_h = floor * relative_error(all.overlaps),
+          .statement = fmt::format("Hadamard deviation at τ = {:g} s of the raw bias in the last hour of {} hold{}",
+                                   clusters.length_s, used, used == 1 ? "" : "s")};
 }
 
 double expected_in_sample_std(const NoiseFloor& floor, double effective_parameters, int clusters) {
@@ -164,7 +219,8 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
 
 HoldNoise noise_of_holds(const Dataset& dataset) {
   HoldNoise noise = noise_of(dataset, dataset.bias_deg_per_h);
-  noise.statement = statement_of(noise, "raw", "; what the temperature still does there is part of B, K and R");
+  noise.statement =
+      statement_of(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
   return noise;
 }
 
@@ -173,7 +229,7 @@ HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clu
   assert(residual_deg_per_h.size() == clusters.bias_deg_per_h.size());
   const Eigen::VectorXd predicted = clusters.bias_deg_per_h - residual_deg_per_h;
   HoldNoise noise = noise_of(dataset, dataset.bias_deg_per_h - at_samples(dataset, clusters, predicted));
-  noise.statement = statement_of(noise, "compensated", "");
+  noise.statement = statement_of(dataset, noise, "compensated", "");
   return noise;
 }
 

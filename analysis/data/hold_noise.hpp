@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The noise of a gyro from the holds of its own record: the floor that no compensation can honestly go below, and the
-/// Allan deviation over the last hour of each hold.
+/// The noise of a gyro from the holds of its own record: the floor of its cluster means, and the Allan deviation over
+/// the last hour of each hold.
 #pragma once
 
 #include <optional>
@@ -17,13 +17,17 @@ namespace gyrotherm::data {
 /// The last hour of each hold tells of the gyro's own noise: what the temperature still does is slow by then.
 inline constexpr double kQuietSeconds = 3600;
 
-/// The noise floor σ of cluster means: σ² = ½·mean[(b_{k+1} − b_k)²] over neighbouring clusters inside the last hour of
-/// each hold; NaN if there is none. Only clusters wholly inside the hold count; the hour is counted back from the end
-/// of the last one. A record without segments is one hold. It does not see bias instability slower than some minutes.
+/// The noise floor σ of cluster means: σ² = mean[(b_{k+2} − 2b_{k+1} + b_k)²]/6 over three neighbouring clusters inside
+/// the last hour of each hold, the Hadamard variance at the length of a cluster (NIST SP 1065), which is the
+/// Allan variance of white noise and does not see a drift that is steady over 300 s, as the holds of a random program
+/// still have. Only clusters wholly inside the hold count; the hour is counted back from the end of the last one. A
+/// record that names no hold has no floor: what its bias does between neighbours may be temperature. The floor does not
+/// see bias instability slower than some minutes.
 struct NoiseFloor {
-  double deg_per_h{};
+  double deg_per_h{};  ///< NaN where there is none
   int differences{};
-  double error_deg_per_h{};  ///< standard error for white noise, whose neighbouring differences are correlated by −½
+  double error_deg_per_h{};    ///< standard error for white noise; NaN where there is none
+  std::string statement = {};  ///< what was used, or why there is none, in words
 };
 [[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters,
                                      const std::vector<record::RunInfo::SegmentInfo>& segments);
@@ -40,8 +44,8 @@ struct NoiseFloor {
 
 /// The Allan deviation of a record's holds, and what it was made of.
 struct HoldNoise {
-  AllanCurve curve;       ///< empty if no hold has a stretch long enough for two independent differences
-  AllanFit fit;           ///< of that curve; nothing seen if it is empty
+  AllanCurve curve;       ///< doubling τ, and τ = 100 s; empty if no stretch has two independent differences
+  AllanFit fit;           ///< of its points of doubling τ; nothing seen if it is empty
   int holds{};            ///< that gave a sample
   int stretches{};        ///< without a gap
   double seconds{};       ///< of all stretches
@@ -65,9 +69,9 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
   form("misfit", noise.fit.misfit);
 }
 
-/// The noise of the raw bias, sample by sample, in the last hour of each hold; a record without segments is one hold. A
-/// missing sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in a
-/// hold is seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.
+/// The noise of the raw bias, sample by sample, in the last hour of each hold; nothing of a record that names no hold.
+/// A missing sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in
+/// a hold is seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.
 [[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset);
 
 /// The noise of the compensated bias in the same stretches. `residual_deg_per_h` is what a model leaves of each

@@ -25,8 +25,10 @@ std::string row(std::string_view what, const data::Figures& f) {
 }
 
 std::string describe_floor(const model::Verification& v) {
-  std::string text = fmt::format("  noise floor of the record: {} °/h ({} differences)\n",
-                                 plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.differences);
+  if (v.floor.differences == 0) return fmt::format("  noise floor of the record: none, {}\n", v.floor.statement);
+  std::string text =
+      fmt::format("  noise floor of the record: {} °/h ({}, {} differences)\n",
+                  plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.statement, v.floor.differences);
   if (v.trained_on_this && v.effective_parameters > 0) {
     text += fmt::format("  {:.0f} effective parameters leave of it, in-sample: {:.5f} °/h\n", v.effective_parameters,
                         v.expected_in_sample_std);
@@ -80,6 +82,7 @@ std::string json(const std::string& run, const model::Verification& v, const Noi
                     {"to_truth", json_of(v.to_truth)},
                     {"noise_floor_deg_per_h", v.floor.deg_per_h},
                     {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
+                    {"noise_floor_statement", v.floor.statement},
                     {"effective_parameters", json_of(known(v.effective_parameters))},
                     {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
                     {"allan", json_of(noises.raw)},

@@ -67,6 +67,7 @@ TEST(ReportJson, HasTheStableKeys) {
                               "/models/multi_point/stored_numbers",
                               "/rate_nested_leave_cycle_out/multi_point",
                               "/rate/noise_floor_error_deg_per_h",
+                              "/rate/noise_floor_statement",
                               "/rate/raw/effective_count",
                               "/random/multi_point_t/std_error_deg_per_h",
                               "/random/multi_point_t/holds/mean_error_deg_per_h",

@@ -148,7 +148,7 @@ model::Verification verification(const data::RecordedRun& run, double left_over,
   v.ramps = v.corners = figures_of(v.residual_deg_per_h(ramps), run.clusters, ramps);
   v.holds = figures_of(v.residual_deg_per_h(holds), run.clusters, holds);
   v.to_truth = {.figures = figures_of(left_over * run.clusters.bias_deg_per_h, run.clusters), .mean_removed = false};
-  v.floor = {0.00187, 836, 0.00006};
+  v.floor = {0.00187, 836, 0.00006, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 24 holds"};
   v.effective_parameters = 40;
   v.expected_in_sample_std = expected_in_sample_std(v.floor, trained_on_this ? 40 : 0, v.compensated.count);
   if (!trained_on_this) v.outside = {model::Outside::clamp, 3, "A-B", 0.042};

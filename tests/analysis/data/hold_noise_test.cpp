@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -26,29 +27,77 @@ Clusters noisy_clusters(Eigen::Index count, double noise, std::uint64_t seed = 5
   return clusters;
 }
 
+const record::RunInfo::SegmentInfo kHoldSegment{"hold", true, {}, {}, -1}, kRampSegment{"ramp", false, {}, {}, -1};
+
 TEST(NoiseFloor, IsTheWhiteNoiseUnderADrift) {
-  const Clusters clusters = noisy_clusters(4000, 0.002);
-  Clusters last_hour = clusters;
-  const NoiseFloor floor = noise_floor(last_hour, {});
-  EXPECT_EQ(floor.differences, 35) << "36 clusters in the last hour";
+  const NoiseFloor floor = noise_floor(noisy_clusters(4000, 0.002), {kHoldSegment});
+  EXPECT_EQ(floor.differences, 34) << "36 clusters in the last hour";
   EXPECT_NEAR(floor.deg_per_h, 0.002, 0.0008);
+  EXPECT_EQ(floor.statement, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 1 hold");
+}
+
+TEST(NoiseFloor, DoesNotSeeASteadyDrift) {
+  Clusters clusters = noisy_clusters(100, 0.002);
+  const NoiseFloor floor = noise_floor(clusters, {kHoldSegment});
+  clusters.bias_deg_per_h += 1e-4 * clusters.start_s;  // five floors from each mean to the next
+  EXPECT_NEAR(noise_floor(clusters, {kHoldSegment}).deg_per_h, floor.deg_per_h, 1e-12);
+}
+
+/// Holds of ten minutes in which the bias still dies away by 7 % from mean to mean, as in a random program.
+TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
+  constexpr int kHolds = 400, kMeans = 6;
+  Clusters clusters = noisy_clusters(kHolds * kMeans, 0.002);
+  double first_differences = 0;
+  for (Eigen::Index k = 0; k < kHolds * kMeans; ++k) {
+    clusters.segment(k) = clusters.last_segment(k) = static_cast<int>(k / kMeans);
+    clusters.bias_deg_per_h(k) += 0.02 * std::exp(-0.07 * static_cast<double>(k % kMeans));
+    if (k % kMeans > 0)
+      first_differences += std::pow(clusters.bias_deg_per_h(k) - clusters.bias_deg_per_h(k - 1), 2) / 2;
+  }
+  const NoiseFloor floor =
+      noise_floor(clusters, std::vector<record::RunInfo::SegmentInfo>(static_cast<std::size_t>(kHolds), kHoldSegment));
+  EXPECT_EQ(floor.differences, kHolds * (kMeans - 2));
+  EXPECT_NEAR(floor.deg_per_h, 0.002, 3 * floor.error_deg_per_h);
+  EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are not";
+}
+
+/// An imported ramp of 2000 s, which a straight line meets exactly, was called over-fit.
+TEST(NoiseFloor, OfARecordThatNamesNoHoldIsNone) {
+  Clusters ramp = noisy_clusters(20, 0.002);
+  ramp.segment.setConstant(-1);
+  ramp.last_segment.setConstant(-1);
+  ramp.bias_deg_per_h += 5e-4 * ramp.start_s;
+  for (const auto& segments : {std::vector<record::RunInfo::SegmentInfo>{}, {kRampSegment}}) {
+    const NoiseFloor floor = noise_floor(ramp, segments);
+    EXPECT_TRUE(std::isnan(floor.deg_per_h));
+    EXPECT_TRUE(std::isnan(floor.error_deg_per_h));
+    EXPECT_EQ(floor.differences, 0);
+    EXPECT_EQ(floor.statement, "the record names no hold");
+    EXPECT_FALSE(over_fit_warning({.std = 1e-9, .count = 20, .effective = {20, 20}}, floor, 2));
+  }
+}
+
+TEST(NoiseFloor, SaysWhyHoldsThatAreTooShortGiveNone) {
+  Clusters clusters = noisy_clusters(2, 0.002);
+  const NoiseFloor floor = noise_floor(clusters, {kHoldSegment});
+  EXPECT_TRUE(std::isnan(floor.deg_per_h));
+  EXPECT_EQ(floor.statement, "no hold has three neighbouring means in its last hour");
 }
 
 TEST(NoiseFloor, LooksOnlyInsideHolds) {
   Clusters clusters = noisy_clusters(100, 0.002);
   clusters.segment.tail(50).setOnes();
   clusters.last_segment.tail(51).setOnes();  // the corner lies inside cluster 49
-  const record::RunInfo::SegmentInfo hold{"hold", true, {}, {}, -1}, ramp{"ramp", false, {}, {}, -1};
-  EXPECT_EQ(noise_floor(clusters, {hold, ramp}).differences, 35);
-  EXPECT_EQ(noise_floor(clusters, {ramp, hold}).differences, 35);
-  EXPECT_EQ(noise_floor(clusters, {hold, hold}).differences, 70);
-  EXPECT_TRUE(std::isnan(noise_floor(clusters, {ramp, ramp}).deg_per_h));
+  EXPECT_EQ(noise_floor(clusters, {kHoldSegment, kRampSegment}).differences, 34);
+  EXPECT_EQ(noise_floor(clusters, {kRampSegment, kHoldSegment}).differences, 34);
+  EXPECT_EQ(noise_floor(clusters, {kHoldSegment, kHoldSegment}).differences, 68);
+  EXPECT_TRUE(std::isnan(noise_floor(clusters, {kRampSegment, kRampSegment}).deg_per_h));
 }
 
 TEST(NoiseFloor, LeavesOutDifferencesAcrossAGap) {
   Clusters clusters = noisy_clusters(30, 0.002);
   clusters.start_s.tail(10).array() += 300;
-  EXPECT_EQ(noise_floor(clusters, {}).differences, 28);
+  EXPECT_EQ(noise_floor(clusters, {kHoldSegment}).differences, 26);
 }
 
 TEST(NoiseFloor, HasAnErrorBarThatHoldsTheTruth) {
@@ -56,10 +105,10 @@ TEST(NoiseFloor, HasAnErrorBarThatHoldsTheTruth) {
   constexpr int kSeeds = 200;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     Clusters clusters = noisy_clusters(360, 0.002, seed);
-    std::vector<record::RunInfo::SegmentInfo> segments(10, {"hold", true, {}, {}, -1});
+    std::vector<record::RunInfo::SegmentInfo> segments(10, kHoldSegment);
     for (Eigen::Index k = 0; k < 360; ++k) clusters.segment(k) = clusters.last_segment(k) = static_cast<int>(k / 36);
     const NoiseFloor floor = noise_floor(clusters, segments);
-    EXPECT_EQ(floor.differences, 350);
+    EXPECT_EQ(floor.differences, 340);
     held += std::abs(floor.deg_per_h - 0.002) < 2 * floor.error_deg_per_h ? 1 : 0;
   }
   EXPECT_GE(held, 182) << "of 200, at 95 %";
@@ -163,16 +212,37 @@ TEST(HoldNoise, OfNoHoldIsNothing) {
     EXPECT_FALSE(coefficient.seen);
     EXPECT_TRUE(std::isnan(coefficient.at_most));
   }
+  EXPECT_EQ(noise_of_holds(dataset).statement, "the record names no hold");
   EXPECT_TRUE(noise_of_holds(Dataset{}).curve.empty());
 }
 
-TEST(HoldNoise, ARecordWithoutSegmentsIsOneHold) {
+TEST(HoldNoise, HasAPointAtTheLengthOfAMean) {
+  const Dataset dataset = quiet_hours(5, 3e-4, 1);
+  const HoldNoise noise = noise_of_holds(dataset);
+  const auto point = std::ranges::find(noise.curve, 100, &AllanPoint::tau_s);
+  ASSERT_NE(point, noise.curve.end());
+  EXPECT_NEAR(point->deviation_deg_per_h, 3e-4 * 6, 4 * point->error_deg_per_h) << "N/√τ";
+  EXPECT_TRUE(std::ranges::is_sorted(noise.curve, {}, &AllanPoint::tau_s));
+  EXPECT_EQ(std::ranges::count(noise.curve, 100, &AllanPoint::tau_s), 1);
+}
+
+TEST(HoldNoise, ARecordThatNamesNoHoldHasNone) {
+  Dataset dataset = quiet_hours(1, 3e-4, 3);
+  dataset.imported = true;
+  dataset.segments.clear();
+  dataset.segment.setConstant(-1);
+  EXPECT_TRUE(noise_of_holds(dataset).curve.empty());
+  EXPECT_EQ(noise_of_holds(dataset).statement, "the record names no hold");
+}
+
+TEST(HoldNoise, TakesTheRecordsOwnInterval) {
   std::mt19937_64 random(4);
   Dataset dataset;
   dataset.imported = true;
   dataset.time_s = Eigen::VectorXd::LinSpaced(72000, 0, 7199.9);
   dataset.bias_deg_per_h = simulate({.N = 0.01}, 72000, 0.1, random);
-  dataset.segment.setConstant(72000, -1);
+  dataset.segments = {kHoldSegment};
+  dataset.segment.setZero(72000);
   const HoldNoise noise = noise_of_holds(dataset);
   EXPECT_NEAR(noise.interval_s, 0.1, 1e-9);
   EXPECT_NEAR(noise.seconds, 3600, 0.2);

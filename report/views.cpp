@@ -142,13 +142,17 @@ std::string format_bounds(const char* symbol, std::pair<double, double> log2_bou
                      end(log2_bounds.second));
 }
 
+std::string zero_of(const Report& report) {
+  const std::string &rate = report.rate.bias_zero, &random = report.random.bias_zero;
+  return plot::escaped(rate == random ? rate : fmt::format("training: {}; verification: {}", rate, random));
+}
+
 std::string identity_section(const Report& report) {
   return "<dl class=\"identity\">\n" +
          definition("Rig", plot::escaped(report.rig.title) + " <code>" + plot::escaped(report.rig.name) + "</code>" +
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
          definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
-         definition("Verification", run_row(report.random)) +
-         definition("Zero of the bias", plot::escaped(report.rate.bias_zero)) +
+         definition("Verification", run_row(report.random)) + definition("Zero of the bias", zero_of(report)) +
          definition("Program",
                     "gyrotherm " + plot::escaped(report.program_version) + ", seed " + std::to_string(report.seed)) +
          "</dl>\n";

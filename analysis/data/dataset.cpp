@@ -12,7 +12,6 @@ namespace gyrotherm::data {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-constexpr const char* kOwnZero = "mean of the first hold removed";
 
 Eigen::Index rows_of(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
@@ -87,7 +86,8 @@ void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate)
   if (dataset.imported) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
-    dataset.bias_zero = kOwnZero;
+    dataset.bias_zero = "mean of the first hold removed";
+    dataset.zero_is_its_own = true;
   }
 }
 
@@ -137,8 +137,6 @@ Result<Dataset> load_dataset(const std::string& path) {
   }
   return make_dataset(*record, path);
 }
-
-bool has_own_zero(const Dataset& dataset) { return dataset.bias_zero == kOwnZero; }
 
 double sample_interval_s(const Dataset& dataset) {
   if (!dataset.imported || dataset.time_s.size() < 2) return 1;

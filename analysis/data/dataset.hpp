@@ -31,6 +31,7 @@ struct Dataset {
   std::vector<std::string> cycles;
   std::vector<record::RunInfo::SegmentInfo> segments;
   std::string bias_zero;          ///< "earth rate removed", "mean of the first hold removed" or "nothing removed"
+  bool zero_is_its_own{};         ///< what was removed is a mean of this record: its mean is then partly fitted
   Eigen::VectorXd time_s;         ///< since the run started: whole seconds (the slot) of our own records, else the
                                   ///< foreign record's own time
   Eigen::MatrixXd temperature_c;  ///< samples × thermometers
@@ -51,9 +52,6 @@ struct Dataset {
 /// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
 /// unfinished run is never mistaken for a finished one).
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path);
-
-/// Whether the zero of the bias is this record's own, so that its mean tells nothing of another record's.
-[[nodiscard]] bool has_own_zero(const Dataset& dataset);
 
 /// The time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);

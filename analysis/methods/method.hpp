@@ -124,7 +124,7 @@ struct Method {
   std::string_view title;     ///< for the report
   std::string_view citation;  ///< of its published form
   std::string_view inputs;    ///< what it takes in where the user does not say: a word of --inputs
-  std::array<std::string_view, 4> compared_on = {};  ///< what else it is compared on in the qualification; "": nothing
+  std::array<std::string_view, 5> compared_on = {};  ///< what else it is compared on in the qualification; "": nothing
   ChooseFunction* choose;
   FitFunction* fit;
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held

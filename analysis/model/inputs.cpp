@@ -51,17 +51,27 @@ Result<Terms> three_points(const data::Dataset& dataset) {
                data::gradient_term(points[1], points[2])};
 }
 
+Result<data::Term> first_temperature(const data::Dataset& dataset) {
+  if (!dataset.gradients.empty()) return data::temperature_term(dataset.gradients.front());
+  return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
+}
+
+/// As multi-point-t is to multi-point: what the temperature gains apart from what the points gain.
+Result<Terms> three_points_and_temperature(const data::Dataset& dataset) {
+  auto terms = three_points(dataset);
+  if (!terms) return terms;
+  const auto temperature = first_temperature(dataset);
+  if (!temperature) return failure(temperature.error());
+  terms->push_back(*temperature);
+  return terms;
+}
+
 /// A term of each gradient thermometer.
 template <data::Term (*make)(std::string)>
 Result<Terms> of_each(const data::Dataset& dataset) {
   Terms terms;
   for (const std::string& name : dataset.gradients) terms.push_back(make(name));
   return terms;
-}
-
-Result<data::Term> first_temperature(const data::Dataset& dataset) {
-  if (!dataset.gradients.empty()) return data::temperature_term(dataset.gradients.front());
-  return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
 }
 
 /// Those with the first, or none of a single thermometer.
@@ -97,6 +107,7 @@ Result<Terms> physics(const data::Dataset& dataset) {
 constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"multi-point-t", gradients, true},
                                Word{"three-point", three_points},
+                               Word{"three-point-t", three_points_and_temperature},
                                Word{"seven-point", differences_with_the_first},
                                Word{"gradients", gradients},
                                Word{"temperatures", of_each<data::temperature_term>},

@@ -27,6 +27,7 @@ struct InputPlan {
 ///   rates          their causal rates
 ///   seven-point    the differences of the first gradient thermometer with the others
 ///   three-point    the three differences of cathode, anode and shell
+///   three-point-t  the same, and the temperature of the first gradient thermometer
 ///   polynomial     T, T², T³, dT/dt and T·dT/dt, T the temperature of the first gradient thermometer
 ///   temperature-gradient-rate  T, seven-point and dT/dt; of a single thermometer without differences
 ///   physics        T, T², seven-point, T times seven-point, and dT/dt; likewise

@@ -96,7 +96,7 @@ std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const d
   Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
   const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
   if (rows.empty()) return {};
-  ErrorToTruth result{.figures = {}, .mean_removed = has_own_zero(dataset)};
+  ErrorToTruth result{.figures = {}, .mean_removed = dataset.zero_is_its_own};
   if (result.mean_removed) error.array() -= error(rows).mean();
   result.figures = figures_of(error(rows), clusters, rows);
   return result;
@@ -125,8 +125,13 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
   });
 }
 
-std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Clusters& clusters) {
+std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Dataset& dataset,
+                                     const data::Clusters& clusters) {
   std::vector<std::string> warnings;
+  if (dataset.zero_is_its_own) {
+    warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
+                       ": its mean, RMSE and maximum hide what is constant; its STD does not depend on the zero");
+  }
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
@@ -181,7 +186,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
   result.outside = outside_the_range(model, ranged, outside);
-  result.warnings = warnings_of(result, model, clusters);
+  result.warnings = warnings_of(result, model, dataset, clusters);
   return result;
 }
 

@@ -90,10 +90,11 @@ void add_train(Program& program) {
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("runs", options.runs, "the records")->required();
   command.add_option("--out", options.out, "the model")->required();
-  command.add_option("--inputs", options.training.inputs,
-                     "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, seven-point, "
-                     "gradients, temperatures, rates, or terms like A-B,A,rate:A,A^2,A*A-B; default: what the method "
-                     "is published with");
+  command.add_option(
+      "--inputs", options.training.inputs,
+      "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, seven-point, "
+      "gradients, temperatures, rates, or terms like A-B,A,rate:A,A^2,A*A-B; default: what the method "
+      "is published with");
   auto* select = command.add_option(
       "--select", options.select,
       "which of the inputs that a word stands for to take, learnt inside each fold: correlation[:R] (|r| above R, "

@@ -44,6 +44,7 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
   record.info.gyro.earth_rate = DegreesPerHour{4};
   const Dataset dataset = make_dataset(record, "run.db");
   EXPECT_EQ(dataset.bias_zero, "earth rate removed");
+  EXPECT_FALSE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 0.5 * 20 / 0.5 - 4);
 }
@@ -51,6 +52,7 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
 TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
   const Dataset dataset = make_dataset(four_seconds(), "run.db");
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
+  EXPECT_TRUE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), -0.5);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
@@ -58,12 +60,12 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
 TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
   record::Record record = four_seconds();
   EXPECT_TRUE(make_dataset(record, "run.db").true_bias_deg_per_h.array().isNaN().all());
-  EXPECT_TRUE(has_own_zero(make_dataset(record, "run.db")));
+  EXPECT_TRUE(make_dataset(record, "run.db").zero_is_its_own);
   record.true_bias_deg_per_h = {1, 2, 3, 4};
   record.info.gyro.earth_rate = DegreesPerHour{4};
   const Dataset dataset = make_dataset(record, "run.db");
   EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
-  EXPECT_FALSE(has_own_zero(dataset));
+  EXPECT_FALSE(dataset.zero_is_its_own);
 }
 
 TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {

@@ -151,6 +151,15 @@ TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
   EXPECT_TRUE(std::isnan(verified(unseen_run()).expected_in_sample_std));
 }
 
+TEST_F(VerificationOfALinearModel, SaysWhereTheZeroIsFittedToTheRecord) {
+  constexpr const char* kWords = "the zero of the bias is fitted to this very record";
+  data::Dataset dataset = unseen_run();
+  EXPECT_FALSE(says(verified(dataset), kWords));
+  dataset.bias_zero = "mean of the first hold removed";
+  dataset.zero_is_its_own = true;
+  EXPECT_TRUE(says(verified(dataset), kWords));
+}
+
 TEST_F(VerificationOfALinearModel, WarnsOfAResidualBelowTheFloor) {
   const data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);

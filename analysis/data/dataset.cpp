@@ -138,6 +138,12 @@ Result<Dataset> load_dataset(const std::string& path) {
   return make_dataset(*record, path);
 }
 
+std::vector<std::string> programs_of(const std::vector<Dataset>& datasets) {
+  std::vector<std::string> programs;
+  for (const Dataset& dataset : datasets) programs.push_back(dataset.profile_name);
+  return programs;
+}
+
 double sample_interval_s(const Dataset& dataset) {
   if (!dataset.imported || dataset.time_s.size() < 2) return 1;
   const Eigen::Index steps = dataset.time_s.size() - 1;

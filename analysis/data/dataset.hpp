@@ -53,6 +53,9 @@ struct Dataset {
 /// unfinished run is never mistaken for a finished one).
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path);
 
+/// The profile of each.
+[[nodiscard]] std::vector<std::string> programs_of(const std::vector<Dataset>& datasets);
+
 /// The time between neighbouring samples: 1 s, or the median step of an imported record.
 [[nodiscard]] double sample_interval_s(const Dataset& dataset);
 

@@ -151,6 +151,33 @@ Result<void> check(const FoldPlan& plan) {
   return {};
 }
 
+/// Rows of other programs are other runs: nothing lies between them that a guard would have to keep out.
+Result<FoldPlan> hold_out_programs(const std::vector<Clusters>& records, const std::vector<std::string>& programs) {
+  assert(records.size() == programs.size());
+  std::vector<std::string> distinct;
+  for (const std::string& program : programs) {
+    if (std::ranges::count(distinct, program) == 0) distinct.push_back(program);
+  }
+  if (distinct.size() < 2) {
+    return failure(FaultKind::usage, "folds",
+                   fmt::format("by programs: all records are of \"{}\"; one of another program is needed",
+                               distinct.empty() ? "" : distinct.front()));
+  }
+  FoldPlan plan{.folds = std::vector<Fold>(distinct.size()),
+                .statement = fmt::format("leave one program out ({})", distinct.size())};
+  Eigen::Index first = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const Eigen::Index end = first + records[r].cycle.size();
+    for (std::size_t p = 0; p < distinct.size(); ++p) {
+      Fold& fold = plan.folds[p];
+      std::vector<Eigen::Index>& side = programs[r] == distinct[p] ? fold.held_out : fold.training;
+      for (Eigen::Index k = first; k < end; ++k) side.push_back(k);
+    }
+    first = end;
+  }
+  return plan;
+}
+
 /// What is left of rows that are numbered anew; number −1: gone.
 std::vector<Eigen::Index> renumbered(const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& number) {
   std::vector<Eigen::Index> left;
@@ -169,6 +196,8 @@ Result<FoldOptions> parse_folds(std::string_view text) {
   if (text == "cycles") return options;
   options.kind = FoldKind::records;
   if (text == "records") return options;
+  options.kind = FoldKind::programs;
+  if (text == "programs") return options;
   options.kind = FoldKind::blocks;
   if (text == "blocks") return options;
   constexpr std::string_view kNumbered = "blocks:";
@@ -177,11 +206,13 @@ Result<FoldOptions> parse_folds(std::string_view text) {
     const auto read = std::from_chars(text.data() + kNumbered.size(), end, options.blocks);
     if (read.ec == std::errc{} && read.ptr == end && options.blocks >= 2) return options;
   }
-  return failure(FaultKind::usage, "--folds",
-                 fmt::format("\"{}\" is none of auto, cycles, records, blocks, blocks:N with N at least 2", text));
+  return failure(
+      FaultKind::usage, "--folds",
+      fmt::format("\"{}\" is none of auto, cycles, records, programs, blocks, blocks:N with N at least 2", text));
 }
 
 Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options) {
+  if (options.kind == FoldKind::programs) return hold_out_programs(records, options.programs);
   assert(options.blocks >= 2 && options.guard_minutes.value_or(0) >= 0);
   std::size_t cycles_in_all = 0;
   Eigen::Index all = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which clusters are held out together, and which are then learnt from: cycles, whole records, or consecutive blocks
-/// with a guard gap. Never clusters at random: neighbours are nearly copies of each other (docs/evaluation.md).
+/// Which clusters are held out together, and which are then learnt from: cycles, whole records, all records of a
+/// program, or consecutive blocks with a guard gap. Never clusters at random: neighbours are nearly copies of each
+/// other (docs/evaluation.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +19,7 @@ enum class FoldKind {
   automatic,  ///< records where there are kFewestForRecords or more and none of them has a cycle, else cycles
   cycles,
   records,
+  programs,
   blocks,
 };
 
@@ -36,9 +38,10 @@ struct FoldOptions {
   /// Nothing: none between cycles; around blocks kDefaultGuardMinutes, but at most half a block. Whole records need
   /// none.
   std::optional<double> guard_minutes = {};
+  std::vector<std::string> programs = {};  ///< the profile of each record, where they are held out by programs
 };
 
-/// Reads "auto", "cycles", "records", "blocks" or "blocks:6". Fails with usage.
+/// Reads "auto", "cycles", "records", "programs", "blocks" or "blocks:6". Fails with usage.
 [[nodiscard]] Result<FoldOptions> parse_folds(std::string_view text);
 
 /// One fold. A cluster within the guard of what is held out is on neither side.
@@ -55,9 +58,9 @@ struct FoldPlan {
 /// Plans the folds of all records. By cycles there is a fold per cycle of each record; clusters outside any cycle go
 /// with the cycle before them, the first ones with the first; a record without cycles is cut into consecutive blocks,
 /// and so is the only cycle of a single record. By records each is held out whole, and learnt from are all others. By
-/// blocks every record is cut. Rows number the clusters of all records, one after the other. Fails with usage if a
-/// single record is to be held out whole, a record is too short to be cut, or the guard leaves a fold nothing to learn
-/// from.
+/// programs all records of one program are held out together. By blocks every record is cut. Rows number the clusters
+/// of all records, one after the other. Fails with usage if a single record or program is to be held out whole, a
+/// record is too short to be cut, or the guard leaves a fold nothing to learn from.
 [[nodiscard]] Result<FoldPlan> plan_folds(const std::vector<Clusters>& records, const FoldOptions& options = {});
 
 /// Clusters to learn from, and how they are held out among themselves where something has to be chosen on them alone.

@@ -150,7 +150,9 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
   auto inputs = plan_inputs(inputs_of(options, method), datasets.front(), options.select);
   if (!inputs) return failure(inputs.error());
   context.inputs = std::move(*inputs);
-  if (const auto laid = lay_out(context, records, options); !laid) return failure(laid.error());
+  TrainingOptions named = options;
+  named.folds.programs = programs_of(datasets);
+  if (const auto laid = lay_out(context, records, named); !laid) return failure(laid.error());
   auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
   context.splits = std::move(*splits);

@@ -150,6 +150,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
   const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified});
   if (!records) return failure(records.error());
+  options.training.folds.programs = programs_of(records->datasets);
   const auto unseen = load_recorded_runs(console, options.unseen, {.unverified = options.unverified});
   if (!unseen) return failure(unseen.error());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -172,7 +173,7 @@ void add_placement(Program& program) {
   command.add_option("runs", options.runs, "the records")->required();
   command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing");
   command.add_option("--folds", options.folds,
-                     "what is held out together: cycles, records, blocks[:N], or auto (default); see train");
+                     "what is held out together: cycles, records, programs, blocks[:N], or auto (default); see train");
   command
       .add_option("--guard", options.guard_minutes,
                   "minutes around what is held out that are not learnt from either; default: as in train")

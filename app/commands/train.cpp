@@ -106,7 +106,8 @@ void add_train(Program& program) {
   command.add_option("--method", options.training.method, method_names());
   command.add_option(
       "--folds", options.folds,
-      "what is held out together: cycles, records (each whole), blocks[:N], consecutive ones (4), or auto "
+      "what is held out together: cycles, records (each whole), programs (all records of a profile), blocks[:N], "
+      "consecutive ones (4), or auto "
       "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
       "record without any is cut into blocks");
   command

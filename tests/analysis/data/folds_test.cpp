@@ -227,5 +227,31 @@ TEST(Folds, AreReadFromTheirWord) {
   }
 }
 
+TEST(FoldsByProgram, HoldOutAllRecordsOfAProgramTogether) {
+  const Clusters a = without_cycles(30), b = without_cycles(20), c = without_cycles(10);
+  FoldOptions options = *parse_folds("programs");
+  options.programs = {"rate", "random", "rate"};
+  const auto plan = plan_folds({a, b, c}, options);
+  ASSERT_TRUE(plan) << text(plan.error());
+  EXPECT_EQ(plan->statement, "leave one program out (2)");
+  ASSERT_EQ(plan->folds.size(), 2U);
+  EXPECT_EQ(plan->folds[0].held_out.size(), 40U);
+  EXPECT_EQ(plan->folds[0].training, plan->folds[1].held_out) << "the random record alone";
+  EXPECT_EQ(plan->folds[1].training, plan->folds[0].held_out);
+  EXPECT_EQ(plan->folds[0].training.front(), 30);
+  EXPECT_EQ(plan->folds[0].training.back(), 49);
+  expect_each_held_out_once(*plan, 60);
+}
+
+TEST(FoldsByProgram, RefuseASingleProgram) {
+  const Clusters a = without_cycles(30);
+  FoldOptions options = *parse_folds("programs");
+  options.programs = {"rate", "rate"};
+  const auto plan = plan_folds({a, a}, options);
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().kind, FaultKind::usage);
+  EXPECT_NE(plan.error().what.find("\"rate\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace gyrotherm::data

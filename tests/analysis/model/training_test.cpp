@@ -163,6 +163,23 @@ TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
   EXPECT_EQ(train({datasets[0]}, {clusters[0]}, alone).error().kind, FaultKind::usage);
 }
 
+/// Two programs: the error held out is that of a model of the other program.
+TEST(FoldsByProgram, PredictEachProgramByTheOther) {
+  data::Dataset rate = data::make_synthetic_run({.run_id = "rate run", .seed = 1});
+  data::Dataset random = data::make_synthetic_run({.run_id = "random run", .cycle_rates_c_per_min = {1, 6}, .seed = 2});
+  rate.profile_name = "rate";
+  random.profile_name = "random";
+  TrainingOptions options = linear("seven-point");
+  options.folds.kind = data::FoldKind::programs;
+  const data::Clusters of_rate = *make_clusters(rate), of_random = *make_clusters(random);
+  const auto model = train({rate, random}, {of_rate, of_random}, options);
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_EQ(model->folds, "leave one program out (2)");
+  const auto alone = train({rate}, {of_rate}, linear("seven-point"));
+  const Eigen::VectorXd expected = of_random.bias_deg_per_h - *predict(*alone, of_random);
+  EXPECT_LT((model->leave_cycle_out_residual.tail(expected.size()) - expected).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST(Nested, IsTheSameWhereNothingIsChosen) {
   TrainingOptions options = linear("multi-point");
   options.nested = true;

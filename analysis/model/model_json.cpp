@@ -185,6 +185,7 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form("swarm", tuning.swarm);
   form("warnings", tuning.warnings);
   form("options", model.tuning_options);
+  form.if_there("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
 }
 
 void describe(auto& form, Like<Model> auto& model) {

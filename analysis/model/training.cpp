@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "analysis/data/hold_noise.hpp"
+#include "analysis/methods/svr.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -116,6 +117,13 @@ Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
       if (datasets[i].run_id == datasets[j].run_id)
         return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
   return {};
+}
+
+/// The one-standard-error rule knows what is simple of C, σ and ε alone.
+Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
+  if (options.tuning.choice == svm::ChoiceRule::best || method.choose == methods::choose_svr) return {};
+  return failure(FaultKind::usage, "--choose",
+                 fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }
 
 /// All clusters with their folds, and then without those that lack an input.
@@ -252,6 +260,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   const auto method = methods::find_method(options.method);
   if (!method) return failure(method.error());
   if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
+  if (const auto fits = check_choice(options, **method); !fits) return failure(fits.error());
   const auto context = set_up(datasets, clusters, options, **method, progress);
   if (!context) return failure(context.error());
 

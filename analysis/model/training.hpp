@@ -24,17 +24,17 @@ struct TrainingOptions {
   std::optional<SelectionRule> select;  ///< nothing: only multi-point selects, by |r| > 0.90
   data::FoldOptions folds;
   std::optional<data::FoldPlan>
-      fold_plan;        ///< instead of `folds`, each cluster held out once: what users are not offered
-  bool nested = false;  ///< also Model.nested_leave_cycle_out
-  bool quick = false;   ///< a swarm of 8 particles and 6 iterations
-  svm::TuningOptions tuning;
+      fold_plan;              ///< instead of `folds`, each cluster held out once: what users are not offered
+  bool nested = false;        ///< also Model.nested_leave_cycle_out
+  bool quick = false;         ///< a swarm of 8 particles and 6 iterations
+  svm::TuningOptions tuning;  ///< its choice is for the support vector methods alone
   std::string program_version;
 };
 
 /// Trains on the clusters of all datasets together (they must have the same thermometers). Selection and scaling are
 /// fitted inside each fold. Clusters without a value of every input are left out, and a warning says how many. Fails
-/// with usage (no record, a run given twice, or as the parts below do), with numeric, or with interrupted once
-/// `progress` says so.
+/// with usage (no record, a run given twice, the one-standard-error rule of a method without C, σ and ε, or as the
+/// parts below do), with numeric, or with interrupted once `progress` says so.
 [[nodiscard]] Result<Model> train(const std::vector<data::Dataset>& datasets,
                                   const std::vector<data::Clusters>& clusters, const TrainingOptions& options,
                                   const ProgressSink& progress = {});

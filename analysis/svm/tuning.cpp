@@ -9,6 +9,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <numeric>
 #include <utility>
 
 #include "analysis/svm/gaussian_sum.hpp"
@@ -54,14 +56,21 @@ using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 // How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
 using Workers = std::atomic<int>;
 
-// Mean over all held-out rows, fold after fold until it passes the limit: it can only grow. Where threads are idle the
-// folds that are left run at once, some of them in vain; the outcome is the same.
-Result<double> mean_squared_error(std::span<const PreparedFold> folds, const SvrParameters& parameters,
-                                  const SvrOptions& options, Memories& memories, double limit, const Workers* workers) {
+Eigen::Index held_out(std::span<const PreparedFold> folds) {
   Eigen::Index rows = 0;
   for (const PreparedFold& fold : folds) rows += fold.held_out();
+  return rows;
+}
+
+// What each fold adds to the mean over all held-out rows, fold after fold until it passes the limit: it can only grow.
+// Where threads are idle the folds that are left run at once, some of them in vain; the outcome is the same.
+Result<std::vector<double>> squared_errors(std::span<const PreparedFold> folds, const SvrParameters& parameters,
+                                           const SvrOptions& options, Memories& memories, double limit,
+                                           const Workers* workers) {
+  const Eigen::Index rows = held_out(folds);
   const auto error_of = [&](std::size_t f) { return folds[f].squared_error(parameters, options, memories.local()); };
   std::vector<Result<double>> errors(folds.size());
+  std::vector<double> shares;
   double mean = 0;
   std::size_t known = 0;
   for (std::size_t f = 0; f < folds.size(); ++f) {
@@ -73,11 +82,28 @@ Result<double> mean_squared_error(std::span<const PreparedFold> folds, const Svr
         errors[f] = error_of(f);
     }
     if (!errors[f]) return failure(errors[f].error());
-    mean += *errors[f] / static_cast<double>(rows);
+    shares.push_back(*errors[f] / static_cast<double>(rows));
+    mean += shares.back();
     if (mean > limit) break;
   }
-  return mean;
+  return shares;
 }
+
+double sum_of(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
+
+// Every position of a search with its shares, as one_standard_error needs them; called from several threads.
+class JudgedPositions {
+ public:
+  void add(const std::vector<double>& position, const std::vector<double>& shares) {
+    const std::scoped_lock lock(mutex_);
+    judged_.push_back({position, shares});
+  }
+  [[nodiscard]] const std::vector<JudgedPosition>& all() const { return judged_; }
+
+ private:
+  std::mutex mutex_;
+  std::vector<JudgedPosition> judged_;
+};
 
 SwarmBox box_of(const TuningOptions& options) {
   SwarmBox box{.lower = {options.log2_c.first, options.log2_sigma.first},
@@ -94,15 +120,34 @@ SvrParameters parameters_at(const std::vector<double>& position, const TuningOpt
           .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
 }
 
-std::vector<std::string> warnings_of(const SwarmSummary& swarm, int uncertified) {
+// Takes the simplest position within one standard error instead of the swarm's best, which is kept beside it. Returns
+// where it stands.
+std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
+                                  std::span<const PreparedFold> folds, const TuningOptions& options) {
+  std::vector<double> parts;
+  for (const PreparedFold& fold : folds)
+    parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(held_out(folds)));
+  const OneStandardErrorChoice choice = simplest_within_one_standard_error(judged, parts);
+  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options),
+                                .best_mse = mean_squared_error(judged[choice.best]),
+                                .standard_error_mse = choice.standard_error,
+                                .within = choice.within};
+  summary.best = parameters_at(judged[choice.simplest].position, options);
+  summary.cross_validation_mse = mean_squared_error(judged[choice.simplest]);
+  return judged[choice.simplest].position;
+}
+
+std::vector<std::string> warnings_of(const std::vector<double>& taken, const SwarmBox& box, int uncertified,
+                                     int evaluations) {
   constexpr const char* kNames[] = {"C", "sigma", "epsilon"};
   std::vector<std::string> warnings;
-  for (const int k : swarm.coordinates_on_edge) {
-    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", kNames[k], swarm.best[k]));
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    if (taken[k] != box.lower[k] && taken[k] != box.upper[k]) continue;
+    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", kNames[k], taken[k]));
   }
   if (uncertified > 0) {
     warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were passed over",
-                                   uncertified, swarm.evaluations));
+                                   uncertified, evaluations));
   }
   return warnings;
 }
@@ -126,7 +171,7 @@ Result<double> cross_validation_error(std::span<const TuningFold> folds, const S
                                       const SvrOptions& options, double limit) {
   if (auto ok = check_folds(folds); !ok) return failure(ok.error());
   Memories memories;
-  return mean_squared_error(prepare(folds), parameters, options, memories, limit, nullptr);
+  return squared_errors(prepare(folds), parameters, options, memories, limit, nullptr).map(sum_of);
 }
 
 Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
@@ -136,15 +181,20 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   Memories memories;
   std::atomic<int> uncertified = 0;
   Workers workers = 0;
+  const bool judges_all = options.choice == ChoiceRule::one_standard_error;
+  JudgedPositions judged;
   const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
     ++workers;
-    auto error = mean_squared_error(prepared, parameters_at(position, options), options.svr, memories, limit, &workers);
+    const auto shares = squared_errors(prepared, parameters_at(position, options), options.svr, memories,
+                                       judges_all ? kNoLimit : limit, &workers);
     --workers;
-    if (error || error.error().kind != FaultKind::numeric) return error;
+    if (shares && judges_all) judged.add(position, *shares);
+    if (shares || shares.error().kind != FaultKind::numeric) return shares.map(sum_of);
     ++uncertified;
     return kNoLimit;
   };
-  auto swarm = minimise(fitness, box_of(options), options.swarm, progress);
+  const SwarmBox box = box_of(options);
+  auto swarm = minimise(fitness, box, options.swarm, progress);
   if (!swarm) return failure(swarm.error());
   if (!std::isfinite(swarm->best_fitness)) {
     return failure(FaultKind::numeric, "tuning",
@@ -154,7 +204,9 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   summary.best = parameters_at(swarm->best, options);
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
-  summary.warnings = warnings_of(*swarm, uncertified);
+  std::vector<double> taken = swarm->best;
+  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options);
+  summary.warnings = warnings_of(taken, box, uncertified, swarm->evaluations);
   summary.swarm = std::move(*swarm);
   return summary;
 }

@@ -4,11 +4,13 @@
 
 #include <Eigen/Core>
 #include <concepts>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "analysis/svm/choice_rule.hpp"
 #include "analysis/svm/svr.hpp"
 #include "analysis/svm/swarm.hpp"
 #include "core/form.hpp"
@@ -42,6 +44,8 @@ template <std::derived_from<TuningFold> Fold>
 struct TuningOptions {
   std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};  ///< lower and upper bounds
   double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
+  /// one_standard_error judges every position on every fold: the swarm takes the same way, and more time.
+  ChoiceRule choice = ChoiceRule::best;
   SwarmOptions swarm;
   SvrOptions svr;
 };
@@ -62,11 +66,12 @@ void describe(auto& form, Like<TuningOptions> auto& options) {
 
 /// What the tuning found, and how sure it is.
 struct TuningSummary {
-  SvrParameters best;
-  double cross_validation_mse{};  ///< (°/h)², over all held-out rows
+  SvrParameters best;             ///< by the rule
+  double cross_validation_mse{};  ///< its (°/h)², over all held-out rows
   int uncertified{};              ///< positions with a training that missed its certificate: never a best one
   SwarmSummary swarm;
-  std::vector<std::string> warnings;  ///< "log2 C = 12 lies on the edge of its box", …
+  std::vector<std::string> warnings;                          ///< "log2 C = 12 lies on the edge of its box", …
+  std::optional<OneStandardErrorSummary> one_standard_error;  ///< where that rule chose
 };
 
 /// The mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which

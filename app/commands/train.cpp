@@ -14,7 +14,7 @@ namespace {
 
 struct TrainArguments {
   std::vector<std::string> runs;
-  std::string out, clusters, folds = "auto", select;
+  std::string out, clusters, folds = "auto", select, choose = "best";
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
   bool unverified = false;
   model::TrainingOptions training;
@@ -38,6 +38,11 @@ std::string describe(const model::Model& model) {
     text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
                         svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
                         svr->relative_gap);
+  if (const auto& rule = model.tuning.one_standard_error)
+    text += fmt::format(
+        "  the simplest of {} positions within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
+        "{:.6g})\n",
+        rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
   text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
@@ -63,6 +68,9 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
     if (!rule) return failure(rule.error());
     training.select = *rule;
   }
+  const auto choice = svm::parse_choice(options.choose);
+  if (!choice) return failure(choice.error());
+  training.tuning.choice = *choice;
   if (options.threshold >= 0) training.select = model::SelectionRule{.threshold = options.threshold};
   return training;
 }
@@ -110,6 +118,10 @@ void add_train(Program& program) {
       "consecutive ones (4), or auto "
       "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
       "record without any is cut into blocks");
+  command.add_option(
+      "--choose", options.choose,
+      "C, sigma and epsilon by held-out error: best (default; as the paper does) or one-se, the simplest "
+      "within one standard error of it");
   command
       .add_option("--guard", options.guard_minutes,
                   "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "

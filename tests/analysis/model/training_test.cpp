@@ -180,6 +180,34 @@ TEST(FoldsByProgram, PredictEachProgramByTheOther) {
   EXPECT_LT((model->leave_cycle_out_residual.tail(expected.size()) - expected).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(OneStandardError, IsKeptWithTheModelAndIsNoSurpriseHeldOut) {
+  TrainingOptions options = quick_svr("seven-point");
+  options.tuning.swarm.particles = 4;
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const auto best = train_on(dataset, options);
+  options.tuning.choice = svm::ChoiceRule::one_standard_error;
+  const auto simple = train_on(dataset, options);
+  ASSERT_TRUE(best && simple);
+  EXPECT_FALSE(best->tuning.one_standard_error);
+  EXPECT_EQ(to_json(*best).find("one_standard_error"), std::string::npos) << "the paper's choice is kept as it was";
+  ASSERT_TRUE(simple->tuning.one_standard_error);
+  EXPECT_LE(simple->tuning.best.C, best->tuning.best.C * 2) << "no simpler by an octave is no gain";
+  const auto read = model_from_json(to_json(*simple), "model.json");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_EQ(read->tuning.one_standard_error->within, simple->tuning.one_standard_error->within);
+  EXPECT_EQ(read->tuning.one_standard_error->best.C, best->tuning.best.C);
+  EXPECT_EQ(to_json(*read), to_json(*simple));
+}
+
+TEST(OneStandardError, IsRefusedByAMethodThatHasNoC) {
+  TrainingOptions options = linear("seven-point");
+  options.tuning.choice = svm::ChoiceRule::one_standard_error;
+  const auto model = train_on(data::make_synthetic_run({}), options);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().kind, FaultKind::usage);
+  EXPECT_EQ(model.error().where, "--choose");
+}
+
 TEST(Nested, IsTheSameWhereNothingIsChosen) {
   TrainingOptions options = linear("multi-point");
   options.nested = true;

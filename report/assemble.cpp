@@ -141,6 +141,7 @@ ReportedRun run_of(const ReportSourceRun& source, const model::PerModel<model::T
           .residual = per_model(models, [&](const model::TrainedModel& model) { return residual_of(model.*on); }),
           .gain = gains(models, on),
           .noise = noise_of(run, models, on),
+          .characterisation = characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
           .series = series_of(run, models, on)};
 }
 

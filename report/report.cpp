@@ -115,6 +115,7 @@ void describe(auto& form, Like<ReportedRun> auto& run) {
   form("noise_floor_differences", run.floor.differences);
   form("noise_floor_statement", run.floor.statement);
   form("allan", run.noise);
+  form("characterisation", run.characterisation);
   form("gaps_s", run.gaps_s);
   form("raw", run.raw);
   describe(form, run.residual);

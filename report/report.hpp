@@ -17,6 +17,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
+#include "analysis/model/characterisation.hpp"
 #include "analysis/model/qualification.hpp"
 #include "analysis/model/verification.hpp"
 #include "core/result.hpp"
@@ -112,6 +113,7 @@ struct ReportedRun {
   model::PerModel<ReportedResidual> residual;
   model::PerModel<ReportedGain> gain;
   ReportedNoise noise;
+  model::Characterisation characterisation;  ///< after: what multi_point_t leaves
   ReportedSeries series;
 };
 

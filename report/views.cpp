@@ -556,6 +556,8 @@ void add_results(Page& page, const Report& report) {
   page.section("Methods side by side");
   page.add(methods_section(report));
 }
+  page.section("Characterisation of the bias");
+  page.add(characterisation_html(report));
 
 void add_appendix(Page& page, const Report& report) {
   page.section("Models and tuning");

@@ -23,6 +23,9 @@ struct ReportFigure {
 /// deviation of both runs, and how each swarm went on.
 [[nodiscard]] std::vector<ReportFigure> all_figures(const Report& report);
 
+/// The figures that a laboratory reports of the rate run's bias, before and after compensation, as tables of the page.
+[[nodiscard]] std::string characterisation_html(const Report& report);
+
 /// The calibration report as one self-contained HTML page: no script, no network, figures inline, made to be printed
 /// too. `figures` as all_figures(report) gives them.
 [[nodiscard]] std::string html_of(const Report& report, const std::vector<ReportFigure>& figures);

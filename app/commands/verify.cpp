@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "analysis/data/hold_noise.hpp"
+#include "analysis/model/characterisation.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
@@ -51,12 +54,32 @@ std::string describe_noise(const data::HoldNoise& noise) {
   return text;
 }
 
-/// Of the holds of one record, before and after compensation.
-struct Noises {
+/// Of one record, before and after compensation.
+struct Behaviour {
   data::HoldNoise raw, compensated;
+  model::Characterisation characterisation;
 };
 
-std::string describe(const std::string& run, const model::Verification& v, const Noises& noises) {
+std::string describe(const char* what, const char* unit, const model::BeforeAfter& figures) {
+  if (!std::isfinite(figures.before.value)) return "";
+  const auto number = [](const model::Measured& measured) { return plot::with_error(measured.value, measured.u); };
+  return fmt::format("    {:<22} {} → {} {}\n", what, number(figures.before), number(figures.after), unit);
+}
+
+std::string describe(const model::Characterisation& result) {
+  std::string text = fmt::format("  before → after compensation; stabilised: {}\n", result.statement);
+  text += describe("temperature", "°/h/K", result.temperature) + describe("ramp", "°/h/(K/min)", result.ramp) +
+          describe(("gradient " + result.gradient).c_str(), "°/h/K", result.of_gradient);
+  if (const auto* point = widest(result.hysteresis, &model::BeforeAfter::before))
+    text +=
+        describe("hysteresis, greatest", fmt::format("°/h near {:g} °C", point->temperature_c).c_str(), point->width);
+  if (!result.retrace.empty())
+    text += describe("retrace, last", fmt::format("°/h at {:g} °C", result.retrace.back().set_point_c).c_str(),
+                     result.retrace.back().change);
+  return text;
+}
+
+std::string describe(const std::string& run, const model::Verification& v, const Behaviour& behaviour) {
   std::string text =
       fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
@@ -65,12 +88,13 @@ std::string describe(const std::string& run, const model::Verification& v, const
   if (v.to_truth) text += row("error to truth", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
     text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
-  text += describe_floor(v) + describe_noise(noises.raw) + describe_noise(noises.compensated);
+  text += describe_floor(v) + describe_noise(behaviour.raw) + describe_noise(behaviour.compensated) +
+          describe(behaviour.characterisation);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
 
-std::string json(const std::string& run, const model::Verification& v, const Noises& noises) {
+std::string json(const std::string& run, const model::Verification& v, const Behaviour& behaviour) {
   const Json object{{"run", run},
                     {"simulated", v.simulated},
                     {"trained_on_this", v.trained_on_this},
@@ -85,8 +109,9 @@ std::string json(const std::string& run, const model::Verification& v, const Noi
                     {"noise_floor_statement", v.floor.statement},
                     {"effective_parameters", json_of(known(v.effective_parameters))},
                     {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
-                    {"allan", json_of(noises.raw)},
-                    {"allan_compensated", json_of(noises.compensated)},
+                    {"allan", json_of(behaviour.raw)},
+                    {"allan_compensated", json_of(behaviour.compensated)},
+                    {"characterisation", json_of(behaviour.characterisation)},
                     {"outside_trained_range", v.outside.clusters},
                     {"outside", json_of(v.outside)},
                     {"warnings", v.warnings}};
@@ -104,9 +129,10 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     const auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
-    const Noises noises{noise_of_holds(dataset),
-                        noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h)};
-    console.data(console.json ? json(run, *verification, noises) : describe(run, *verification, noises));
+    const Behaviour behaviour{noise_of_holds(dataset),
+                              noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
+                              characterise(dataset, clusters, verification->residual_deg_per_h)};
+    console.data(console.json ? json(run, *verification, behaviour) : describe(run, *verification, behaviour));
   }
   return Exit::done;
 }

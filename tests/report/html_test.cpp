@@ -116,6 +116,23 @@ TEST(HtmlReport, CitesEachSourceOnce) {
   EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
 }
 
+TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
+  Report report = SyntheticExperiment().report();
+  model::Characterisation& result = report.rate.characterisation;
+  result.ramp = {.before = {0.00214, 0.00006}, .after = {0.00012, 0.00006}};
+  result.temperature = {};
+  result.stabilised = {{4, 20, 20.65, 36, {.before = {0.0131, 0.0003}, .after = {0.0002, 0.0003}}}};
+  const std::string page = page_of(report);
+  EXPECT_EQ(tests::markup_mistake(page), "");
+  EXPECT_GE(tests::count_of(page, "0.002140 ± 0.000060") + tests::count_of(page, "0.00214 ± 0.00006"), 1);
+  EXPECT_GE(tests::count_of(page, "Bias at each stabilised temperature"), 1);
+  EXPECT_GE(tests::count_of(page,
+                            "Temperature, straight line through stabilised biases</td><td>°/h/K</td><td "
+                            "class=\"n\">–</td>"),
+            1)
+      << "what is not known is a dash";
+}
+
 TEST(HtmlReport, OfARecordWithoutHoldsIsStillAReport) {
   Report report = SyntheticExperiment().report();
   report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(data::Dataset{});

@@ -80,7 +80,7 @@ void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
   }
   const auto n = static_cast<Eigen::Index>(set_point.size());
   run.clusters.set_point_c = Eigen::Map<Eigen::VectorXd>(set_point.data(), n);
-  run.clusters.segment = Eigen::Map<Eigen::VectorXi>(segment.data(), n);
+  run.clusters.segment = run.clusters.last_segment = Eigen::Map<Eigen::VectorXi>(segment.data(), n);
   run.clusters.cycle = Eigen::Map<Eigen::VectorXi>(cycle.data(), n);
 }
 

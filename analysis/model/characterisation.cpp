@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/characterisation.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/data/statistics.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+using Rows = std::vector<Eigen::Index>;
+
+/// How long residuals of a thermal model may stay alike: about two time constants of 46 min.
+constexpr double kMemorySeconds = 5400;
+constexpr double kSpanK = 10;
+constexpr double kMovingKPerMin = 0.1;
+constexpr double kSameSetPointK = 0.5;
+constexpr int kFewestClusters = 3;
+
+/// The record with what all parts ask of it.
+struct Subject {
+  const data::Dataset& dataset;
+  const data::Clusters& clusters;
+  Eigen::VectorXd temperature_c, rate_k_per_min;  ///< means of the gradient thermometers
+  Eigen::VectorXd before, after;
+};
+
+Eigen::VectorXd mean_of_gradient_thermometers(const Subject& subject, const Eigen::MatrixXd& of_each) {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(of_each.rows());
+  int count = 0;
+  for (std::size_t k = 0; k < subject.clusters.thermometers.size(); ++k) {
+    if (std::ranges::count(subject.dataset.gradients, subject.clusters.thermometers[k]) == 0) continue;
+    mean += of_each.col(static_cast<Eigen::Index>(k));
+    ++count;
+  }
+  return mean / std::max(count, 1);
+}
+
+/// Calls `figure(values)` for the bias before and after.
+template <class Figure>
+BeforeAfter before_and_after(const Subject& subject, Figure figure) {
+  return {.before = figure(subject.before), .after = figure(subject.after)};
+}
+
+Measured difference(const Measured& a, const Measured& b) { return {a.value - b.value, std::hypot(a.u, b.u)}; }
+BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
+  return {.before = difference(a.before, b.before), .after = difference(a.after, b.after)};
+}
+
+/// The mean with what its neighbours' likeness leaves of its rows; not known if any of them is not finite.
+Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const Rows& rows) {
+  if (!values(rows).allFinite()) return {};
+  const data::Figures figures = figures_of(values(rows), subject.clusters, rows);
+  return {figures.mean, mean_error(figures)};
+}
+
+/// The clusters of the last hour of a segment that lie wholly inside it.
+Rows last_hour_of(const data::Clusters& clusters, int segment) {
+  Rows rows;
+  for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
+    if (clusters.segment(k) == segment && clusters.last_segment(k) == segment) rows.push_back(k);
+  }
+  if (rows.empty()) return rows;
+  const double from_s = clusters.start_s(rows.back()) + clusters.length_s - data::kQuietSeconds;
+  std::erase_if(rows, [&](Eigen::Index k) { return clusters.start_s(k) < from_s - 0.5 * clusters.length_s; });
+  return rows;
+}
+
+double seconds_in(const data::Clusters& clusters, int segment) {
+  return clusters.length_s * static_cast<double>((clusters.segment.array() == segment).count());
+}
+
+std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
+  std::vector<StabilisedBias> all;
+  for (std::size_t s = 0; s < subject.dataset.segments.size(); ++s) {
+    const auto segment = static_cast<int>(s);
+    if (!subject.dataset.segments[s].hold || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
+    const Rows rows = last_hour_of(subject.clusters, segment);
+    if (static_cast<int>(rows.size()) < kFewestClusters) continue;
+    all.push_back({.segment = segment,
+                   .set_point_c = subject.dataset.segments[s].target.value,
+                   .temperature_c = subject.temperature_c(rows).mean(),
+                   .clusters = static_cast<int>(rows.size()),
+                   .bias = before_and_after(subject, [&](const auto& bias) { return mean_at(subject, bias, rows); })});
+  }
+  return all;
+}
+
+/// Slope of the straight line, its u from the scatter about it; not known of fewer than three points or one
+/// temperature.
+Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  if (count < 3) return {};
+  Eigen::VectorXd t(count), b(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    t(k) = points[static_cast<std::size_t>(k)].temperature_c;
+    b(k) = (points[static_cast<std::size_t>(k)].bias.*which).value;
+  }
+  t.array() -= t.mean();
+  const double spread = t.squaredNorm();
+  if (!b.allFinite() || spread < kSameSetPointK * kSameSetPointK * static_cast<double>(count)) return {};
+  const double slope = t.dot(b) / spread;
+  const Eigen::VectorXd left = b.array() - b.mean() - slope * t.array();
+  return {slope, std::sqrt(left.squaredNorm() / static_cast<double>(count - 2) / spread)};
+}
+
+Eigen::VectorXi places_of(const data::Clusters& clusters, const Rows& rows) {
+  return (clusters.start_s(rows) / clusters.length_s).array().round().cast<int>();
+}
+
+/// The coefficient of `input` beside a constant and the temperature; not known where it does not vary by itself.
+Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
+  Eigen::MatrixXd all(bias.size(), 4);
+  all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, bias;
+  const Rows rows = data::finite_rows(all);
+  constexpr Eigen::Index kColumns = 3;
+  if (static_cast<Eigen::Index>(rows.size()) <= 2 * kColumns) return {};
+  const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, kColumns));
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
+  constexpr double kRelative = 1e-9;
+  qr.setThreshold(kRelative);
+  if (qr.rank() < kColumns) return {};
+  const int reach = static_cast<int>(kMemorySeconds / subject.clusters.length_s);
+  const RobustFit fit = fit_robustly(x, all(rows, kColumns), places_of(subject.clusters, rows), reach);
+  return {fit.coefficients(kColumns - 1), fit.u(kColumns - 1)};
+}
+
+/// The pair of thermometers whose difference goes most with the raw bias.
+std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject) {
+  const data::Clusters& clusters = subject.clusters;
+  const data::Correlation correlation = correlate(clusters, subject.dataset.gradients);
+  Eigen::Index i = 0, j = 0;
+  if (correlation.gradient.size() == 0 || !(correlation.gradient.cwiseAbs().maxCoeff(&i, &j) > 0)) return {};
+  if (i > j) std::swap(i, j);
+  const auto column = [&](Eigen::Index k) {
+    const auto at = std::ranges::find(clusters.thermometers, correlation.names[static_cast<std::size_t>(k)]);
+    return clusters.temperature_c.col(at - clusters.thermometers.begin());
+  };
+  return {correlation.names[static_cast<std::size_t>(i)] + "-" + correlation.names[static_cast<std::size_t>(j)],
+          column(i) - column(j)};
+}
+
+/// Mean of one side of a loop. Neighbours in a span are few: its clusters count each for one.
+Measured side_of(const Eigen::VectorXd& bias, const Rows& rows) {
+  if (!bias(rows).allFinite()) return {};
+  const data::Figures figures = data::figures_of(bias(rows));
+  return {figures.mean, figures.std / std::sqrt(static_cast<double>(rows.size()))};
+}
+
+std::vector<HysteresisPoint> loop_of(const Subject& subject) {
+  std::map<int, std::pair<Rows, Rows>> spans;  // heating and cooling
+  for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
+    const double rate = subject.rate_k_per_min(k);
+    if (!(std::abs(rate) > kMovingKPerMin)) continue;
+    auto& span = spans[static_cast<int>(std::lround(subject.temperature_c(k) / kSpanK))];
+    (rate > 0 ? span.first : span.second).push_back(k);
+  }
+  std::vector<HysteresisPoint> loop;
+  for (const auto& [number, span] : spans) {
+    const Rows &heating = span.first, &cooling = span.second;
+    if (std::min(heating.size(), cooling.size()) < static_cast<std::size_t>(kFewestClusters)) continue;
+    loop.push_back({.temperature_c = number * kSpanK,
+                    .heating = static_cast<int>(heating.size()),
+                    .cooling = static_cast<int>(cooling.size()),
+                    .width = before_and_after(subject, [&](const auto& bias) {
+                      return difference(side_of(bias, heating), side_of(bias, cooling));
+                    })});
+  }
+  return loop;
+}
+
+std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
+  std::vector<Retrace> all;
+  for (std::size_t k = 1; k < stabilised.size(); ++k) {
+    if (std::abs(stabilised[k].set_point_c - stabilised[0].set_point_c) > kSameSetPointK) continue;
+    all.push_back({.segment = stabilised[k].segment,
+                   .set_point_c = stabilised[k].set_point_c,
+                   .change = difference(stabilised[k].bias, stabilised[0].bias)});
+  }
+  return all;
+}
+
+std::string statement_of(const Characterisation& result) {
+  if (result.stabilised.empty()) return "no hold of 1.5 h or more: no stabilised temperature";
+  return fmt::format("last hour of {} hold{} of 1.5 h or more", result.stabilised.size(),
+                     result.stabilised.size() == 1 ? "" : "s");
+}
+
+}  // namespace
+
+RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& places, int reach) {
+  assert(x.rows() > x.cols() && y.size() == x.rows() && places.size() == x.rows() && reach >= 0);
+  RobustFit fit{.coefficients = x.colPivHouseholderQr().solve(y), .u = {}};
+  const Eigen::VectorXd left = y - x * fit.coefficients;
+  const Eigen::MatrixXd scores = left.asDiagonal() * x;
+  Eigen::MatrixXd sum = scores.transpose() * scores;
+  for (Eigen::Index k = 0; k < x.rows(); ++k) {
+    for (Eigen::Index l = k + 1; l < x.rows() && places(l) - places(k) <= reach; ++l) {
+      const double weight = 1 - static_cast<double>(places(l) - places(k)) / (reach + 1);
+      const Eigen::MatrixXd product = weight * scores.row(k).transpose() * scores.row(l);
+      sum += product + product.transpose();
+    }
+  }
+  const Eigen::MatrixXd inverse = (x.transpose() * x).inverse();
+  const double small_sample = static_cast<double>(x.rows()) / static_cast<double>(x.rows() - x.cols());
+  fit.u = (small_sample * (inverse * sum * inverse).diagonal()).cwiseMax(0).cwiseSqrt();
+  return fit;
+}
+
+const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which) {
+  const HysteresisPoint* found = nullptr;
+  for (const HysteresisPoint& point : loop) {
+    const double width = std::abs((point.width.*which).value);
+    if (std::isfinite(width) && (found == nullptr || width > std::abs((found->width.*which).value))) found = &point;
+  }
+  return found;
+}
+
+Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
+                              const Eigen::VectorXd& residual_deg_per_h) {
+  assert(residual_deg_per_h.size() == clusters.bias_deg_per_h.size());
+  assert(clusters.last_segment.size() == clusters.segment.size());
+  Subject subject{.dataset = dataset,
+                  .clusters = clusters,
+                  .temperature_c = {},
+                  .rate_k_per_min = {},
+                  .before = clusters.bias_deg_per_h,
+                  .after = residual_deg_per_h};
+  subject.temperature_c = mean_of_gradient_thermometers(subject, clusters.temperature_c);
+  subject.rate_k_per_min = mean_of_gradient_thermometers(subject, clusters.rate_c_per_min);
+  const auto beside_temperature = [&](const Eigen::VectorXd& input) {
+    return before_and_after(subject, [&](const auto& bias) { return coefficient_of(subject, input, bias); });
+  };
+  Characterisation result;
+  result.stabilised = stabilised_biases(subject);
+  result.temperature = {.before = slope_of(result.stabilised, &BeforeAfter::before),
+                        .after = slope_of(result.stabilised, &BeforeAfter::after)};
+  result.ramp = beside_temperature(subject.rate_k_per_min);
+  if (auto [name, gradient] = greatest_gradient(subject); !name.empty()) {
+    result.gradient = std::move(name);
+    result.of_gradient = beside_temperature(gradient);
+  }
+  result.hysteresis = loop_of(subject);
+  result.retrace = retrace_of(result.stabilised);
+  result.statement = statement_of(result);
+  return result;
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a laboratory reports of a gyro's bias in a thermal test, before and after compensation, each figure with its
+/// standard uncertainty: the lists of IEEE Std 647 and 952 as far as a fixed gyro in a chamber can give them (bias at
+/// each stabilised temperature; sensitivity to temperature, to its ramp and to a gradient; hysteresis; retrace).
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/dataset.hpp"
+#include "core/form.hpp"
+
+namespace gyrotherm::model {
+
+/// A figure and its standard uncertainty, k = 1, of the record's own noise alone (type A); NaN: not known.
+struct Measured {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double u = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The same figure of the raw bias and of what a model leaves of it.
+struct BeforeAfter {
+  Measured before, after;
+};
+
+void describe(auto& form, Like<Measured> auto& measured) {
+  form("value", measured.value);
+  form("u", measured.u);
+}
+void describe(auto& form, Like<BeforeAfter> auto& figures) {
+  form("before", figures.before);
+  form("after", figures.after);
+}
+
+/// A hold this long is stabilised in its last hour: twice the slowest thermal time constant of a ring laser gyro's
+/// block (39–46 min).
+inline constexpr double kStabilisedHoldSeconds = 5400;
+
+/// Mean bias over the last hour of a stabilised hold, °/h.
+struct StabilisedBias {
+  int segment{};
+  double set_point_c{};
+  double temperature_c{};  ///< mean of the gradient thermometers
+  int clusters{};
+  BeforeAfter bias;
+};
+
+void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
+  form("segment", stabilised.segment);
+  form("set_point_c", stabilised.set_point_c);
+  form("temperature_c", stabilised.temperature_c);
+  form("clusters", stabilised.clusters);
+  describe(form, stabilised.bias);
+}
+
+/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h.
+struct HysteresisPoint {
+  double temperature_c{};    ///< middle of the span
+  int heating{}, cooling{};  ///< clusters
+  BeforeAfter width;
+};
+
+void describe(auto& form, Like<HysteresisPoint> auto& point) {
+  form("temperature_c", point.temperature_c);
+  form("clusters_heating", point.heating);
+  form("clusters_cooling", point.cooling);
+  describe(form, point.width);
+}
+
+/// Stabilised bias less that of the record's first stabilised hold, at the same set point, °/h.
+struct Retrace {
+  int segment{};
+  double set_point_c{};
+  BeforeAfter change;
+};
+
+void describe(auto& form, Like<Retrace> auto& retrace) {
+  form("segment", retrace.segment);
+  form("set_point_c", retrace.set_point_c);
+  describe(form, retrace.change);
+}
+
+struct Characterisation {
+  std::string statement;  ///< what it was made of, in words
+  std::vector<StabilisedBias> stabilised;
+  BeforeAfter temperature;                  ///< °/h per K: slope of the straight line through the stabilised biases
+  BeforeAfter ramp;                         ///< °/h per K/min, beside a straight line in temperature
+  std::string gradient;                     ///< "A-D": the gradient whose correlation with the raw bias is greatest
+  BeforeAfter of_gradient;                  ///< °/h per K, beside a straight line in temperature
+  std::vector<HysteresisPoint> hysteresis;  ///< by rising temperature
+  std::vector<Retrace> retrace;
+};
+
+void describe(auto& form, Like<Characterisation> auto& result) {
+  form("statement", result.statement);
+  form("stabilised", result.stabilised);
+  form("temperature_deg_per_h_per_k", result.temperature);
+  form("ramp_deg_per_h_per_k_per_min", result.ramp);
+  form("gradient", result.gradient);
+  form("gradient_deg_per_h_per_k", result.of_gradient);
+  form("hysteresis_deg_per_h", result.hysteresis);
+  form("retrace_deg_per_h", result.retrace);
+}
+
+/// Characterises a record; `residual_deg_per_h` is what a model leaves of each cluster, NaN where it refuses. What the
+/// record cannot give (no hold of 1.5 h, one temperature only, no ramp) is empty or not known. The three sensitivities
+/// are not independent of each other: a ramp makes a gradient. Hysteresis before compensation holds what the ramp does;
+/// what is left of it after is the gyro's own, or the model's failure.
+[[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
+                                            const Eigen::VectorXd& residual_deg_per_h);
+
+/// The widest point of a loop, before or after compensation; null if there is none.
+[[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);
+
+/// Coefficients of least squares with standard uncertainties that hold where neighbouring residuals are alike.
+struct RobustFit {
+  Eigen::VectorXd coefficients, u;
+};
+
+/// Least squares of `y` on the columns of `x`, row k at the whole place `places`(k), rising. The covariance is
+/// (XᵀX)⁻¹S(XᵀX)⁻¹ with S the sum of products of scores x_k e_k up to `reach` places apart, weighted by 1 − lag/(reach
+/// + 1) (Newey, West, Econometrica 55 (1987) 703), times n/(n − p). Asserts more rows than columns.
+[[nodiscard]] RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& places,
+                                     int reach);
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "plot/svg.hpp"
+#include "report/views.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+using model::BeforeAfter;
+using model::Characterisation;
+using model::Measured;
+
+std::string cell(const Measured& measured) {
+  return std::isfinite(measured.value) ? plot::with_error(measured.value, measured.u) : "–";
+}
+
+/// A row of a name, a unit or temperature, and both figures.
+std::string row(const std::string& name, const std::string& about, const BeforeAfter& figures) {
+  return fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", name, about,
+                     cell(figures.before), cell(figures.after));
+}
+
+std::string table(const std::string& caption, const std::string& first, const std::string& second,
+                  const std::string& rows) {
+  return fmt::format(
+      "<table class=\"small\">\n<caption>{}</caption>\n<thead><tr><th>{}</th><th>{}</th><th class=\"n\">Before</th>"
+      "<th class=\"n\">After</th></tr></thead>\n<tbody>\n{}</tbody>\n</table>\n",
+      caption, first, second, rows);
+}
+
+std::string celsius(double temperature_c, int decimals) { return plot::decimal(temperature_c, decimals) + "&nbsp;°C"; }
+
+/// Each column's own widest point.
+std::string hysteresis_row(const Characterisation& result) {
+  BeforeAfter figures;
+  std::string places;
+  for (const auto which : {&BeforeAfter::before, &BeforeAfter::after}) {
+    const model::HysteresisPoint* point = widest(result.hysteresis, which);
+    if (point == nullptr) continue;
+    figures.*which = point->width.*which;
+    places += (places.empty() ? "" : " and ") + celsius(point->temperature_c, 0);
+  }
+  return row("Hysteresis, heating less cooling, where it is greatest", "°/h, near " + (places.empty() ? "–" : places),
+             figures);
+}
+
+std::string retrace_row(const Characterisation& result) {
+  const model::Retrace* greatest = nullptr;
+  for (const model::Retrace& retrace : result.retrace) {
+    if (greatest == nullptr || std::abs(retrace.change.before.value) > std::abs(greatest->change.before.value))
+      greatest = &retrace;
+  }
+  if (greatest == nullptr) return row("Retrace", "°/h", {});
+  return row(fmt::format("Retrace at {}, the greatest of {}", celsius(greatest->set_point_c, 0), result.retrace.size()),
+             "°/h", greatest->change);
+}
+
+std::string coefficients_table(const Characterisation& result, const std::string& caption) {
+  const std::string gradient = result.gradient.empty() ? "–" : plot::escaped(result.gradient);
+  return table(caption, "Figure", "Unit",
+               row("Temperature, straight line through stabilised biases", "°/h/K", result.temperature) +
+                   row("Temperature ramp", "°/h/(K/min)", result.ramp) +
+                   row("Gradient " + gradient, "°/h/K", result.of_gradient) + hysteresis_row(result) +
+                   retrace_row(result));
+}
+
+std::string stabilised_table(const Characterisation& result) {
+  std::string rows;
+  for (const model::StabilisedBias& point : result.stabilised)
+    rows += row(celsius(point.set_point_c, 1), celsius(point.temperature_c, 2), point.bias);
+  return table("Bias at each stabilised temperature, °/h", "Set point", "Block", rows);
+}
+
+}  // namespace
+
+std::string characterisation_html(const Report& report) {
+  const ReportedRun& run = report.rate;
+  const Characterisation& result = run.characterisation;
+  std::string html = coefficients_table(
+      result, fmt::format("The bias in the {} run, before and after compensation by multi-point with temperature; ± is "
+                          "a standard uncertainty of this record’s noise alone",
+                          plot::escaped(run.profile)));
+  if (!result.stabilised.empty()) html += stabilised_table(result);
+  return html + fmt::format(
+                    "<p class=\"note\">Stabilised: {}. Ramp and gradient each stand beside a straight line in the "
+                    "temperature; they are not independent of each other, for a ramp makes a gradient. Hysteresis "
+                    "before compensation holds what the ramp does.{}</p>\n",
+                    plot::escaped(result.statement),
+                    run.in_sample ? " After compensation the figures are in-sample." : "");
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/characterisation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+/// Holds of two hours between −20 and 50 °C, whose bias is then made to order.
+struct MadeToOrder {
+  data::Dataset dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2}, .hold_s = 7200});
+  data::Clusters clusters = *make_clusters(dataset);
+  Eigen::VectorXd temperature_c = clusters.temperature_c.rowwise().mean();
+  Eigen::VectorXd rate_k_per_min = clusters.rate_c_per_min.rowwise().mean();
+
+  /// What is found where nothing is left after compensation.
+  [[nodiscard]] Characterisation found(const Eigen::VectorXd& bias) {
+    clusters.bias_deg_per_h = bias;
+    return characterise(dataset, clusters, Eigen::VectorXd::Zero(bias.size()));
+  }
+};
+
+/// The rate without the NaN of the first cluster.
+Eigen::VectorXd known_rate(const MadeToOrder& run) {
+  return run.rate_k_per_min.unaryExpr([](double rate) { return std::isfinite(rate) ? rate : 0; });
+}
+
+TEST(Characterisation, ReadsBackTheSensitivitiesThatTheBiasWasMadeWith) {
+  MadeToOrder run;
+  const Eigen::VectorXd linear = 0.01 + 3e-4 * (run.temperature_c.array() - 20);
+  const Characterisation result = run.found(linear + 2e-3 * known_rate(run));
+  EXPECT_NEAR(result.ramp.before.value, 2e-3, 1e-8);
+  EXPECT_LT(result.ramp.before.u, 1e-6);
+  EXPECT_NEAR(result.temperature.before.value, 3e-4, 1e-5) << "what the block still warms in a hold is no part of it";
+  EXPECT_NEAR(result.ramp.after.value, 0, 1e-12);
+  EXPECT_NEAR(result.temperature.after.value, 0, 1e-12);
+
+  const Eigen::VectorXd gradient = run.clusters.temperature_c.col(0) - run.clusters.temperature_c.col(6);
+  const Characterisation of_gradient = run.found(4e-3 * gradient);
+  EXPECT_EQ(of_gradient.gradient, "A-G");
+  EXPECT_NEAR(of_gradient.of_gradient.before.value, 4e-3, 1e-8);
+}
+
+TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
+  MadeToOrder run;
+  const Characterisation result = run.found(1e-3 * run.temperature_c);
+  ASSERT_EQ(result.stabilised.size(), 8U) << "four holds of each cycle";
+  EXPECT_EQ(result.statement, "last hour of 8 holds of 1.5 h or more");
+  const double set_points_c[] = {20, -20, 50, 20};
+  for (std::size_t k = 0; k < 8; ++k) {
+    const StabilisedBias& point = result.stabilised[k];
+    EXPECT_EQ(point.set_point_c, set_points_c[k % 4]);
+    EXPECT_NEAR(point.temperature_c, point.set_point_c, 6);
+    EXPECT_NEAR(point.bias.before.value, 1e-3 * point.temperature_c, 1e-9);
+    EXPECT_EQ(point.bias.after.value, 0);
+    EXPECT_GE(point.clusters, 35);
+  }
+}
+
+/// A part that lags by its sign: +h while the block heats, −h while it cools.
+TEST(Characterisation, FindsTheWidthOfTheLoop) {
+  MadeToOrder run;
+  const Eigen::VectorXd loop = known_rate(run).unaryExpr([](double rate) { return rate > 0 ? 8e-4 : -8e-4; });
+  const Characterisation result = run.found(loop);
+  ASSERT_FALSE(result.hysteresis.empty());
+  for (const HysteresisPoint& point : result.hysteresis) {
+    EXPECT_NEAR(point.width.before.value, 1.6e-3, 1e-12) << point.temperature_c;
+    EXPECT_EQ(point.width.after.value, 0);
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(result.hysteresis, {}, &HysteresisPoint::temperature_c));
+  ASSERT_NE(widest(result.hysteresis, &BeforeAfter::before), nullptr);
+  EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
+}
+
+TEST(Characterisation, FindsWhatDoesNotComeBack) {
+  MadeToOrder run;
+  Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.temperature_c.size());
+  for (Eigen::Index k = 0; k < bias.size(); ++k) bias(k) = 1e-3 * run.clusters.segment(k);
+  const Characterisation result = run.found(bias);
+  ASSERT_EQ(result.retrace.size(), 3U) << "20 °C is held four times";
+  for (const Retrace& retrace : result.retrace) {
+    EXPECT_EQ(retrace.set_point_c, 20);
+    EXPECT_NEAR(retrace.change.before.value, 1e-3 * retrace.segment, 1e-12);
+  }
+}
+
+TEST(Characterisation, OfARecordWithoutLongHoldsSaysSo) {
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
+  const Characterisation result = characterise(dataset, clusters, clusters.bias_deg_per_h);
+  EXPECT_TRUE(result.stabilised.empty());
+  EXPECT_TRUE(result.retrace.empty());
+  EXPECT_TRUE(std::isnan(result.temperature.before.value));
+  EXPECT_NE(result.statement.find("no stabilised temperature"), std::string::npos);
+  EXPECT_TRUE(std::isfinite(result.ramp.before.value)) << "its ramps are there";
+}
+
+TEST(Characterisation, DoesNotKnowWhatAModelRefuses) {
+  MadeToOrder run;
+  Eigen::VectorXd residual = run.clusters.bias_deg_per_h;
+  residual.tail(5).setConstant(std::nan(""));
+  const Characterisation result = characterise(run.dataset, run.clusters, residual);
+  EXPECT_TRUE(std::isnan(result.stabilised.back().bias.after.value));
+  EXPECT_TRUE(std::isfinite(result.stabilised.back().bias.before.value));
+  EXPECT_TRUE(std::isfinite(result.ramp.after.value)) << "of the clusters that are compensated";
+}
+
+Eigen::VectorXi running(Eigen::Index count) {
+  return Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+}
+
+TEST(RobustFit, OfReachZeroIsTheSandwichOfWhite) {
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd x(50, 2);
+  x << Eigen::VectorXd::Ones(50), Eigen::VectorXd::NullaryExpr(50, [&] { return normal(random); });
+  const Eigen::VectorXd y = x.col(1) + Eigen::VectorXd::NullaryExpr(50, [&] { return normal(random); });
+  const RobustFit fit = fit_robustly(x, y, running(50), 0);
+  const Eigen::VectorXd left = y - x * fit.coefficients;
+  EXPECT_LT((x.transpose() * left).cwiseAbs().maxCoeff(), 1e-10) << "normal equations";
+  const Eigen::MatrixXd inverse = (x.transpose() * x).inverse();
+  const Eigen::MatrixXd middle = x.transpose() * left.cwiseAbs2().asDiagonal() * x;
+  const Eigen::VectorXd u = (50.0 / 48 * (inverse * middle * inverse).diagonal()).cwiseSqrt();
+  EXPECT_LT((fit.u - u).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// Input and noise that both remember: errors that took clusters for independent would be several times too small.
+TEST(RobustFit, KnowsHowFarItIsFromTheTruthWhereNeighboursAreAlike) {
+  constexpr Eigen::Index kRows = 1500;
+  constexpr int kSeeds = 100;
+  constexpr double kMemory = 0.9;
+  double squares = 0, variances = 0, naive = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    const auto wandering = [&] {
+      Eigen::VectorXd values(kRows);
+      double value = normal(random);
+      for (double& at : values) at = value = kMemory * value + std::sqrt(1 - kMemory * kMemory) * normal(random);
+      return values;
+    };
+    Eigen::MatrixXd x(kRows, 2);
+    x << Eigen::VectorXd::Ones(kRows), wandering();
+    const RobustFit fit = fit_robustly(x, 2 * x.col(1) + wandering(), running(kRows), 54);
+    squares += std::pow(fit.coefficients(1) - 2, 2);
+    variances += std::pow(fit.u(1), 2);
+    naive += 1.0 / kRows;
+  }
+  EXPECT_NEAR(std::sqrt(variances / squares), 1, 0.25);
+  EXPECT_LT(std::sqrt(naive / squares), 0.5);
+}
+
+/// Places that are farther apart than the reach have nothing to do with each other.
+TEST(RobustFit, TakesNoProductAcrossAGap) {
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Ones(4, 1);
+  const Eigen::Vector4d y{1, 1, -1, -1};
+  Eigen::VectorXi places(4);
+  places << 0, 100, 200, 300;
+  EXPECT_DOUBLE_EQ(fit_robustly(x, y, places, 10).u(0), std::sqrt(4.0 / 3 * 4 / 16));
+  places << 0, 1, 200, 201;
+  EXPECT_DOUBLE_EQ(fit_robustly(x, y, places, 1).u(0), std::sqrt(4.0 / 3 * (4 + 2 * 0.5 * 2) / 16));
+}
+
+}  // namespace
+}  // namespace gyrotherm::model

@@ -195,7 +195,7 @@ std::vector<ReportedMethod> methods_of(const model::Qualification& qualification
   for_each_model(qualification.models,
                  [&](const char* key, const model::TrainedModel& trained) { rows.push_back(method_of(key, trained)); });
   for (const model::TrainedModel& trained : qualification.comparison.models)
-    rows.push_back(method_of(fmt::format("{}-{}", trained.model.method, trained.model.inputs), trained));
+    rows.push_back(method_of(name_of_compared(trained.model), trained));
   return rows;
 }
 
@@ -250,6 +250,7 @@ Report make_report(const ReportSource& source) {
       .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
       .models = per_model(models, model_of),
       .methods = methods_of(source.qualification),
+      .recommendation = source.qualification.recommendation,
       .warnings = warnings_of(source),
       .segments = {},
       .program_version = source.program_version,

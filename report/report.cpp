@@ -267,6 +267,7 @@ void describe(auto& form, Like<Report> auto& report) {
     });
   });
   form("methods", report.methods);
+  form("recommendation", report.recommendation);
   form("warnings", report.warnings);
   form.object("provenance", [&](auto& provenance) { describe_provenance(provenance, report); });
   form("segments", report.segments);

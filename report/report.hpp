@@ -172,7 +172,8 @@ struct Report {
   model::PerModel<data::Figures> leave_cycle_out;
   model::PerModel<std::optional<data::Figures>> nested_leave_cycle_out;
   model::PerModel<ReportedModel> models;
-  std::vector<ReportedMethod> methods;  ///< the three models, and all that are compared with them
+  std::vector<ReportedMethod> methods;   ///< the three models, and all that are compared with them
+  model::Recommendation recommendation;  ///< by its rule, of `methods`
   std::vector<std::string> warnings;
   std::vector<ReportedSegment> segments;
   std::string program_version;

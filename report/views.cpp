@@ -93,13 +93,20 @@ std::string floor_sentence(const ReportedRun& run) {
       plot::format_bias(run.floor.deg_per_h));
 }
 
+std::string recommendation_of(const Report& report) {
+  const model::Recommendation& found = report.recommendation;
+  const std::string statement = plot::escaped(found.statement);
+  if (found.recommended.empty()) return fmt::format("Recommended by rule: {}.", statement);
+  return fmt::format("Recommended by rule: <b>{}</b>, {}.", plot::escaped(found.recommended), statement);
+}
+
 std::string describe_summary(const Report& report) {
   const ReportedRun& rate = report.rate;
   const ReportedRun& random = report.random;
   return fmt::format(
       "In the {} run the bias varied by {}&nbsp;°/h (standard deviation of {} means over {}&nbsp;s); in the {} run by "
       "{}&nbsp;°/h ({} means). "
-      "On the latter the model recommended for use, multi-point with temperature, leaves {}&nbsp;°/h: {} less than "
+      "On the latter multi-point with temperature leaves {}&nbsp;°/h: {} less than "
       "before, and "
       "{} less than the three-point model ({}&nbsp;°/h). The paper’s multi-point model, gradients alone, leaves "
       "{}&nbsp;°/h. "
@@ -159,7 +166,8 @@ std::string identity_section(const Report& report) {
 }
 
 std::string summary_section(const Report& report) {
-  std::string html = key_figures(report.random) + paragraph(describe_summary(report));
+  std::string html =
+      key_figures(report.random) + paragraph(describe_summary(report)) + paragraph(recommendation_of(report));
   if (report.quick) {
     html += "<p class=\"caution\">Tuned with a small swarm (quick): for a try, not for a calibration.</p>\n";
   }
@@ -548,6 +556,8 @@ void add_results(Page& page, const Report& report) {
   page.add(kNumbersMeaning);
   page.add(parts_table(report.rate));
   for (const char* id : {"figure-6", "figure-7", "figure-7-with-temperature"}) page.figure(id);
+  page.section("Characterisation of the bias");
+  page.add(characterisation_html(report));
   page.section("Verification on the random program");
   page.add(result_table(report.random, "Table 5"));
   page.add(parts_table(report.random));
@@ -556,8 +566,6 @@ void add_results(Page& page, const Report& report) {
   page.section("Methods side by side");
   page.add(methods_section(report));
 }
-  page.section("Characterisation of the bias");
-  page.add(characterisation_html(report));
 
 void add_appendix(Page& page, const Report& report) {
   page.section("Models and tuning");

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "analysis/methods/method.hpp"
@@ -19,8 +21,8 @@ struct Task {
   std::string stage, method, inputs;
 };
 
-Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, const data::RecordedRun& random,
-                               const QualificationOptions& options, const ProgressSink& progress) {
+Result<Model> train_on(const std::vector<data::RecordedRun>& runs, const Task& task,
+                       const QualificationOptions& options, const ProgressSink& progress) {
   TrainingOptions training;
   training.inputs = task.inputs;
   training.method = task.method;
@@ -32,8 +34,19 @@ Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, 
   const auto staged = [&](std::string_view stage, double fraction) {
     return !progress || progress(fmt::format("{}: {}", task.stage, stage), fraction);
   };
+  std::vector<data::Dataset> datasets;
+  std::vector<data::Clusters> clusters;
+  for (const data::RecordedRun& run : runs) {
+    datasets.push_back(run.dataset);
+    clusters.push_back(run.clusters);
+  }
+  return train(datasets, clusters, training, staged);
+}
+
+Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, const data::RecordedRun& random,
+                               const QualificationOptions& options, const ProgressSink& progress) {
   const auto began = std::chrono::steady_clock::now();
-  auto model = train({rate.dataset}, {rate.clusters}, training, staged);
+  auto model = train_on({rate}, task, options, progress);
   if (!model) return failure(model.error());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
   auto on_rate = verify(*model, rate.dataset, rate.clusters);
@@ -57,7 +70,84 @@ std::vector<Task> tasks_of_comparison() {
   return tasks;
 }
 
+/// A model of the rate run by the name that the report gives it.
+struct NamedModel {
+  std::string name;
+  const TrainedModel& trained;
+};
+
+std::vector<NamedModel> all_of(const Qualification& qualification) {
+  std::vector<NamedModel> all;
+  for_each_model(qualification.models, [&](const char* key, const TrainedModel& trained) {
+    all.push_back({key, trained});
+  });
+  for (const TrainedModel& trained : qualification.comparison.models)
+    all.push_back({name_of_compared(trained.model), trained});
+  return all;
+}
+
+Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
+  return verify(model, run.dataset, run.clusters).map([](const Verification& verification) {
+    return verification.compensated.rmse * verification.compensated.rmse;
+  });
+}
+
+/// Each further record by the model of the rate run, then the rate run by a model of all further records; not finite
+/// where the method cannot learn from those.
+Result<Candidate> candidate_of(const NamedModel& named, const data::RecordedRun& rate,
+                               const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
+                               const ProgressSink& progress) {
+  const Model& model = named.trained.model;
+  Candidate candidate{.name = named.name, .stored_numbers = stored_numbers(model), .held_out_mse = {}};
+  for (const data::RecordedRun& run : further) {
+    const auto mse = mse_on(model, run);
+    if (!mse) return failure(mse.error());
+    candidate.held_out_mse.push_back(*mse);
+  }
+  QualificationOptions once = options;
+  once.nested = false;
+  const auto other = train_on(further, {"choosing " + named.name, model.method, model.inputs}, once, progress);
+  if (!other && other.error().kind == FaultKind::interrupted) return failure(other.error());
+  const auto mse = other ? mse_on(*other, rate) : Result<double>(std::nan(""));
+  if (!mse) return failure(mse.error());
+  candidate.held_out_mse.push_back(*mse);
+  return candidate;
+}
+
 }  // namespace
+
+std::string name_of_compared(const Model& model) { return fmt::format("{}-{}", model.method, model.inputs); }
+
+Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
+                           const std::vector<data::RecordedRun>& further) {
+  std::vector<std::string> run_ids{rate.run_id, random.run_id};
+  const auto refused = [](const data::RecordedRun& run, const char* why) {
+    return failure(FaultKind::usage, run.dataset.path, why);
+  };
+  for (const data::RecordedRun& run : further) {
+    if (std::ranges::count(run_ids, run.dataset.run_id) > 0)
+      return refused(run, "a further record must be neither the rate run nor the random run nor given twice");
+    if (run.dataset.profile_name == rate.profile_name)
+      return refused(run, "a further record must be of another program than the rate run");
+    run_ids.push_back(run.dataset.run_id);
+  }
+  return {};
+}
+
+Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
+                                         const std::vector<data::RecordedRun>& further,
+                                         const QualificationOptions& options, const ComparisonBegins& begins,
+                                         const ProgressSink& progress) {
+  if (further.empty()) return recommend({});
+  std::vector<Candidate> candidates;
+  for (const NamedModel& named : all_of(trained)) {
+    if (begins) begins(named.trained.model.method, named.trained.model.inputs);
+    auto candidate = candidate_of(named, rate, further, options, progress);
+    if (!candidate) return failure(candidate.error());
+    candidates.push_back(std::move(*candidate));
+  }
+  return recommend(candidates);
+}
 
 Result<PerModel<TrainedModel>> train_models(const data::RecordedRun& rate, const data::RecordedRun& random,
                                             const QualificationOptions& options, const ProgressSink& progress) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the experiment trains on its rate run and judges on both runs: the paper's two models, the one that is
-/// recommended for use, and every other method beside them.
+/// recommended by rule, and every other method beside them.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 
 #include "analysis/data/clusters.hpp"
 #include "analysis/model/model.hpp"
+#include "analysis/model/recommendation.hpp"
 #include "analysis/model/verification.hpp"
 #include "core/result.hpp"
 
@@ -75,10 +76,29 @@ using ComparisonBegins = std::function<void(std::string_view method, std::string
                                                 const QualificationOptions& options,
                                                 const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
 
-/// All that was trained.
+/// All that was trained, and which of it is recommended.
 struct Qualification {
   PerModel<TrainedModel> models;
   Comparison comparison;
+  Recommendation recommendation = {};
 };
+
+/// What the report calls a compared model: "linear-multi-point-t".
+[[nodiscard]] std::string name_of_compared(const Model& model);
+
+/// Fails with usage if a further record is the rate run, the random run or given twice, or of the rate run's program.
+[[nodiscard]] Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
+                                         const std::vector<data::RecordedRun>& further);
+
+/// Recommends among all that was trained, by records of programs that it has not seen (recommendation.hpp): each
+/// further record, predicted by the model of the rate run, and the rate run, predicted by the same method trained on
+/// the further records alone. Nothing of what is judged had a part in scaling, selection, tuning or fitting; the random
+/// run, which the headline quotes, is not asked at all. Without further records nothing is trained and nothing
+/// recommended. Fails as check_further() does, with interrupted, or as verify() does.
+[[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
+                                                       const std::vector<data::RecordedRun>& further,
+                                                       const QualificationOptions& options,
+                                                       const ComparisonBegins& begins = {},
+                                                       const ProgressSink& progress = {});
 
 }  // namespace gyrotherm::model

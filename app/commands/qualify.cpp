@@ -28,6 +28,7 @@ namespace {
 
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
+  std::vector<std::string> further;  ///< records
   model::QualificationOptions training;
   std::uint64_t days_later{};
 };
@@ -135,8 +136,22 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .sha256 = {}};
 }
 
+/// Those on which a model is chosen: of the same gyro, and neither of the two that the report quotes.
+Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
+                                                    const Run& rate, const Run& random) {
+  const auto loaded = load_recorded_runs(console, paths, {});
+  if (!loaded) return failure(loaded.error());
+  std::vector<data::RecordedRun> further;
+  for (std::size_t k = 0; k < loaded->datasets.size(); ++k)
+    further.push_back({loaded->datasets[k], loaded->clusters[k]});
+  const auto sound = model::check_further(rate.recorded.dataset, random.recorded.dataset, further);
+  if (!sound) return failure(sound.error());
+  return further;
+}
+
 Result<model::Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate,
-                                       const Run& random, Timings& timings) {
+                                       const Run& random, const std::vector<data::RecordedRun>& further,
+                                       Timings& timings) {
   timings.begin("train three models");
   auto models = train_models(rate.recorded, random.recorded, options.training, console.sink());
   if (!models) return failure(models.error());
@@ -153,7 +168,15 @@ Result<model::Qualification> train_all(Console& console, const QualifyArguments&
   auto comparison = train_compared(rate.recorded, random.recorded, options.training, begins, console.sink());
   if (!comparison) return failure(comparison.error());
   for (const std::string& warning : comparison->warnings) console.say(warning);
-  return model::Qualification{std::move(*models), std::move(*comparison)};
+  model::Qualification qualification{std::move(*models), std::move(*comparison)};
+  const auto chooses = [&](std::string_view method, std::string_view inputs) {
+    timings.begin(fmt::format("judge {} on {} by further records", method, inputs));
+  };
+  auto recommendation =
+      recommend_trained(qualification, rate.recorded, further, options.training, chooses, console.sink());
+  if (!recommendation) return failure(recommendation.error());
+  qualification.recommendation = std::move(*recommendation);
+  return qualification;
 }
 
 std::string describe_gyro(const rig::RigFile& rig) {
@@ -212,8 +235,10 @@ std::string result_table(const report::Report& report, const model::Qualificatio
   };
   for_each_model(qualification.models, [&](const char*, const model::TrainedModel& trained) { add(trained); });
   std::ranges::for_each(qualification.comparison.models, add);
+  text += row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
+  const model::Recommendation& found = report.recommendation;
   return text +
-         row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
+         fmt::format("recommended: {}{}\n", found.recommended.empty() ? "" : found.recommended + ", ", found.statement);
 }
 
 /// Writes the report and says what came out.
@@ -260,7 +285,9 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   timings.begin("read records");
   for (auto* run : {&*rate, &*random})
     if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
-  const auto trained = train_all(console, options, *rate, *random, timings);
+  const auto further = load_further(console, options.further, *rate, *random);
+  if (!further) return failure(further.error());
+  const auto trained = train_all(console, options, *rate, *random, *further, timings);
   if (!trained) return failure(trained.error());
   timings.begin("report");
   return conclude(console, options, report_of(*rig, *rate, *random, *trained, seed), *trained, timings);
@@ -286,6 +313,9 @@ void add_qualify(Program& program) {
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out cycle: training takes about twice as long");
+  command.add_option("--further", options.further,
+                     "further records of this gyro, of another program than the rate run: a model is recommended on "
+                     "them, by rule (docs/evaluation.md), and never on the run that the report quotes");
   command.add_option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
   command.add_option("--random-profile", options.random_profile, "instead of profiles/random.toml");
 }

@@ -32,6 +32,7 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_EQ(report["schema"], "gyrotherm-report/1");
   EXPECT_EQ(report["rig"]["virtual"], true);
   EXPECT_LT(report["rate"]["multi_point_t"]["std_deg_per_h"], report["rate"]["raw"]["std_deg_per_h"]);
+  EXPECT_EQ(report["recommendation"]["recommended"], "") << "there is no record to choose on";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
 
@@ -40,6 +41,24 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "what is recorded is kept";
   const auto other = gyrotherm_with("qualify --seed 9 --out " + out + kSmall);
   EXPECT_EQ(other.exit_code, 2) << "another experiment does not go into the same folder";
+}
+
+/// The headline run is never the one that a model was chosen on.
+TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
+  const Folder folder;
+  const auto out = folder / "out";
+  ASSERT_EQ(gyrotherm_with("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 5 --out " +
+                           (folder / "later.db"))
+                .exit_code,
+            0);
+  const auto ran = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "later.db"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto found = report_in(out)["recommendation"];
+  EXPECT_NE(found["recommended"], "");
+  EXPECT_EQ(found["records"], 2) << "the further record, and the rate run by models of the further one";
+  EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
+  for (const auto* quoted : {"random.db", "rate.db"})
+    EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }
 
 TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {

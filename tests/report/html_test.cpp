@@ -116,6 +116,14 @@ TEST(HtmlReport, CitesEachSourceOnce) {
   EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
 }
 
+TEST(HtmlReport, NamesTheRuleByWhichAModelIsRecommended) {
+  Report report = SyntheticExperiment().report();
+  EXPECT_GE(
+      tests::count_of(page_of(report), "Recommended by rule: <b>linear-seven-point</b>, the fewest stored numbers"), 1);
+  report.recommendation = model::recommend({});
+  EXPECT_GE(tests::count_of(page_of(report), "Recommended by rule: none: there is no record to choose on"), 1);
+}
+
 TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
   Report report = SyntheticExperiment().report();
   model::Characterisation& result = report.rate.characterisation;

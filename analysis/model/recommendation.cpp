@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/recommendation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kCoverage = 2;
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// The standard deviation of the values over the root of their number; 0 of a single one.
+double error_of_mean(const std::vector<double>& values) {
+  if (values.size() < 2) return 0;
+  const double mean = mean_of(values);
+  double sum = 0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  const auto count = static_cast<double>(values.size());
+  return std::sqrt(sum / (count - 1) / count);
+}
+
+JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candidate) {
+  std::vector<double> behind;
+  for (std::size_t r = 0; r < candidate.held_out_mse.size(); ++r)
+    behind.push_back(candidate.held_out_mse[r] - lowest.held_out_mse[r]);
+  const double rmse = std::sqrt(mean_of(candidate.held_out_mse));
+  JudgedCandidate judged{.name = candidate.name,
+                         .stored_numbers = candidate.stored_numbers,
+                         .rmse_deg_per_h = rmse,
+                         .expanded_deg_per_h = kCoverage * rmse,
+                         .behind_mse = mean_of(behind),
+                         .behind_error_mse = error_of_mean(behind)};
+  judged.within = judged.behind_mse <= judged.behind_error_mse;
+  return judged;
+}
+
+std::string statement_of(const Recommendation& found, int within) {
+  return fmt::format(
+      "the fewest stored numbers among {} of {} models within one standard error of the lowest expanded uncertainty "
+      "({}), on {} record{} of programs that {} not learnt from; the headline run had no part in it",
+      within, found.candidates.size(), found.lowest, found.records, found.records == 1 ? "" : "s",
+      found.records == 1 ? "was" : "were");
+}
+
+}  // namespace
+
+Recommendation recommend(const std::vector<Candidate>& candidates) {
+  Recommendation found;
+  found.statement = "none: there is no record to choose on beside the one that the headline quotes";
+  std::vector<Candidate> finite;
+  for (const Candidate& candidate : candidates) {
+    assert(candidate.held_out_mse.size() == candidates.front().held_out_mse.size());
+    if (!candidate.held_out_mse.empty() && std::isfinite(mean_of(candidate.held_out_mse))) finite.push_back(candidate);
+  }
+  if (finite.empty()) return found;
+  const auto by_error = [](const Candidate& c) { return std::tuple(mean_of(c.held_out_mse), c.stored_numbers); };
+  std::ranges::stable_sort(finite, {}, by_error);
+  found.lowest = finite.front().name;
+  found.records = static_cast<int>(finite.front().held_out_mse.size());
+  for (const Candidate& candidate : finite) found.candidates.push_back(judged_against(finite.front(), candidate));
+  const JudgedCandidate* simplest = &found.candidates.front();
+  for (const JudgedCandidate& judged : found.candidates) {
+    if (judged.within && judged.stored_numbers < simplest->stored_numbers) simplest = &judged;
+  }
+  found.recommended = simplest->name;
+  const auto within = std::ranges::count(found.candidates, true, &JudgedCandidate::within);
+  found.statement = statement_of(found, static_cast<int>(within));
+  return found;
+}
+
+}  // namespace gyrotherm::model

@@ -19,6 +19,7 @@ inline constexpr Duration kSecond = std::chrono::seconds(1);
 inline constexpr double kSecondsPerMinute = 60;
 inline constexpr double kSecondsPerHour = 3600;
 inline constexpr double kZeroCelsiusInKelvin = 273.15;
+inline constexpr double kEarthRateDegPerHour = 15.041067;  // 7.292115e-5 rad/s
 
 [[nodiscard]] constexpr double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 [[nodiscard]] constexpr Duration from_seconds(double s) {

@@ -28,13 +28,30 @@ std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
   return table.celsius(key);
 }
 
-constexpr double kEarthRateDegPerHour = 15.041067;  // 7.292115e-5 rad/s
-
 /// Ω on an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true north, el above the horizontal.
 DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {
   const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
   const double phi = radians(latitude_deg), az = radians(azimuth_deg), el = radians(elevation_deg);
   return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
+}
+
+/// A standard uncertainty, not below zero; nothing without the key.
+std::optional<double> standard_uncertainty(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const double value = table.number(key);
+  if (value >= 0 && std::isfinite(value)) return value;
+  table.mistake(key, "expected a standard uncertainty, which is not below zero");
+  return std::nullopt;
+}
+
+/// Of the keys latitude_uncertainty, azimuth_uncertainty and tilt_uncertainty in degrees,
+/// scale_factor_uncertainty_ppm and turn_on_repeatability_deg_per_h.
+record::GyroUncertainty read_gyro_uncertainty(const TomlTable& table) {
+  return {.latitude_uncertainty_deg = standard_uncertainty(table, "latitude_uncertainty"),
+          .azimuth_uncertainty_deg = standard_uncertainty(table, "azimuth_uncertainty"),
+          .tilt_uncertainty_deg = standard_uncertainty(table, "tilt_uncertainty"),
+          .scale_factor_uncertainty_ppm = standard_uncertainty(table, "scale_factor_uncertainty_ppm"),
+          .turn_on_repeatability_deg_per_h = standard_uncertainty(table, "turn_on_repeatability_deg_per_h")};
 }
 
 Result<drivers::GyroStream> read_stream(const TomlTable& table, const std::string& rig_file,
@@ -184,7 +201,13 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
   const bool located = table.has("latitude");
   const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
-  if (located) settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
+  settings.info.uncertainty = read_gyro_uncertainty(table);
+  if (located) {
+    settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
+    settings.info.uncertainty.latitude_deg = latitude;
+    settings.info.uncertainty.azimuth_deg = azimuth;
+    settings.info.uncertainty.elevation_deg = elevation;
+  }
   settings.info.kind = record::GyroKind::pulse_count;
   if (!table.has("stream")) {
     settings.frame = drivers::read_frame_format(table.table("frame"));

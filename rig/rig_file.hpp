@@ -40,7 +40,8 @@ struct GyroSettings {
 };
 
 /// Either [gyro.frame], or `stream`, a description's path relative to `rig_file`, with the `axis` wanted;
-/// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees.
+/// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees,
+/// and how well they, the scale factor and the turn-on bias are known.
 /// `known`: the description's text where it is known already. Mistakes of the rig file are noted in the table; fails
 /// with bad_file if the description cannot be read or has mistakes of its own.
 [[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,

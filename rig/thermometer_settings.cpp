@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 
 #include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
@@ -103,12 +105,59 @@ void read_certificate(const TomlTable& table, std::span<record::Channel> channel
   }
 }
 
+enum class Distribution { normal, rectangular };
+constexpr auto kDistributions =
+    words_in_order<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
+
+/// A key's number, which must be above zero; nothing without the key.
+std::optional<double> above_zero(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const double value = table.number(key);
+  if (value > 0 && std::isfinite(value)) return value;
+  table.mistake(key, "expected a number above zero");
+  return std::nullopt;
+}
+
+/// The standard uncertainty of a certificate: what it says by its coverage factor (2 if it names none), or the half
+/// width of its limits by √3 (GUM 4.3.3, 4.3.7).
+record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
+  constexpr double kUsualCoverage = 2;
+  record::ThermometerUncertainty uncertainty{
+      .rectangular = one_of(kDistributions, table, "distribution", "normal") == Distribution::rectangular,
+      .calibrated = read_day(table, "calibrated")};
+  const auto value = above_zero(table, "uncertainty"), coverage = above_zero(table, "coverage_factor");
+  if (uncertainty.rectangular && coverage)
+    table.mistake("coverage_factor", "limits have none: expected one of coverage_factor and \"rectangular\"");
+  for (const auto* key : {"coverage_factor", "distribution"})
+    if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "there is no \"uncertainty\" that it is of");
+  const double by = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
+  if (value) uncertainty.calibration = Kelvins{*value / by};
+  if (const auto drift = above_zero(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
+  return uncertainty;
+}
+
+/// What a table says of uncertainty, for all of `channels` that have not said it themselves.
+void take_uncertainty(const TomlTable& table, std::span<record::Channel> channels) {
+  const auto said = read_uncertainty(table);
+  for (auto& channel : channels) {
+    auto& known = channel.uncertainty;
+    if (!known.calibration) {
+      known.calibration = said.calibration;
+      known.rectangular = said.rectangular;
+    }
+    if (!known.drift_in_a_year) known.drift_in_a_year = said.drift_in_a_year;
+    if (!known.calibrated) known.calibrated = said.calibrated;
+  }
+}
+
 void read_calibration(const TomlTable& table, std::vector<record::Channel>& channels) {
   const auto name = table.text("channel");
   const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
   if (found == channels.end()) {
     if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is no channel of this thermometer", name));
-    for (const auto* key : {"offset", "polynomial", "certificate", "due"}) table.ignore(key);
+    for (const auto* key : {"offset", "polynomial", "certificate", "due", "uncertainty", "coverage_factor",
+                            "distribution", "drift_k_per_year", "calibrated"})
+      table.ignore(key);
     return;
   }
   if (table.has("offset") && table.has("polynomial"))
@@ -120,6 +169,7 @@ void read_calibration(const TomlTable& table, std::vector<record::Channel>& chan
   if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMostCoefficients))
     table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMostCoefficients));
   read_certificate(table, {&*found, 1});
+  take_uncertainty(table, {&*found, 1});
 }
 
 void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
@@ -172,6 +222,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
   read_offsets(table, settings.calibrated);
   for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, settings.calibrated);
   read_certificate(table, settings.calibrated);
+  take_uncertainty(table, settings.calibrated);
   return settings;
 }
 

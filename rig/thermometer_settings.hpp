@@ -40,8 +40,9 @@ void check_line(const TomlTable& table, const std::string& line);
 
 /// The one numbered `number`, from 1. Keys: driver, line, channels; the calibrations by `offsets` (K, one a channel) or
 /// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all
-/// channels without their own; and those of the driver: addresses, checksum and type (dcon), [thermometer.sensor]
-/// (mcc_usb_temp). `seen`: the channels of the rig so far.
+/// channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`, `drift_k_per_year` and
+/// `calibrated` (a day) in either table likewise; and those of the driver: addresses, checksum and type (dcon),
+/// [thermometer.sensor] (mcc_usb_temp). `seen`: the channels of the rig so far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
                                                    std::set<std::string>& seen);
 

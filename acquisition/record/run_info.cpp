@@ -4,8 +4,10 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -35,6 +37,18 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{
     {"gyro_model_text", &RunInfo::gyro_model_text},
 }};
 
+/// What `meta` may say of the gyro's pose and uncertainty, beside its texts.
+constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kOfTheGyro{{
+    {"latitude_deg", &GyroUncertainty::latitude_deg},
+    {"azimuth_deg", &GyroUncertainty::azimuth_deg},
+    {"elevation_deg", &GyroUncertainty::elevation_deg},
+    {"latitude_uncertainty_deg", &GyroUncertainty::latitude_uncertainty_deg},
+    {"azimuth_uncertainty_deg", &GyroUncertainty::azimuth_uncertainty_deg},
+    {"tilt_uncertainty_deg", &GyroUncertainty::tilt_uncertainty_deg},
+    {"scale_factor_uncertainty_ppm", &GyroUncertainty::scale_factor_uncertainty_ppm},
+    {"turn_on_repeatability_deg_per_h", &GyroUncertainty::turn_on_repeatability_deg_per_h},
+}};
+
 Result<void> write_meta(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
   if (!insert) return failure(insert.error());
@@ -52,6 +66,8 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("gyro_kind", info.gyro.kind == GyroKind::rate ? kRate : kPulseCount);
   put("gyro_scale", info.gyro.scale);
   if (info.gyro.earth_rate) put("earth_rate_deg_per_h", info.gyro.earth_rate->value);
+  for (const auto& [key, number] : kOfTheGyro)
+    if (const auto& value = info.gyro.uncertainty.*number) put(key, *value);
   return written;
 }
 
@@ -130,9 +146,59 @@ void take_whole(std::uint64_t& number, std::string_view text) {
   std::from_chars(text.data(), text.data() + text.size(), number);
 }
 
+// How well the thermometers are known is a list, a text per thermometer, in their order: "0.005 rectangular 0.05
+// 2026-01-17" are calibration and its distribution, drift in a year, and the calibration's day; "-" is what is not
+// said.
+
+constexpr const char* kUncertaintyList = "thermometer_uncertainty";
+constexpr const char* kNotSaid = "-";
+
+std::string text_of_uncertainty(const ThermometerUncertainty& uncertainty) {
+  const auto number = [](const std::optional<Kelvins>& value) {
+    return value ? fmt::format("{}", value->value) : std::string(kNotSaid);
+  };
+  return fmt::format("{} {} {} {}", number(uncertainty.calibration), uncertainty.rectangular ? "rectangular" : "normal",
+                     number(uncertainty.drift_in_a_year),
+                     uncertainty.calibrated ? format_day(*uncertainty.calibrated) : kNotSaid);
+}
+
+/// Nothing where the text is no number, or none that an uncertainty can be.
+std::optional<Kelvins> uncertainty_in(std::string_view text) {
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  return whole && std::isfinite(value) && value >= 0 ? std::optional(Kelvins{value}) : std::nullopt;
+}
+
+ThermometerUncertainty thermometer_uncertainty_of(std::string_view text) {
+  std::array<std::string_view, 4> words;
+  for (auto& word : words) {
+    const auto end = std::min(text.find(' '), text.size());
+    word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {.calibration = uncertainty_in(words[0]),
+          .rectangular = words[1] == "rectangular",
+          .drift_in_a_year = uncertainty_in(words[2]),
+          .calibrated = parse_day(words[3])};
+}
+
+/// Of each thermometer; no text at all where nothing is said of any.
+std::vector<std::string> uncertainties_of(const std::vector<Channel>& thermometers) {
+  std::vector<std::string> texts;
+  bool said = false;
+  for (const Channel& channel : thermometers) {
+    said = said || channel.uncertainty != ThermometerUncertainty{};
+    texts.push_back(text_of_uncertainty(channel.uncertainty));
+  }
+  return said ? texts : std::vector<std::string>{};
+}
+
 void take(RunInfo& info, std::string_view key, const Statement& row) {
   for (const auto& [name, text] : kTexts)
     if (key == name) info.*text = row.text(1);
+  for (const auto& [name, number] : kOfTheGyro)
+    if (key == name && std::isfinite(row.real(1))) info.gyro.uncertainty.*number = row.real(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
   if (key == "seed") take_whole(info.seed, row.text(1));
   if (key == "days_later") take_whole(info.days_later, row.text(1));
@@ -173,8 +239,11 @@ Result<void> read_segments(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
+  std::size_t thermometer = 0;
   return database.each_row("SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
+    if (list == kUncertaintyList && thermometer < info.thermometers.size())
+      info.thermometers[thermometer++].uncertainty = thermometer_uncertainty_of(row.text(1));
     if (list == "cycles") info.cycles.emplace_back(row.text(1));
     if (list == "gradients") info.gradients.emplace_back(row.text(1));
     if (list == "three_point") info.three_point.emplace_back(row.text(1));
@@ -189,7 +258,8 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
       .and_then([&] { return write_segments(database, info.segments); })
       .and_then([&] { return write_list(database, "cycles", info.cycles); })
       .and_then([&] { return write_list(database, "gradients", info.gradients); })
-      .and_then([&] { return write_list(database, "three_point", info.three_point); });
+      .and_then([&] { return write_list(database, "three_point", info.three_point); })
+      .and_then([&] { return write_list(database, kUncertaintyList, uncertainties_of(info.thermometers)); });
 }
 
 Result<RunInfo> read_run_info(Database& database) {

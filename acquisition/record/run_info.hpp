@@ -19,6 +19,15 @@ namespace gyrotherm::record {
 /// The unit under test of a rig that has one.
 inline constexpr const char* kOnlyUnit = "gyro";
 
+/// How well a thermometer is known, as far as the rig file says so; uncertainties are standard ones, k = 1.
+struct ThermometerUncertainty {
+  std::optional<Kelvins> calibration{};      ///< of what the certificate says
+  bool rectangular{};                        ///< the certificate gives limits: half their width, divided by √3
+  std::optional<Kelvins> drift_in_a_year{};  ///< it has walked at random, so it grows with the square root of time
+  std::optional<std::chrono::sys_days> calibrated{};  ///< the day of the calibration
+  bool operator==(const ThermometerUncertainty&) const = default;
+};
+
 /// Something that is measured once a second.
 struct Channel {
   std::string name;        ///< "A" … "H", "shell", or a foreign record's own
@@ -29,9 +38,20 @@ struct Channel {
   std::optional<std::chrono::sys_days> due{};  ///< the last day on which the calibration holds
   std::string unit = "°C";                     ///< of the stored reading
   std::string unit_under_test = kOnlyUnit;     ///< that it belongs to; empty: to the rig
+  ThermometerUncertainty uncertainty{};
 };
 
 enum class GyroKind { pulse_count, rate };
+
+/// Where the input axis points, and how well that and the gyro are known, as far as the rig file says so. Uncertainties
+/// are standard ones, k = 1.
+struct GyroUncertainty {
+  std::optional<double> latitude_deg{}, azimuth_deg{}, elevation_deg{};  ///< from true north, above the horizontal
+  std::optional<double> latitude_uncertainty_deg{}, azimuth_uncertainty_deg{}, tilt_uncertainty_deg{};
+  std::optional<double> scale_factor_uncertainty_ppm{};
+  std::optional<double> turn_on_repeatability_deg_per_h{};  ///< standard deviation of the bias from run to run
+  bool operator==(const GyroUncertainty&) const = default;
+};
 
 struct GyroInfo {
   GyroKind kind{};
@@ -39,6 +59,7 @@ struct GyroInfo {
   std::optional<DegreesPerHour>
       earth_rate;            ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
   std::string instrument{};  ///< who reads it, in words
+  GyroUncertainty uncertainty{};
 };
 
 struct RunInfo {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "core/file.hpp"
@@ -305,6 +306,40 @@ TEST(RigFile, EachChannelHasItsCalibration) {
   EXPECT_EQ(channels[8].instrument,
             "pt12 2 at serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123457-if00-port0, input 1");
   ASSERT_TRUE(channels[8].due);
+}
+
+TEST(RigFile, SaysHowWellEachThermometerIsKnown) {
+  const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml").value();
+  const auto channels = channels_of(rig);
+  const auto& of_all = channels[0].uncertainty;
+  EXPECT_EQ(of_all.calibration, Kelvins{0.02 / 2}) << "the certificate's U by its k";
+  EXPECT_FALSE(of_all.rectangular);
+  EXPECT_EQ(of_all.drift_in_a_year, Kelvins{0.05});
+  EXPECT_EQ(of_all.calibrated, record::parse_day("2026-01-17"));
+  EXPECT_EQ(channels[1].uncertainty.calibration, Kelvins{0.01 / 2}) << "its own; k is 2 where nothing is said";
+  EXPECT_EQ(channels[1].uncertainty.drift_in_a_year, Kelvins{0.05}) << "the instrument's";
+  EXPECT_DOUBLE_EQ(channels[8].uncertainty.calibration->value, 0.03 / std::sqrt(3)) << "limits of ± 0.03 K";
+  EXPECT_TRUE(channels[8].uncertainty.rectangular);
+  EXPECT_EQ(rig.gyro.info.uncertainty.latitude_deg, 47.3769);
+  EXPECT_EQ(rig.gyro.info.uncertainty.tilt_uncertainty_deg, 0.017);
+  EXPECT_EQ(rig.gyro.info.uncertainty.turn_on_repeatability_deg_per_h, 0.5);
+}
+
+TEST(RigFile, AnUncertaintyThatCannotBeIsAMistake) {
+  const std::string mark = "channels = [\"A\", \"B\", \"C\", \"D\"]";
+  const auto with = [&](const std::string& more) {
+    return mistake_in(replaced(mixed_rig(), mark, mark + "\n" + more));
+  };
+  EXPECT_EQ(with("uncertainty = 0.01\ncoverage_factor = 2\ndrift_k_per_year = 0.05"), "");
+  EXPECT_NE(with("uncertainty = 0").find("above zero"), std::string::npos);
+  EXPECT_NE(with("drift_k_per_year = -0.1").find("above zero"), std::string::npos);
+  EXPECT_NE(with("coverage_factor = 2").find("no \"uncertainty\""), std::string::npos);
+  EXPECT_NE(with("uncertainty = 0.01\ncoverage_factor = 2\ndistribution = \"rectangular\"").find("limits have none"),
+            std::string::npos);
+  EXPECT_NE(with("calibrated = \"2026-02-30\"").find("expected a day"), std::string::npos);
+  const std::string gyro = "[gyro]\n";
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), gyro, gyro + "tilt_uncertainty = -1\n")).find("not below zero"),
+            std::string::npos);
 }
 
 TEST(RigFile, ACalibrationThatCannotBeIsAMistake) {

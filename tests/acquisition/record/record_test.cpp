@@ -94,6 +94,34 @@ TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
   }
 }
 
+TEST(Record, KeepsHowWellThermometersAndGyroAreKnown) {
+  const Folder folder;
+  RunInfo info = two_thermometers();
+  info.thermometers[1].uncertainty = {.calibration = Kelvins{0.1 / 3},
+                                      .rectangular = true,
+                                      .drift_in_a_year = Kelvins{0.05},
+                                      .calibrated = parse_day("2025-12-25")};
+  info.gyro.uncertainty = {.latitude_deg = 47.3769,
+                           .azimuth_deg = -1.0 / 3,
+                           .elevation_deg = 90,
+                           .latitude_uncertainty_deg = 0.01,
+                           .tilt_uncertainty_deg = 0.0,
+                           .turn_on_repeatability_deg_per_h = 1e-3};
+  ASSERT_TRUE(Store::create(folder / "run.db", info));
+  const auto back = read_record(folder / "run.db").value().info;
+  EXPECT_EQ(back.thermometers[0].uncertainty, ThermometerUncertainty{});
+  EXPECT_EQ(back.thermometers[1].uncertainty, info.thermometers[1].uncertainty) << "to the bit";
+  EXPECT_EQ(back.gyro.uncertainty, info.gyro.uncertainty);
+}
+
+TEST(Record, OfARigThatSaysNothingOfUncertaintyHasNothingOfIt) {
+  const Folder folder;
+  ASSERT_TRUE(Store::create(folder / "run.db", two_thermometers()));
+  const auto back = read_record(folder / "run.db").value().info;
+  for (const Channel& channel : back.thermometers) EXPECT_EQ(channel.uncertainty, ThermometerUncertainty{});
+  EXPECT_EQ(back.gyro.uncertainty, GyroUncertainty{});
+}
+
 TEST(Record, KeepsTheStateOfEachSecond) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 1);

@@ -126,23 +126,24 @@ ReportedRun run_of(const ReportSourceRun& source, const model::PerModel<model::T
     assert((model.*on).residual_deg_per_h.size() == run.clusters.bias_deg_per_h.size());
     assert((model.*on).segments.size() == verification.segments.size());
   });
-  return {.in_sample = in_sample,
-          .profile = run.dataset.profile_name,
-          .run_id = run.dataset.run_id,
-          .bias_zero = run.dataset.bias_zero,
-          .record_sha256 = source.record_sha256,
-          .profile_sha256 = source.profile_sha256,
-          .floor = verification.floor,
-          .clusters = static_cast<int>(run.clusters.start_s.size()),
-          .dropped_rest = run.clusters.dropped_rest,
-          .dropped_gaps = run.clusters.dropped_gaps,
-          .gaps_s = run.dataset.gaps_s,
-          .raw = verification.raw,
-          .residual = per_model(models, [&](const model::TrainedModel& model) { return residual_of(model.*on); }),
-          .gain = gains(models, on),
-          .noise = noise_of(run, models, on),
-          .characterisation = characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
-          .series = series_of(run, models, on)};
+  return {
+      .in_sample = in_sample,
+      .profile = run.dataset.profile_name,
+      .run_id = run.dataset.run_id,
+      .bias_zero = run.dataset.bias_zero,
+      .record_sha256 = source.record_sha256,
+      .profile_sha256 = source.profile_sha256,
+      .floor = verification.floor,
+      .clusters = static_cast<int>(run.clusters.start_s.size()),
+      .dropped_rest = run.clusters.dropped_rest,
+      .dropped_gaps = run.clusters.dropped_gaps,
+      .gaps_s = run.dataset.gaps_s,
+      .raw = verification.raw,
+      .residual = per_model(models, [&](const model::TrainedModel& model) { return residual_of(model.*on); }),
+      .gain = gains(models, on),
+      .noise = noise_of(run, models, on),
+      .characterisation = model::characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
+      .series = series_of(run, models, on)};
 }
 
 ReportedModel model_of(const model::TrainedModel& trained) {

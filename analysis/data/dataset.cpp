@@ -113,7 +113,13 @@ Dataset make_dataset(const record::Record& record, const std::string& path) {
   dataset.gradients = info.gradients;
   dataset.cycles = info.cycles;
   dataset.segments = info.segments;
-  for (const record::Channel& channel : info.thermometers) dataset.thermometers.push_back(channel.name);
+  dataset.started_utc = info.started_utc;
+  dataset.gyro_uncertainty = info.gyro.uncertainty;
+  if (info.gyro.earth_rate) dataset.earth_rate_deg_per_h = info.gyro.earth_rate->value;
+  for (const record::Channel& channel : info.thermometers) {
+    dataset.thermometers.push_back(channel.name);
+    dataset.thermometer_uncertainty.push_back(channel.uncertainty);
+  }
   if (dataset.gradients.empty()) dataset.gradients = dataset.thermometers;
   name_three_points(dataset, info);
   dataset.time_s = times_of(record);

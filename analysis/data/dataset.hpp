@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,6 +42,10 @@ struct Dataset {
   Eigen::VectorXi segment;                        ///< −1 if none
   Eigen::VectorXi cycle;                          ///< −1 if none
   std::vector<std::pair<double, double>> gaps_s;  ///< start, end of each gap in the record
+  Duration started_utc{};
+  std::vector<record::ThermometerUncertainty> thermometer_uncertainty;  ///< of each; empty: nothing is said
+  record::GyroUncertainty gyro_uncertainty;
+  std::optional<double> earth_rate_deg_per_h;  ///< as removed
 };
 
 /// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where

@@ -17,7 +17,7 @@
 namespace gyrotherm::model {
 namespace {
 
-using Rows = std::vector<Eigen::Index>;
+using RowNumbers = std::vector<Eigen::Index>;
 
 /// How long residuals of a thermal model may stay alike: about two time constants of 46 min.
 constexpr double kMemorySeconds = 5400;
@@ -57,15 +57,15 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
 }
 
 /// The mean with what its neighbours' likeness leaves of its rows; not known if any of them is not finite.
-Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const Rows& rows) {
+Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = figures_of(values(rows), subject.clusters, rows);
   return {figures.mean, mean_error(figures)};
 }
 
 /// The clusters of the last hour of a segment that lie wholly inside it.
-Rows last_hour_of(const data::Clusters& clusters, int segment) {
-  Rows rows;
+RowNumbers last_hour_of(const data::Clusters& clusters, int segment) {
+  RowNumbers rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
     if (clusters.segment(k) == segment && clusters.last_segment(k) == segment) rows.push_back(k);
   }
@@ -84,7 +84,7 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   for (std::size_t s = 0; s < subject.dataset.segments.size(); ++s) {
     const auto segment = static_cast<int>(s);
     if (!subject.dataset.segments[s].hold || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
-    const Rows rows = last_hour_of(subject.clusters, segment);
+    const RowNumbers rows = last_hour_of(subject.clusters, segment);
     if (static_cast<int>(rows.size()) < kFewestClusters) continue;
     all.push_back({.segment = segment,
                    .set_point_c = subject.dataset.segments[s].target.value,
@@ -113,7 +113,7 @@ Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfte
   return {slope, std::sqrt(left.squaredNorm() / static_cast<double>(count - 2) / spread)};
 }
 
-Eigen::VectorXi places_of(const data::Clusters& clusters, const Rows& rows) {
+Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows) {
   return (clusters.start_s(rows) / clusters.length_s).array().round().cast<int>();
 }
 
@@ -121,7 +121,7 @@ Eigen::VectorXi places_of(const data::Clusters& clusters, const Rows& rows) {
 Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
   Eigen::MatrixXd all(bias.size(), 4);
   all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, bias;
-  const Rows rows = data::finite_rows(all);
+  const RowNumbers rows = data::finite_rows(all);
   constexpr Eigen::Index kColumns = 3;
   if (static_cast<Eigen::Index>(rows.size()) <= 2 * kColumns) return {};
   const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, kColumns));
@@ -150,14 +150,14 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
 }
 
 /// Mean of one side of a loop. Neighbours in a span are few: its clusters count each for one.
-Measured side_of(const Eigen::VectorXd& bias, const Rows& rows) {
+Measured side_of(const Eigen::VectorXd& bias, const RowNumbers& rows) {
   if (!bias(rows).allFinite()) return {};
   const data::Figures figures = data::figures_of(bias(rows));
   return {figures.mean, figures.std / std::sqrt(static_cast<double>(rows.size()))};
 }
 
 std::vector<HysteresisPoint> loop_of(const Subject& subject) {
-  std::map<int, std::pair<Rows, Rows>> spans;  // heating and cooling
+  std::map<int, std::pair<RowNumbers, RowNumbers>> spans;  // heating and cooling
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
     const double rate = subject.rate_k_per_min(k);
     if (!(std::abs(rate) > kMovingKPerMin)) continue;
@@ -166,7 +166,7 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
   }
   std::vector<HysteresisPoint> loop;
   for (const auto& [number, span] : spans) {
-    const Rows &heating = span.first, &cooling = span.second;
+    const RowNumbers &heating = span.first, &cooling = span.second;
     if (std::min(heating.size(), cooling.size()) < static_cast<std::size_t>(kFewestClusters)) continue;
     loop.push_back({.temperature_c = number * kSpanK,
                     .heating = static_cast<int>(heating.size()),

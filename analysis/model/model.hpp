@@ -13,6 +13,7 @@
 #include "analysis/data/features.hpp"
 #include "analysis/data/statistics.hpp"
 #include "analysis/methods/method.hpp"
+#include "analysis/model/budget.hpp"
 #include "analysis/model/selection.hpp"
 #include "analysis/svm/tuning.hpp"
 #include "core/result.hpp"
@@ -68,6 +69,7 @@ struct Model {
   Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
   Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
+  std::optional<Uncertainty> uncertainty;  ///< of what it leaves, as it was trained
 };
 
 /// The numbers that the model's function, the scaling of its inputs and its target store.

@@ -224,6 +224,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
                        [&](auto& tuning) { describe_tuning(tuning, model); });
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
+  form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
 }
 
 std::string to_json(const Model& model) { return gyrotherm::text_of(json_of(model), 1) + "\n"; }

@@ -12,7 +12,7 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr double kCoverage = 2;
+constexpr double kCoverageFactor = 2;
 
 double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -36,7 +36,7 @@ JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candida
   JudgedCandidate judged{.name = candidate.name,
                          .stored_numbers = candidate.stored_numbers,
                          .rmse_deg_per_h = rmse,
-                         .expanded_deg_per_h = kCoverage * rmse,
+                         .expanded_deg_per_h = kCoverageFactor * rmse,
                          .behind_mse = mean_of(behind),
                          .behind_error_mse = error_of_mean(behind)};
   judged.within = judged.behind_mse <= judged.behind_error_mse;

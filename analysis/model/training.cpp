@@ -11,6 +11,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/methods/svr.hpp"
+#include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -286,6 +287,9 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   record_sources(*model, datasets, context->records);
   if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
     return failure(judged.error());
+  auto uncertainty = uncertainty_of(*model, {datasets, context->records, model->leave_cycle_out_residual});
+  if (!uncertainty) return failure(uncertainty.error());
+  model->uncertainty = std::move(*uncertainty);
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;
 }

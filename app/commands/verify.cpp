@@ -131,7 +131,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     const auto& [dataset, clusters] = *recorded;
     const Behaviour behaviour{noise_of_holds(dataset),
                               noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
-                              characterise(dataset, clusters, verification->residual_deg_per_h)};
+                              model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     console.data(console.json ? json(run, *verification, behaviour) : describe(run, *verification, behaviour));
   }
   return Exit::done;

@@ -42,6 +42,17 @@ namespace gyrotherm::data {
   model.input_min = Eigen::RowVector2d{-1, -5};
   model.input_max = Eigen::RowVector2d{1, 5};
   model.warnings = {"careful"};
+  model.uncertainty = {.budget = {.averaging_s = 3600,
+                                  .rows = {{.source = model::Source::thermometer_drift,
+                                            .of = "A",
+                                            .evaluation = model::Evaluation::b,
+                                            .distribution = model::ErrorDistribution::rectangular,
+                                            .standard_uncertainty = 0.05,
+                                            .sensitivity = -0.1,
+                                            .degrees_of_freedom = 12.5,
+                                            .assumed = true}}},
+                       .sensitivities = {{.thermometer = "A", .mean = -0.1, .rms = 0.125, .greatest = 0.5}},
+                       .added_noise_deg_per_h = 1e-4};
   return model;
 }
 

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/budget.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "analysis/data/students_t.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+/// How the standard uncertainty of a mean goes with the time τ of averaging: as 1, 1/√τ, or √τ.
+enum class WithTime { stays, falls, grows };
+
+struct SourceInfo {
+  const char* name;
+  const char* unit;
+  Differs differs;
+  WithTime with_time;
+};
+
+/// In the order of Source.
+constexpr std::array<SourceInfo, 13> kSources{{{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
+                                               {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
+                                               {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
+                                               {"thermometer noise", "°/h", Differs::within_a_run, WithTime::falls},
+                                               {"model form", "°/h", Differs::within_a_run, WithTime::stays},
+                                               {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
+                                               {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
+                                               {"thermometer drift", "K", Differs::between_runs, WithTime::stays},
+                                               {"thermometer calibration", "K", Differs::never, WithTime::stays},
+                                               {"latitude", "°", Differs::never, WithTime::stays},
+                                               {"azimuth", "°", Differs::never, WithTime::stays},
+                                               {"tilt", "°", Differs::never, WithTime::stays},
+                                               {"scale factor", "ppm", Differs::never, WithTime::stays}}};
+
+const SourceInfo& info_of(Source source) { return kSources[static_cast<std::size_t>(source)]; }
+
+}  // namespace
+
+const char* name(Source source) { return info_of(source).name; }
+
+const char* unit_of(Source source) { return info_of(source).unit; }
+
+const char* name(Differs differs) {
+  constexpr std::array kNames = {"within a run", "between runs", "never"};
+  return kNames[static_cast<std::size_t>(differs)];
+}
+
+Differs differs(Source source) { return info_of(source).differs; }
+
+const char* name(Evaluation evaluation) { return evaluation == Evaluation::a ? "A" : "B"; }
+
+const char* name(ErrorDistribution distribution) {
+  return distribution == ErrorDistribution::normal ? "normal" : "rectangular";
+}
+
+double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }
+
+CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
+  double variance = 0;
+  for (const BudgetRow& row : rows) variance += std::pow(contribution_deg_per_h(row), 2);
+  double uncertainty_of_it = 0;  // Σ (u_i²/u_c²)²/ν_i, which neither over- nor underflows
+  for (const BudgetRow& row : rows) {
+    if (variance == 0) continue;
+    uncertainty_of_it += std::pow(std::pow(contribution_deg_per_h(row), 2) / variance, 2) / row.degrees_of_freedom;
+  }
+  CombinedUncertainty all{.standard_deg_per_h = std::sqrt(variance)};
+  if (uncertainty_of_it > 0) all.degrees_of_freedom = 1 / uncertainty_of_it;
+  constexpr double kRounding = 1e-9;
+  const double whole = std::floor(all.degrees_of_freedom * (1 + kRounding));
+  all.coverage_factor = data::coverage_factor(share, std::max(1.0, whole));
+  all.expanded_deg_per_h = all.coverage_factor * all.standard_deg_per_h;
+  return all;
+}
+
+std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows) {
+  std::vector<BudgetRow> differing;
+  std::ranges::copy_if(rows, std::back_inserter(differing),
+                       [](const BudgetRow& row) { return differs(row.source) != Differs::never; });
+  return differing;
+}
+
+Budget at_averaging(Budget budget, double averaging_s) {
+  const double root = std::sqrt(averaging_s / budget.averaging_s);
+  for (BudgetRow& row : budget.rows) {
+    if (info_of(row.source).with_time == WithTime::falls) row.standard_uncertainty /= root;
+    if (info_of(row.source).with_time == WithTime::grows) row.standard_uncertainty *= root;
+  }
+  budget.averaging_s = averaging_s;
+  return budget;
+}
+
+CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s) {
+  return combined(at_averaging(uncertainty.budget, averaging_s).rows);
+}
+
+}  // namespace gyrotherm::model

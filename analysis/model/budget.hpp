@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The uncertainty budget of a mean of compensated bias, after the Guide to the Expression of Uncertainty in
+/// Measurement (GUM, JCGM 100:2008): one row a source, what they come to together, and by how much that is expanded.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/form.hpp"
+
+namespace gyrotherm::model {
+
+/// What makes a mean of compensated bias uncertain.
+enum class Source {
+  angle_random_walk,
+  flicker,
+  rate_random_walk,
+  thermometer_noise,  ///< what the compensation itself adds, √Σ(c_i n_i)²
+  model_form,         ///< held-out residual that neither noise nor hysteresis explains
+  hysteresis,
+  turn_on,
+  thermometer_drift,        ///< since the thermometer was calibrated
+  thermometer_calibration,  ///< of its certificate
+  latitude,
+  azimuth,
+  tilt,
+  scale_factor
+};
+[[nodiscard]] const char* name(Source source);
+/// Of what the row's standard uncertainty is in: "°/h", "K", "°", "ppm".
+[[nodiscard]] const char* unit_of(Source source);
+
+/// Whether the error of a source is another one in each mean, in each run, or the same in training and in use: then the
+/// model has learnt it, and no run of the same rig shows it.
+enum class Differs { within_a_run, between_runs, never };
+[[nodiscard]] const char* name(Differs differs);
+[[nodiscard]] Differs differs(Source source);
+
+/// How a standard uncertainty was evaluated: from a series of observations, or from what else is known (GUM 0.7).
+enum class Evaluation { a, b };
+[[nodiscard]] const char* name(Evaluation evaluation);
+
+enum class ErrorDistribution { normal, rectangular };
+[[nodiscard]] const char* name(ErrorDistribution distribution);
+
+struct BudgetRow {
+  Source source{};
+  std::string of{};  ///< the thermometer; else empty
+  Evaluation evaluation{};
+  ErrorDistribution distribution{};
+  double standard_uncertainty{};  ///< k = 1, in the unit of its source
+  double sensitivity = 1;         ///< °/h per unit: how far the bias goes with the source
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+  bool assumed{};  ///< the record does not say it: a default of this program
+};
+
+/// |c|·u, °/h.
+[[nodiscard]] double contribution_deg_per_h(const BudgetRow& row);
+
+/// Of a mean of compensated bias over `averaging_s`.
+struct Budget {
+  double averaging_s{};
+  std::vector<BudgetRow> rows;
+};
+
+/// What the rows come to.
+struct CombinedUncertainty {
+  double standard_deg_per_h{};  ///< u_c
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+  double coverage_factor{};     ///< k
+  double expanded_deg_per_h{};  ///< U = k·u_c
+};
+
+inline constexpr double kCoverage = 0.95;  ///< share of errors within U
+
+/// Independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2); the effective degrees of freedom are u_c⁴/Σ((c_i u_i)⁴/ν_i)
+/// (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, cut to a whole number (G.4.1). All is 0 of no
+/// row that contributes, with infinite degrees of freedom.
+[[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
+
+/// The rows whose errors differ from run to run or within one: what a run that a model has not seen can show.
+[[nodiscard]] std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows);
+
+/// The budget of means over another time: white noise goes with 1/√τ, rate random walk with √τ, all else stays.
+[[nodiscard]] Budget at_averaging(Budget budget, double averaging_s);
+
+/// ∂b/∂T of one thermometer, °/h per K, over the clusters of a record.
+struct Sensitivity {
+  std::string thermometer;
+  double mean{};      ///< signed
+  double rms{};       ///< root mean square: what a budget takes
+  double greatest{};  ///< magnitude
+};
+
+/// What is known of how uncertain a model's compensated bias is, as it was trained.
+struct Uncertainty {
+  Budget budget;                           ///< of a mean over 1 h
+  std::vector<Sensitivity> sensitivities;  ///< of the thermometers that the model asks for, over its training clusters
+  double added_noise_deg_per_h{};          ///< that the compensation adds to one cluster's mean, √Σ(c_i n_i)²
+};
+
+/// What the budget comes to for a mean over another time.
+[[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
+
+void describe(auto& form, Like<BudgetRow> auto& row) {
+  form("source", one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk,
+                                     Source::thermometer_noise, Source::model_form, Source::hysteresis, Source::turn_on,
+                                     Source::thermometer_drift, Source::thermometer_calibration, Source::latitude,
+                                     Source::azimuth, Source::tilt, Source::scale_factor}));
+  form.if_there("of", !row.of.empty(), row.of);
+  form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
+  form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular}));
+  form("standard_uncertainty", not_negative(row.standard_uncertainty));
+  form.derived("unit", unit_of(row.source));
+  form("sensitivity_deg_per_h_per_unit", row.sensitivity);
+  form.derived("contribution_deg_per_h", contribution_deg_per_h(row));
+  form.if_there("degrees_of_freedom", row.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                positive(row.degrees_of_freedom));
+  form.derived("differs", name(differs(row.source)));
+  form("assumed", row.assumed);
+}
+
+void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {
+  form.derived("u_deg_per_h", uncertainty.standard_deg_per_h);
+  form.if_there("degrees_of_freedom", uncertainty.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                uncertainty.degrees_of_freedom);
+  form.derived("k", uncertainty.coverage_factor);
+  form.derived("U_deg_per_h", uncertainty.expanded_deg_per_h);
+}
+
+void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
+  form("thermometer", sensitivity.thermometer);
+  form("mean_deg_per_h_per_k", sensitivity.mean);
+  form("rms_deg_per_h_per_k", not_negative(sensitivity.rms));
+  form("greatest_deg_per_h_per_k", not_negative(sensitivity.greatest));
+}
+
+/// Degrees of freedom that do not stand in the file are infinite.
+void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
+  form("averaging_s", positive(uncertainty.budget.averaging_s));
+  form.derived("coverage", kCoverage);
+  form.derived("combined", combined(uncertainty.budget.rows));
+  form("budget", uncertainty.budget.rows);
+  form("sensitivities", uncertainty.sensitivities);
+  form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/uncertainty.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "analysis/data/hold_noise.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kStep_k = 1e-3;
+constexpr double kHour_s = 3600;
+
+// What is assumed where the record does not say it.
+constexpr double kCalibration_k = 0.02, kDriftInAYear_k = 0.05, kYearsSinceCalibration = 1;
+constexpr double kTurnOn_deg_per_h = 0.001;
+constexpr double kLatitude_deg = 0.01, kAzimuth_deg = 0.1, kTilt_deg = 1.0 / 60;
+constexpr double kScaleFactor_ppm = 10;
+
+/// The inputs of the model with one thermometer's readings moved.
+Result<data::SampleMatrix> inputs_with(const Model& model, data::Clusters clusters, Eigen::Index thermometer,
+                                       double by_k) {
+  clusters.temperature_c.col(thermometer).array() += by_k;
+  return evaluate(model.terms, clusters);
+}
+
+bool asks_for(const Model& model, const std::string& thermometer) {
+  return std::ranges::any_of(model.terms, [&](const data::Term& term) {
+    return std::ranges::any_of(term.factors, [&](const data::Factor& factor) {
+      return factor.kind != data::FactorKind::rate && (factor.first == thermometer || factor.second == thermometer);
+    });
+  });
+}
+
+double number_of_freedom(double value, double error) {
+  return error > 0 ? std::max(1.0, 0.5 * std::pow(value / error, 2)) : std::numeric_limits<double>::infinity();
+}
+
+/// A noise that an Allan fit sees; nothing where it does not.
+void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
+  const data::NoiseCoefficient& coefficient = of(fit, term);
+  if (!coefficient.seen) return;
+  rows.push_back({.source = source,
+                  .evaluation = Evaluation::a,
+                  .standard_uncertainty = deviation_of(coefficient, kHour_s),
+                  .degrees_of_freedom = number_of_freedom(coefficient.value, coefficient.error)});
+}
+
+/// The floors of all records, each as well known as it is, in one.
+data::NoiseFloor pooled_floor(const TrainedOn& on) {
+  data::NoiseFloor all;
+  double squares = 0, error_squares = 0;
+  for (std::size_t i = 0; i < on.datasets.size(); ++i) {
+    const data::NoiseFloor floor = noise_floor(on.clusters[i], on.datasets[i].segments);
+    if (floor.differences == 0 || !std::isfinite(floor.deg_per_h)) continue;
+    all.differences += floor.differences;
+    squares += floor.differences * std::pow(floor.deg_per_h, 2);
+    error_squares += std::pow(floor.differences * floor.error_deg_per_h, 2);
+  }
+  if (all.differences == 0) return all;
+  all.deg_per_h = std::sqrt(squares / all.differences);
+  all.error_deg_per_h = std::sqrt(error_squares) / all.differences;
+  return all;
+}
+
+/// Of the record whose holds give most.
+data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
+  data::HoldNoise most;
+  for (std::size_t i = 0; i < on.datasets.size(); ++i) {
+    const auto predicted = predict(model, on.clusters[i]);
+    if (!predicted) continue;
+    const Eigen::VectorXd residual = on.clusters[i].bias_deg_per_h - *predicted;
+    data::HoldNoise noise = noise_of_compensated_holds(on.datasets[i], on.clusters[i], residual);
+    if (!noise.curve.empty() && noise.seconds > most.seconds) most = std::move(noise);
+  }
+  return most;
+}
+
+void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on, const data::NoiseFloor& floor) {
+  const data::HoldNoise noise = noise_of(model, on);
+  add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
+  if (rows.empty() && floor.differences > 0) {
+    rows.push_back({.source = Source::angle_random_walk,
+                    .evaluation = Evaluation::a,
+                    .standard_uncertainty = floor.deg_per_h * std::sqrt(on.clusters.front().length_s / kHour_s),
+                    .degrees_of_freedom = number_of_freedom(floor.deg_per_h, floor.error_deg_per_h)});
+  }
+  add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
+  add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
+}
+
+/// What a model leaves of clusters it has not seen, beyond noise.
+void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const Eigen::VectorXd& residual,
+               const data::NoiseFloor& floor) {
+  const std::vector<Eigen::Index> known = data::finite_rows(residual);
+  if (known.size() < 2) return;
+  const data::Figures figures = figures_of(residual(known), clusters, known);
+  const double half = hysteresis_deg_per_h(residual, clusters);
+  const double as_limits = half / std::numbers::sqrt3;
+  const double form = std::pow(figures.rmse, 2) - std::pow(floor.deg_per_h, 2) - std::pow(as_limits, 2);
+  rows.push_back({.source = Source::model_form,
+                  .evaluation = Evaluation::a,
+                  .standard_uncertainty = std::sqrt(std::max(0.0, form)),
+                  .degrees_of_freedom = std::max(1.0, figures.effective.of_std - 1)});
+  rows.push_back({.source = Source::hysteresis,
+                  .evaluation = Evaluation::b,
+                  .distribution = ErrorDistribution::rectangular,
+                  .standard_uncertainty = as_limits});
+}
+
+/// What a record says of the thermometer of that name; nothing if nothing.
+record::ThermometerUncertainty said_of(const data::Dataset& dataset, const std::string& thermometer) {
+  const auto at = std::ranges::find(dataset.thermometers, thermometer) - dataset.thermometers.begin();
+  if (at >= std::ssize(dataset.thermometer_uncertainty)) return {};
+  return dataset.thermometer_uncertainty[static_cast<std::size_t>(at)];
+}
+
+/// Nothing where the day of the calibration is not known or lies after the record.
+std::optional<double> years_since_calibration(const data::Dataset& dataset,
+                                              const record::ThermometerUncertainty& thermometer) {
+  using Days = std::chrono::duration<double, std::chrono::days::period>;
+  constexpr double kDaysInAYear = 365.25;
+  if (!thermometer.calibrated) return std::nullopt;
+  const double days = Days(dataset.started_utc).count() - Days(thermometer.calibrated->time_since_epoch()).count();
+  return days >= 0 ? std::optional(days / kDaysInAYear) : std::nullopt;
+}
+
+/// A row of type B that the record says or that is assumed.
+BudgetRow said_or_assumed(Source source, const std::optional<double>& said, double assumed, double sensitivity) {
+  return {.source = source,
+          .evaluation = Evaluation::b,
+          .standard_uncertainty = said.value_or(assumed),
+          .sensitivity = sensitivity,
+          .assumed = !said};
+}
+
+std::optional<double> value_of(const std::optional<Kelvins>& kelvins) {
+  return kelvins ? std::optional(kelvins->value) : std::nullopt;
+}
+
+void add_thermometer(std::vector<BudgetRow>& rows, const data::Dataset& dataset, const Sensitivity& sensitivity) {
+  const record::ThermometerUncertainty said = said_of(dataset, sensitivity.thermometer);
+  BudgetRow& calibration = rows.emplace_back(
+      said_or_assumed(Source::thermometer_calibration, value_of(said.calibration), kCalibration_k, sensitivity.rms));
+  if (said.rectangular) calibration.distribution = ErrorDistribution::rectangular;
+  calibration.of = sensitivity.thermometer;
+  const auto years = years_since_calibration(dataset, said);
+  BudgetRow& drift = rows.emplace_back(
+      said_or_assumed(Source::thermometer_drift, value_of(said.drift_in_a_year), kDriftInAYear_k, sensitivity.rms));
+  drift.standard_uncertainty *= std::sqrt(years.value_or(kYearsSinceCalibration));
+  drift.assumed = drift.assumed || !years;
+  drift.of = sensitivity.thermometer;
+}
+
+/// How far a thermometer may have walked between training, whose budget has `row`, and a run, K.
+double drift_between(const BudgetRow& row, const data::Dataset& dataset) {
+  const record::ThermometerUncertainty said = said_of(dataset, row.of);
+  const auto years = years_since_calibration(dataset, said);
+  if (row.assumed && !years) return row.standard_uncertainty;
+  const double in_a_year = said.drift_in_a_year.value_or(Kelvins{kDriftInAYear_k}).value;
+  return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
+}
+
+/// What comes with the Earth rate that is taken away, and with how the gyro was switched on.
+void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
+  const data::Dataset& dataset = datasets.front();
+  const record::GyroUncertainty& gyro = dataset.gyro_uncertainty;
+  rows.push_back(said_or_assumed(Source::turn_on, gyro.turn_on_repeatability_deg_per_h, kTurnOn_deg_per_h,
+                                 std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
+  if (gyro.latitude_deg && gyro.azimuth_deg && gyro.elevation_deg) {
+    const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
+    rows.push_back(said_or_assumed(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
+    rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
+    rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
+  }
+  constexpr double kPerPpm = 1e-6;
+  if (dataset.earth_rate_deg_per_h)
+    rows.push_back(said_or_assumed(Source::scale_factor, gyro.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
+                                   *dataset.earth_rate_deg_per_h * kPerPpm));
+}
+
+/// √Σ(c_i n_i)² of one cluster's mean, the noise being that of the first record.
+double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedOn& on) {
+  const std::vector<std::string>& names = on.clusters.front().thermometers;
+  const Eigen::RowVectorXd noise_k = thermometer_noise_k(on.datasets.front(), on.clusters.front());
+  double squares = 0;
+  for (const Sensitivity& one : sensitivities) {
+    const auto at = std::ranges::find(names, one.thermometer) - names.begin();
+    if (std::isfinite(noise_k(at))) squares += std::pow(one.rms * noise_k(at), 2);
+  }
+  return std::sqrt(squares);
+}
+
+constexpr int kFewestEachWay = 3;
+
+/// Residuals of clusters at about the same temperature.
+struct AtOneTemperature {
+  double rising{}, falling{};  ///< sums
+  int rises{}, falls{};
+};
+
+}  // namespace
+
+Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const data::SampleMatrix inside = within_range(model, *inputs, Outside::clamp).inputs;
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(clusters.temperature_c.rows(), clusters.temperature_c.cols());
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
+    if (!asks_for(model, clusters.thermometers[static_cast<std::size_t>(i)])) continue;
+    const auto above = inputs_with(model, clusters, i, kStep_k), below = inputs_with(model, clusters, i, -kStep_k);
+    if (!above || !below) return failure(above ? below.error() : above.error());
+    const Eigen::VectorXd difference =
+        predict(model, inside + (*above - *inputs)) - predict(model, inside + (*below - *inputs));
+    slopes.col(i) = difference / (2 * kStep_k);
+  }
+  return slopes;
+}
+
+std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
+                                         const std::vector<std::string>& thermometers) {
+  assert(sensitivities.cols() == std::ssize(thermometers));
+  const std::vector<Eigen::Index> rows = data::finite_rows(sensitivities);
+  std::vector<Sensitivity> all;
+  for (std::size_t i = 0; i < thermometers.size() && !rows.empty(); ++i) {
+    const Eigen::VectorXd slopes = sensitivities(rows, static_cast<Eigen::Index>(i));
+    if (slopes.isZero(0)) continue;
+    all.push_back({.thermometer = thermometers[i],
+                   .mean = slopes.mean(),
+                   .rms = std::sqrt(slopes.squaredNorm() / static_cast<double>(rows.size())),
+                   .greatest = slopes.cwiseAbs().maxCoeff()});
+  }
+  return all;
+}
+
+Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters) {
+  constexpr double kOfSecondDifferences = 6;  // 1² + 2² + 1²
+  const auto& t = dataset.temperature_c;
+  const Eigen::Index inner = std::max<Eigen::Index>(t.rows() - 2, 0);
+  Eigen::RowVectorXd noise = Eigen::RowVectorXd::Constant(t.cols(), std::numeric_limits<double>::quiet_NaN());
+  const double samples = clusters.samples.cast<double>().mean();
+  for (Eigen::Index j = 0; j < t.cols(); ++j) {
+    const Eigen::ArrayXd squares =
+        (t.col(j).tail(inner) - 2 * t.col(j).segment(inner > 0 ? 1 : 0, inner) + t.col(j).head(inner)).array().square();
+    const Eigen::Index count = squares.isFinite().count();
+    if (count == 0) continue;
+    const double mean = squares.isFinite().select(squares, 0).sum() / static_cast<double>(count);
+    noise(j) = std::sqrt(mean / kOfSecondDifferences / samples);
+  }
+  return noise;
+}
+
+double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
+  constexpr double kStep_c = 5, kMoves_c_per_min = 0.05;
+  std::map<long, AtOneTemperature> steps;
+  for (Eigen::Index k = 0; k < residual_deg_per_h.size(); ++k) {
+    const double rate = clusters.rate_c_per_min.row(k).mean(), temperature = clusters.temperature_c.row(k).mean();
+    if (!std::isfinite(residual_deg_per_h(k)) || !(std::abs(rate) > kMoves_c_per_min)) continue;
+    AtOneTemperature& step = steps[std::lround(temperature / kStep_c)];
+    (rate > 0 ? step.rising : step.falling) += residual_deg_per_h(k);
+    ++(rate > 0 ? step.rises : step.falls);
+  }
+  std::erase_if(steps,
+                [](const auto& step) { return std::min(step.second.rises, step.second.falls) < kFewestEachWay; });
+  if (steps.empty()) return 0;
+  const std::vector<Eigen::Index> known = data::finite_rows(residual_deg_per_h);
+  const double variance = residual_deg_per_h(known).squaredNorm() / static_cast<double>(known.size());
+  double squares = 0;
+  for (const auto& [number, step] : steps) {
+    const double half = 0.5 * (step.rising / step.rises - step.falling / step.falls);
+    squares += half * half - 0.25 * variance * (1.0 / step.rises + 1.0 / step.falls);
+  }
+  return std::sqrt(std::max(0.0, squares / static_cast<double>(steps.size())));
+}
+
+Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
+  assert(!on.datasets.empty() && on.datasets.size() == on.clusters.size());
+  const auto clusters = concatenate(on.clusters);
+  if (!clusters) return failure(clusters.error());
+  assert(on.held_out_residual_deg_per_h.size() == clusters->start_s.size());
+  const auto slopes = sensitivities(model, *clusters);
+  if (!slopes) return failure(slopes.error());
+  Uncertainty result{.budget = {.averaging_s = kHour_s, .rows = {}},
+                     .sensitivities = over_the_record(*slopes, clusters->thermometers)};
+  auto& rows = result.budget.rows;
+  const data::NoiseFloor floor = pooled_floor(on);
+  add_noises(rows, model, on, floor);
+  result.added_noise_deg_per_h = added_noise(result.sensitivities, on);
+  rows.push_back({.source = Source::thermometer_noise,
+                  .evaluation = Evaluation::a,
+                  .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kHour_s)});
+  add_model(rows, *clusters, on.held_out_residual_deg_per_h, floor);
+  for (const Sensitivity& one : result.sensitivities) add_thermometer(rows, on.datasets.front(), one);
+  add_gyro(rows, on.datasets);
+  return result;
+}
+
+Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
+                                             const data::Dataset& dataset, const data::Clusters& clusters) {
+  const auto slopes = sensitivities(model, clusters);
+  if (!slopes) return failure(slopes.error());
+  std::vector<BudgetRow> rows = that_differ(at_averaging(trained.budget, clusters.length_s).rows);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(slopes->rows());
+  for (BudgetRow& row : rows) {
+    if (row.source != Source::thermometer_drift) {
+      variance.array() += std::pow(contribution_deg_per_h(row), 2);
+      continue;
+    }
+    row.standard_uncertainty = drift_between(row, dataset);
+    const auto at = std::ranges::find(clusters.thermometers, row.of) - clusters.thermometers.begin();
+    if (at == std::ssize(clusters.thermometers)) continue;
+    variance.array() += (slopes->col(at).array() * row.standard_uncertainty).square();
+  }
+  return combined(rows).coverage_factor * variance.cwiseSqrt();
+}
+
+EarthRateSlopes earth_rate_slopes(double latitude_deg, double azimuth_deg, double elevation_deg) {
+  constexpr double kRadian = std::numbers::pi / 180;
+  const double phi = latitude_deg * kRadian, az = azimuth_deg * kRadian, el = elevation_deg * kRadian;
+  const double per_degree = kEarthRateDegPerHour * kRadian;
+  return {.latitude = per_degree * (-std::sin(phi) * std::cos(az) * std::cos(el) + std::cos(phi) * std::sin(el)),
+          .azimuth = -per_degree * std::cos(phi) * std::sin(az) * std::cos(el),
+          .elevation = per_degree * (-std::cos(phi) * std::cos(az) * std::sin(el) + std::sin(phi) * std::cos(el))};
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How uncertain a compensated bias is: how far a model goes with each thermometer, what that and all else comes to in
+/// a budget, and the interval in which a run that it has not seen should lie.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/model/budget.hpp"
+#include "analysis/model/model.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::model {
+
+/// ∂b/∂T, °/h per K: a row per cluster, a column per thermometer of the clusters, for an error of a thermometer that is
+/// constant in time (a rate does not see it). Of a model of any method, by the central difference of `predict` over
+/// ± 1 mK. An input beyond the trained range is taken at its nearer end, and the model's slope there is what counts,
+/// not the 0 of what is clamped. NaN where an input is not known. Fails with usage if the clusters lack a thermometer
+/// that the model needs.
+[[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
+
+/// Mean and greatest of the columns of sensitivities(), of the thermometers that a model asks for at all.
+[[nodiscard]] std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
+                                                       const std::vector<std::string>& thermometers);
+
+/// The standard deviation of each thermometer's noise in a mean of one cluster, K: that of its samples, from their
+/// second differences (T_{k+1} − 2T_k + T_{k−1})²/6, in which what the temperature does drops out, by the root of the
+/// samples in a cluster. It is taken to be white; resolution is in it.
+[[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
+
+/// Half of how the residual differs between warming and cooling at equal temperatures, °/h: the root mean square, over
+/// steps of 5 °C of the thermometers' mean, of half the difference between the mean residual where it rises and where
+/// it falls by more than 0.05 °C/min, less what chance makes of such means. 0 if no step has three of both.
+[[nodiscard]] double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
+
+/// The training records of a model, each with the clusters that it was trained on, and what it leaves of these where it
+/// has not seen them: the held-out residual, one record after the other, NaN where there is none.
+struct TrainedOn {
+  const std::vector<data::Dataset>& datasets;
+  const std::vector<data::Clusters>& clusters;
+  const Eigen::VectorXd& held_out_residual_deg_per_h;
+};
+
+/// The budget of a mean over 1 h, and what it is made of. The sources:
+/// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as the Allan fit of the
+///   compensated holds sees them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3); where
+///   it sees no angle random walk, the noise floor as if it were white; nothing where there is no hold;
+/// - noise of the thermometers, as above;
+/// - model form: the held-out RMSE² less noise floor² and hysteresis²;
+/// - hysteresis as limits, ± a: a/√3;
+/// - turn-on, once in use and once in training, there divided by the root of the records;
+/// - each thermometer's calibration, and its drift u·√(years since), by the root mean square of its sensitivity;
+/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, and the scale factor by the Earth
+///   rate, where that is removed.
+/// What the record does not say is assumed, and marked: thermometers 0.02 K of calibration, 0.05 K of drift in a year,
+/// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt 1′; scale factor 10 ppm.
+/// Fails with usage if the clusters lack a thermometer that the model needs.
+[[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
+
+/// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
+/// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
+/// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
+/// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
+/// independent: of one walk that is an upper limit. Where neither day of calibration is known, a year is between.
+/// `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
+[[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
+                                                           const data::Dataset& dataset,
+                                                           const data::Clusters& clusters);
+
+/// The Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), by each of its angles, °/h per degree.
+struct EarthRateSlopes {
+  double latitude{}, azimuth{}, elevation{};
+};
+[[nodiscard]] EarthRateSlopes earth_rate_slopes(double latitude_deg, double azimuth_deg, double elevation_deg);
+
+}  // namespace gyrotherm::model

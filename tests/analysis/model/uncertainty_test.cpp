@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/uncertainty.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "analysis/model/training.hpp"
+#include "tests/analysis/small_model.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+BudgetRow row_of(double u, double sensitivity, double degrees_of_freedom = kInfinite) {
+  return {.standard_uncertainty = u, .sensitivity = sensitivity, .degrees_of_freedom = degrees_of_freedom};
+}
+
+TEST(Budget, IsSummedByHand) {
+  const CombinedUncertainty sum = combined({row_of(3, 1), row_of(2, -2), row_of(0.5, 24), row_of(7, 0)});
+  EXPECT_DOUBLE_EQ(sum.standard_deg_per_h, 13) << "√(3² + 4² + 12²)";
+  EXPECT_EQ(sum.degrees_of_freedom, kInfinite);
+  EXPECT_NEAR(sum.coverage_factor, 1.95996, 1e-5);
+  EXPECT_NEAR(sum.expanded_deg_per_h, 13 * 1.95996, 1e-4);
+}
+
+TEST(Budget, OfNothingIsZero) {
+  EXPECT_EQ(combined({}).expanded_deg_per_h, 0);
+  EXPECT_EQ(combined({row_of(1, 0, 3)}).standard_deg_per_h, 0);
+  EXPECT_EQ(combined({row_of(1, 0, 3)}).degrees_of_freedom, kInfinite);
+}
+
+TEST(Budget, IsThatOfTheGuidesEndGauge) {
+  // GUM H.1: calibration of the standard, difference, difference of expansion and of temperature; nm.
+  const std::vector<BudgetRow> rows{row_of(25, 1, 18), row_of(9.7, 1, 25.6), row_of(2.9, 1, 50), row_of(16.6, 1, 2)};
+  const CombinedUncertainty sum = combined(rows, 0.99);
+  EXPECT_NEAR(sum.standard_deg_per_h, 32, 0.5);
+  EXPECT_NEAR(sum.degrees_of_freedom, 16.7, 0.5) << "16 when cut";
+  EXPECT_EQ(std::floor(sum.degrees_of_freedom), 16);
+  EXPECT_NEAR(sum.coverage_factor, 2.92, 0.005);
+  EXPECT_NEAR(sum.expanded_deg_per_h, 93, 1);
+}
+
+TEST(Budget, OfASingleSourceHasItsDegreesOfFreedom) {
+  EXPECT_DOUBLE_EQ(combined({row_of(0.3, 2, 7)}).degrees_of_freedom, 7);
+  EXPECT_NEAR(combined({row_of(0.3, 2, 7)}).coverage_factor, 2.365, 0.0005);
+  EXPECT_NEAR(combined({row_of(1e-100, 1, 7)}).degrees_of_freedom, 7, 1e-9) << "however small";
+}
+
+TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
+  const Budget hour{.averaging_s = 3600,
+                    .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = 2},
+                             {.source = Source::rate_random_walk, .standard_uncertainty = 3},
+                             {.source = Source::tilt, .standard_uncertainty = 4}}};
+  const Budget four = at_averaging(hour, 4 * 3600);
+  EXPECT_DOUBLE_EQ(four.rows[0].standard_uncertainty, 1);
+  EXPECT_DOUBLE_EQ(four.rows[1].standard_uncertainty, 6);
+  EXPECT_DOUBLE_EQ(four.rows[2].standard_uncertainty, 4);
+  EXPECT_EQ(that_differ(four.rows).size(), 2u) << "a tilt is the same in training and in use";
+}
+
+TEST(EarthRate, GoesWithItsAnglesAsItsDifferencesSay) {
+  const auto rate = [](double phi, double az, double el) {
+    const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
+    return kEarthRateDegPerHour * (std::cos(radians(phi)) * std::cos(radians(az)) * std::cos(radians(el)) +
+                                   std::sin(radians(phi)) * std::sin(radians(el)));
+  };
+  for (const auto& [phi, az, el] : {std::array{45.0, 0.0, 90.0}, {-33.0, 120.0, 10.0}, {60.0, -45.0, -30.0}}) {
+    const EarthRateSlopes slopes = earth_rate_slopes(phi, az, el);
+    constexpr double h = 1e-3;
+    EXPECT_NEAR(slopes.latitude, (rate(phi + h, az, el) - rate(phi - h, az, el)) / (2 * h), 1e-9);
+    EXPECT_NEAR(slopes.azimuth, (rate(phi, az + h, el) - rate(phi, az - h, el)) / (2 * h), 1e-9);
+    EXPECT_NEAR(slopes.elevation, (rate(phi, az, el + h) - rate(phi, az, el - h)) / (2 * h), 1e-9);
+  }
+  EXPECT_NEAR(0.05 * earth_rate_slopes(45, 0, 90).latitude, 0.0093, 5e-5) << "0.05° at 45°";
+}
+
+/// The slopes of a model that differs from the trained one in nothing but its range, wide enough for any record.
+Model with_any_range(Model model) {
+  model.input_min.setConstant(-1e6);
+  model.input_max.setConstant(1e6);
+  return model;
+}
+
+class UncertaintyOfAModel : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    dataset_ = data::make_synthetic_run({});
+    dataset_.earth_rate_deg_per_h = 10.6;
+    dataset_.gyro_uncertainty = {.latitude_deg = 45,
+                                 .azimuth_deg = 0,
+                                 .elevation_deg = 90,
+                                 .latitude_uncertainty_deg = 0.001,
+                                 .turn_on_repeatability_deg_per_h = 0.002};
+    clusters_ = *make_clusters(dataset_);
+    model_ = trained("linear", "seven-point");
+  }
+  static Model trained(const char* method, const char* inputs) {
+    TrainingOptions options;
+    options.inputs = inputs;
+    options.method = method;
+    options.quick = true;
+    return *train({dataset_}, {clusters_}, options);
+  }
+  static const BudgetRow& row(const Model& model, Source source) {
+    return *std::ranges::find(model.uncertainty->budget.rows, source, &BudgetRow::source);
+  }
+  static inline data::Dataset dataset_;
+  static inline data::Clusters clusters_;
+  static inline Model model_;
+};
+
+TEST_F(UncertaintyOfAModel, ALinearModelIsAsSensitiveAsItsWeights) {
+  const auto& weights = std::get<methods::LinearModel>(model_.function).weights;
+  const Eigen::VectorXd slope =
+      model_.target_std_deg_per_h * weights.array() / model_.scaling.std.transpose().array();  // of A − T_j
+  const Eigen::MatrixXd found = *sensitivities(model_, clusters_);
+  const double tolerance = 1e-8 * slope.cwiseAbs().maxCoeff();
+  for (Eigen::Index k = 0; k < found.rows(); ++k) {
+    ASSERT_NEAR(found(k, 0), slope.sum(), tolerance);
+    for (Eigen::Index j = 1; j < 8; ++j) ASSERT_NEAR(found(k, j), -slope(j - 1), tolerance);
+  }
+  const std::vector<Sensitivity>& all = model_.uncertainty->sensitivities;
+  ASSERT_EQ(all.size(), 8u);
+  EXPECT_EQ(all[0].thermometer, "A");
+  EXPECT_NEAR(all[0].mean, slope.sum(), tolerance);
+  EXPECT_NEAR(all[3].rms, std::abs(slope(2)), tolerance);
+  EXPECT_NEAR(all[3].greatest, std::abs(slope(2)), tolerance);
+}
+
+TEST_F(UncertaintyOfAModel, ASumOfGaussiansIsAsSensitiveAsItsDerivative) {
+  const Model model = data::small_svr_model();
+  const data::Clusters clusters = data::three_clusters();
+  const auto& svr = std::get<methods::SvrModel>(model.function);
+  const data::SampleMatrix inputs = *evaluate(model.terms, clusters);
+  const Eigen::MatrixXd found = *sensitivities(with_any_range(model), clusters);
+  for (Eigen::Index k = 0; k < found.rows(); ++k) {
+    const Eigen::RowVectorXd z = (inputs.row(k) - model.scaling.mean).array() / model.scaling.std.array();
+    double by_gradient = 0;  // ∂b/∂(A − B)
+    for (Eigen::Index i = 0; i < svr.beta.size(); ++i) {
+      const Eigen::RowVectorXd apart = z - svr.support_vectors.row(i);
+      const double narrow = 1 / (svr.parameters.sigma * svr.parameters.sigma);
+      by_gradient -= svr.beta(i) * std::exp(-0.5 * narrow * apart.squaredNorm()) * narrow * apart(0);
+    }
+    by_gradient *= model.target_std_deg_per_h / model.scaling.std(0);
+    EXPECT_NEAR(found(k, 0), by_gradient, 1e-5 * std::abs(by_gradient));
+    EXPECT_NEAR(found(k, 1), -by_gradient, 1e-5 * std::abs(by_gradient));
+  }
+}
+
+TEST_F(UncertaintyOfAModel, AnyMethodIsAsSensitiveAsItsPredictionsMove) {
+  for (const char* method : {"ls-svm", "gp"}) {
+    if (!methods::find_method(method)) continue;
+    const Model model = with_any_range(trained(method, "three-point"));
+    const Eigen::MatrixXd found = *sensitivities(model, clusters_);
+    data::Clusters moved = clusters_;
+    constexpr double kMove_k = 0.01;
+    moved.temperature_c.col(3).array() += kMove_k;
+    const Eigen::VectorXd change = *predict(model, moved) - *predict(model, clusters_);
+    EXPECT_LT((change - kMove_k * found.col(3)).norm(), 0.05 * change.norm()) << method;
+    EXPECT_TRUE(found.col(1).isZero(0)) << "B is no input";
+  }
+}
+
+TEST_F(UncertaintyOfAModel, WhatIsClampedIsAsSensitiveAsAtTheEndOfItsRange) {
+  data::Clusters far = clusters_;
+  far.temperature_c.col(0).array() += 100;
+  EXPECT_TRUE(sensitivities(model_, far)->isApprox(*sensitivities(model_, clusters_), 1e-6));
+}
+
+TEST_F(UncertaintyOfAModel, TheThermometersNoiseIsThatOfTheirSamples) {
+  const Eigen::RowVectorXd noise = thermometer_noise_k(dataset_, clusters_);
+  for (Eigen::Index j = 0; j < 8; ++j) EXPECT_NEAR(noise(j), 0.003 / 10, 0.03 * 0.003 / 10) << "of 100 samples";
+  double squares = 0;
+  for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms * 0.003 / 10, 2);
+  EXPECT_NEAR(model_.uncertainty->added_noise_deg_per_h, std::sqrt(squares), 0.03 * std::sqrt(squares));
+}
+
+TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, 0.002);
+  Eigen::VectorXd residual(clusters_.start_s.size()), chance(clusters_.start_s.size());
+  for (Eigen::Index k = 0; k < residual.size(); ++k) {
+    chance(k) = noise(random);
+    residual(k) = chance(k) + std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
+  }
+  EXPECT_NEAR(hysteresis_deg_per_h(residual, clusters_), 0.003, 0.0004);
+  EXPECT_LT(hysteresis_deg_per_h(chance, clusters_), 0.0006) << "of noise alone there is hardly any";
+  EXPECT_EQ(hysteresis_deg_per_h(Eigen::VectorXd::Zero(residual.size()), clusters_), 0);
+}
+
+TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
+  EXPECT_FALSE(row(model_, Source::latitude).assumed);
+  EXPECT_EQ(row(model_, Source::latitude).standard_uncertainty, 0.001);
+  EXPECT_TRUE(row(model_, Source::tilt).assumed);
+  EXPECT_TRUE(row(model_, Source::thermometer_drift).assumed);
+  EXPECT_EQ(row(model_, Source::thermometer_drift).standard_uncertainty, 0.05);
+  EXPECT_EQ(row(model_, Source::thermometer_calibration).standard_uncertainty, 0.02);
+  EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "in training and in use";
+}
+
+TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
+  data::Dataset dated = dataset_;
+  dated.started_utc = std::chrono::sys_days(std::chrono::year(2026) / 4 / 2).time_since_epoch() + std::chrono::hours(6);
+  dated.thermometer_uncertainty.assign(8, {.calibration = Kelvins{0.01},
+                                           .rectangular = true,
+                                           .drift_in_a_year = Kelvins{0.08},
+                                           .calibrated = std::chrono::year(2026) / 1 / 1});
+  const Eigen::VectorXd none = model_.leave_cycle_out_residual;
+  const std::vector<data::Dataset> datasets{dated};
+  const std::vector<data::Clusters> clusters{clusters_};
+  Model model = model_;
+  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, none});
+  const BudgetRow& drift = row(model, Source::thermometer_drift);
+  EXPECT_FALSE(drift.assumed);
+  EXPECT_NEAR(drift.standard_uncertainty, 0.04, 1e-4) << "a quarter of a year, 91.25 days";
+  EXPECT_EQ(row(model, Source::thermometer_calibration).distribution, ErrorDistribution::rectangular);
+  EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
+}
+
+/// An error of the row's distribution, in its unit.
+double drawn(const BudgetRow& row, std::mt19937_64& random) {
+  const double half_width = std::numbers::sqrt3 * row.standard_uncertainty;
+  if (row.distribution == ErrorDistribution::rectangular)
+    return std::uniform_real_distribution<double>(-half_width, half_width)(random);
+  return std::normal_distribution<double>(0, row.standard_uncertainty)(random);
+}
+
+TEST_F(UncertaintyOfAModel, TheBudgetIsWhatAMonteCarloGives) {
+  const std::vector<BudgetRow>& rows = model_.uncertainty->budget.rows;
+  const CombinedUncertainty by_budget = combined(rows);
+  const Model model = with_any_range(model_);
+  data::Clusters hour = pick(clusters_, {100, 101, 102, 103, 104, 105});
+  const Eigen::MatrixXd true_c = hour.temperature_c;
+  const double undisturbed = predict(model, hour)->mean();
+  std::mt19937_64 random(11);
+  constexpr int kDraws = 10000;
+  Eigen::VectorXd errors(kDraws);
+  for (double& error : errors) {
+    hour.temperature_c = true_c;
+    error = 0;
+    for (const BudgetRow& row : rows) {
+      const auto thermometer = std::ranges::find(hour.thermometers, row.of) - hour.thermometers.begin();
+      if (row.of.empty())
+        error += row.sensitivity * drawn(row, random);
+      else
+        hour.temperature_c.col(thermometer).array() += drawn(row, random);
+    }
+    error -= predict(model, hour)->mean() - undisturbed;
+  }
+  EXPECT_NEAR(std::sqrt(errors.squaredNorm() / kDraws), by_budget.standard_deg_per_h,
+              0.05 * by_budget.standard_deg_per_h);
+  Eigen::VectorXd magnitudes = errors.cwiseAbs();
+  std::ranges::sort(magnitudes);
+  EXPECT_NEAR(magnitudes(kDraws * 95 / 100), by_budget.expanded_deg_per_h, 0.05 * by_budget.expanded_deg_per_h);
+}
+
+TEST_F(UncertaintyOfAModel, TheNoiseIsThatOfTheGyro) {
+  const BudgetRow& walk = row(model_, Source::angle_random_walk);
+  EXPECT_NEAR(walk.standard_uncertainty, 0.02 / std::sqrt(3600), 0.02 / std::sqrt(3600) * 0.05);
+  EXPECT_GT(walk.degrees_of_freedom, 100);
+}
+
+TEST_F(UncertaintyOfAModel, StandsInTheModelsFile) {
+  const auto back = model_from_json(to_json(model_), "model.json");
+  ASSERT_TRUE(back) << text(back.error());
+  ASSERT_TRUE(back->uncertainty);
+  EXPECT_EQ(to_json(*back), to_json(model_));
+  EXPECT_EQ(combined(back->uncertainty->budget.rows).expanded_deg_per_h,
+            combined(model_.uncertainty->budget.rows).expanded_deg_per_h);
+  EXPECT_EQ(row(*back, Source::thermometer_drift).degrees_of_freedom, kInfinite);
+}
+
+}  // namespace
+}  // namespace gyrotherm::model

@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
+
+#include "analysis/data/students_t.hpp"
+#include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -151,6 +155,27 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   return warnings;
 }
 
+/// NaN where there is no residual or no interval.
+Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width) {
+  return residual.binaryExpr(half_width, [](double value, double half) {
+    if (!std::isfinite(value) || !std::isfinite(half)) return std::numeric_limits<double>::quiet_NaN();
+    return std::abs(value) <= half ? 1.0 : 0.0;
+  });
+}
+
+std::optional<Coverage> coverage_of(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width,
+                                    const data::Clusters& clusters) {
+  const Eigen::VectorXd within = within_the_interval(residual, half_width);
+  const Rows rows = data::finite_rows(within);
+  if (rows.empty()) return std::nullopt;
+  const data::Figures share = figures_of(within(rows), clusters, rows);
+  return Coverage{.nominal = kCoverage,
+                  .seen = share.mean,
+                  .clusters = share.count,
+                  .effective = share.effective.of_mean,
+                  .mean_half_width_deg_per_h = half_width(rows).mean()};
+}
+
 }  // namespace
 
 Result<Verification> verify(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
@@ -186,8 +211,29 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
   result.outside = outside_the_range(model, ranged, outside);
+  if (model.uncertainty) {
+    const auto half_width = interval_half_widths(model, *model.uncertainty, dataset, clusters);
+    if (!half_width) return failure(half_width.error());
+    result.coverage = coverage_of(residual, *half_width, clusters);
+  }
   result.warnings = warnings_of(result, model, dataset, clusters);
   return result;
+}
+
+std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {
+  std::set<std::string> seen;
+  std::vector<double> means;
+  for (const Verification& one : verifications)
+    if (!one.trained_on_this && seen.insert(one.run_id).second) means.push_back(one.compensated.mean);
+  if (means.size() < 2) return std::nullopt;
+  const data::Figures figures =
+      data::figures_of(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
+  const int freedom = figures.count - 1;
+  return BetweenRuns{.runs = figures.count,
+                     .mean_deg_per_h = figures.mean,
+                     .std_deg_per_h = figures.std,
+                     .degrees_of_freedom = freedom,
+                     .expanded_deg_per_h = figures.std * data::coverage_factor(kCoverage, freedom)};
 }
 
 }  // namespace gyrotherm::model

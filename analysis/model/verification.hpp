@@ -56,6 +56,24 @@ void describe(auto& form, Like<ErrorToTruth> auto& error) {
   form("mean_removed", error.mean_removed);
 }
 
+/// How many cluster means lie within the intervals that the model's own budget gives them.
+struct Coverage {
+  double nominal{};                    ///< the share that should: 0.95
+  double seen{};                       ///< the share that does
+  int clusters{};                      ///< with an interval
+  double effective{};                  ///< as many independent clusters would tell as much of the share
+  double mean_half_width_deg_per_h{};  ///< of the intervals
+};
+
+/// Its form wherever it is written.
+void describe(auto& form, Like<Coverage> auto& coverage) {
+  form("nominal", coverage.nominal);
+  form("seen", coverage.seen);
+  form("clusters", coverage.clusters);
+  form("effective", coverage.effective);
+  form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
+}
+
 /// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
@@ -73,6 +91,7 @@ struct Verification {
   Eigen::VectorXd residual_deg_per_h;  ///< per cluster; NaN where the model refuses
   std::vector<SegmentFigures> segments;
   OutsideTheRange outside;
+  std::optional<Coverage> coverage;   ///< nothing if the model says nothing of its uncertainty
   std::vector<std::string> warnings;  ///< residual below the floor (over-fit), inputs out of range, …
 };
 
@@ -80,5 +99,25 @@ struct Verification {
 /// model needs, or the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
                                           const data::Clusters& clusters, Outside outside = Outside::clamp);
+
+/// How the means of whole runs differ, which no single run shows: type A, from two or more.
+struct BetweenRuns {
+  int runs{};
+  double mean_deg_per_h{};  ///< of the runs' means of compensated bias
+  double std_deg_per_h{};   ///< of one run's mean
+  int degrees_of_freedom{};
+  double expanded_deg_per_h{};  ///< std by Student's t: 95 % of single runs' means lie within it of the true mean
+};
+
+void describe(auto& form, Like<BetweenRuns> auto& between) {
+  form("runs", between.runs);
+  form("mean_deg_per_h", between.mean_deg_per_h);
+  form("std_deg_per_h", between.std_deg_per_h);
+  form("degrees_of_freedom", between.degrees_of_freedom);
+  form("U_deg_per_h", between.expanded_deg_per_h);
+}
+
+/// Of those runs that the model was not trained on, each counted once; nothing if they are fewer than two.
+[[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

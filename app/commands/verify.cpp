@@ -39,6 +39,22 @@ std::string describe_floor(const model::Verification& v) {
   return text;
 }
 
+std::string describe_coverage(const model::Verification& v) {
+  if (!v.coverage) return "  intervals of compensated means: not known, the model has no uncertainty budget\n";
+  const model::Coverage& c = *v.coverage;
+  return fmt::format(
+      "  intervals of {:.0f} %: ± {:.5f} °/h on average, {:.1f} % of {} means lie within theirs (n_eff {:.0f}){}\n",
+      100 * c.nominal, c.mean_half_width_deg_per_h, 100 * c.seen, c.clusters, c.effective,
+      v.trained_on_this ? ", in-sample" : "");
+}
+
+std::string describe(const model::BetweenRuns& between) {
+  return fmt::format(
+      "between {} unseen runs: mean of a run {:.5f} °/h, std {:.5f} °/h ({} degrees of freedom), U {:.5f} °/h\n",
+      between.runs, between.mean_deg_per_h, between.std_deg_per_h, between.degrees_of_freedom,
+      between.expanded_deg_per_h);
+}
+
 /// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
 std::string describe_noise(const data::HoldNoise& noise) {
   std::string text = fmt::format("  {}\n", noise.statement);
@@ -88,8 +104,8 @@ std::string describe(const std::string& run, const model::Verification& v, const
   if (v.to_truth) text += row("error to truth", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
     text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
-  text += describe_floor(v) + describe_noise(behaviour.raw) + describe_noise(behaviour.compensated) +
-          describe(behaviour.characterisation);
+  text += describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
+          describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -114,6 +130,7 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
                     {"characterisation", json_of(behaviour.characterisation)},
                     {"outside_trained_range", v.outside.clusters},
                     {"outside", json_of(v.outside)},
+                    {"coverage", json_of(v.coverage)},
                     {"warnings", v.warnings}};
   return text_of(object) + "\n";
 }
@@ -123,17 +140,21 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
+  std::vector<model::Verification> verifications;
   for (const auto& run : options.runs) {
     const auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
     if (!recorded) return failure(recorded.error());
-    const auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
+    auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
     const Behaviour behaviour{noise_of_holds(dataset),
                               noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
                               model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     console.data(console.json ? json(run, *verification, behaviour) : describe(run, *verification, behaviour));
+    verifications.push_back(std::move(*verification));
   }
+  if (const auto between = between_runs(verifications))
+    console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
   return Exit::done;
 }
 

@@ -70,5 +70,16 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
 
+TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
+  const auto coverage = figures("")["coverage"];
+  EXPECT_EQ(coverage["nominal"], 0.95);
+  EXPECT_GE(coverage["seen"], 0.0);
+  EXPECT_LE(coverage["seen"], 1.0);
+  EXPECT_GT(coverage["clusters"], 0);
+  EXPECT_LE(coverage["effective"], coverage["clusters"]);
+  EXPECT_GT(coverage["mean_half_width_deg_per_h"], 0.0);
+  EXPECT_NE(verified("").out.find("intervals of 95 %"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

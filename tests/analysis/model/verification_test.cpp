@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "analysis/model/training.hpp"
@@ -175,6 +176,79 @@ TEST_F(VerificationOfALinearModel, WarnsOfMeansOverAnotherTime) {
   const data::Dataset dataset = unseen_run();
   const auto result = verify(model_, dataset, *make_clusters(dataset, 50));
   EXPECT_TRUE(says(*result, "over 50 s"));
+}
+
+/// A run whose thermometers were calibrated on its day, of a gyro that is the same each time it is switched on.
+data::Dataset well_known_run(const data::SyntheticRun& run) {
+  data::Dataset dataset = make_synthetic_run(run);
+  dataset.thermometer_uncertainty.assign(
+      8, {.calibration = Kelvins{0.02}, .drift_in_a_year = Kelvins{0.05}, .calibrated = std::chrono::sys_days{}});
+  dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h = 0;
+  return dataset;
+}
+
+TEST(Coverage, OfIntervalsWhereTheNoiseIsKnownIsWhatTheyPromise) {
+  TrainingOptions options;
+  options.inputs = "physics";
+  options.method = "linear";
+  const data::Dataset dataset = well_known_run({});
+  const Model model = *train({dataset}, {*make_clusters(dataset)}, options);
+  double within = 0;
+  int clusters = 0;
+  for (std::uint64_t seed = 2; seed < 6; ++seed) {
+    const data::Dataset unseen = well_known_run({.run_id = "unseen", .seed = seed});
+    const Verification result = *verify(model, unseen, *make_clusters(unseen));
+    ASSERT_TRUE(result.coverage);
+    EXPECT_EQ(result.coverage->nominal, 0.95);
+    EXPECT_NEAR(result.coverage->mean_half_width_deg_per_h, 1.96 * 0.02 / 10, 0.1 * 1.96 * 0.02 / 10);
+    EXPECT_GT(result.coverage->effective, 0.5 * result.coverage->clusters) << "white noise";
+    within += result.coverage->seen * result.coverage->clusters;
+    clusters += result.coverage->clusters;
+  }
+  EXPECT_GT(clusters, 1000);
+  EXPECT_NEAR(within / clusters, 0.95, 0.02);
+}
+
+TEST_F(VerificationOfALinearModel, ThermometersThatMayHaveDriftedMakeItsIntervalsWider) {
+  data::Dataset dataset = unseen_run();
+  dataset.started_utc = std::chrono::days(400);
+  const auto half_width = [&](double drift_k, int days_since) {
+    dataset.thermometer_uncertainty.assign(8,
+                                           {.drift_in_a_year = Kelvins{drift_k},
+                                            .calibrated = std::chrono::sys_days(std::chrono::days(400 - days_since))});
+    return verified(dataset).coverage->mean_half_width_deg_per_h;
+  };
+  EXPECT_GT(half_width(0.1, 365), half_width(0.1, 10));
+  EXPECT_GT(half_width(0.1, 100), half_width(0.05, 100));
+  const double none = half_width(0.05, 0);
+  dataset.thermometer_uncertainty.clear();
+  EXPECT_NEAR(verified(dataset).coverage->mean_half_width_deg_per_h, none, 1e-12) << "not known: one year, and no more";
+}
+
+TEST_F(VerificationOfALinearModel, WithoutABudgetHasNoCoverage) {
+  Model model = model_;
+  model.uncertainty.reset();
+  const data::Dataset dataset = unseen_run();
+  EXPECT_FALSE(verify(model, dataset, *make_clusters(dataset))->coverage);
+}
+
+TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
+  const auto run = [](const char* id, double mean, bool trained) {
+    Verification one;
+    one.run_id = id;
+    one.trained_on_this = trained;
+    one.compensated.mean = mean;
+    return one;
+  };
+  const auto between = between_runs({run("a", 0.001, false), run("b", 9, true), run("c", 0.005, false),
+                                     run("a", 0.001, false), run("d", 0.003, false)});
+  ASSERT_TRUE(between);
+  EXPECT_EQ(between->runs, 3);
+  EXPECT_EQ(between->degrees_of_freedom, 2);
+  EXPECT_NEAR(between->mean_deg_per_h, 0.003, 1e-15);
+  EXPECT_NEAR(between->std_deg_per_h, 0.002, 1e-15);
+  EXPECT_NEAR(between->expanded_deg_per_h, 4.303 * 0.002, 1e-5);
+  EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
 }
 
 }  // namespace

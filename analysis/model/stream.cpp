@@ -74,8 +74,9 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   }
   auto inputs = evaluate(model_.terms, latest_);
   assert(inputs);
-  const RangedInputs ranged = within_range(model_, std::move(*inputs), policy_);
+  RangedInputs ranged = within_range(model_, std::move(*inputs), policy_);
   outside_ += static_cast<long long>(ranged.rows.size());
+  rows_outside_ = std::move(ranged.rows);
   return bias_deg_per_h - predict(model_, ranged.inputs);
 }
 

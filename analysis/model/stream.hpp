@@ -44,6 +44,8 @@ class CompensationStream {
 
   /// How many rows so far had an input outside the trained range.
   [[nodiscard]] long long outside() const { return outside_; }
+  /// Of the rows last pushed, those with an input outside, rising; the first is 0.
+  [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
 
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, Outside policy);
@@ -54,6 +56,7 @@ class CompensationStream {
   data::SampleMatrix past_;  ///< the means of the last cluster length, as a ring; only where rates are asked for
   Eigen::Index pushed_{};    ///< rows in all
   long long outside_{};
+  std::vector<Eigen::Index> rows_outside_;
   data::Clusters latest_;  ///< the means of the rows last pushed
 };
 

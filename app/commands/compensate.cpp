@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
@@ -24,6 +25,7 @@ constexpr std::string_view kBiasColumn = "bias";
 
 struct CompensateArguments {
   std::string model, outside = "clamp";
+  bool uncertainty = false;
 };
 
 /// The header names the thermometers and, last, "bias".
@@ -37,21 +39,29 @@ Result<model::CompensationStream> open_stream(const model::Model& model, std::ve
   return model::CompensationStream::open(model, std::move(header), outside);
 }
 
-/// One line for each row; an empty one where there is no value.
-std::string lines_of(const Eigen::VectorXd& values) {
+/// One line for each row; an empty field where there is no value. With `expanded`, U in a second one, which is empty
+/// too in `rows_outside` the trained range, for which the budget does not speak.
+std::string lines_of(const Eigen::VectorXd& values, const std::optional<double>& expanded,
+                     const std::vector<Eigen::Index>& rows_outside) {
   std::string lines;
-  for (const double value : values) {
-    if (std::isfinite(value)) fmt::format_to(std::back_inserter(lines), "{:.7f}", value);
+  for (Eigen::Index row = 0; row < values.size(); ++row) {
+    const bool known = std::isfinite(values(row));
+    if (known) fmt::format_to(std::back_inserter(lines), "{:.7f}", values(row));
+    if (expanded) lines += ',';
+    if (expanded && known && !std::ranges::binary_search(rows_outside, row))
+      fmt::format_to(std::back_inserter(lines), "{:.7f}", *expanded);
     lines += '\n';
   }
   return lines;
 }
 
-std::string compensated(model::CompensationStream& stream, const record::LiveRows& rows) {
+std::string compensated(model::CompensationStream& stream, const record::LiveRows& rows,
+                        const std::optional<double>& expanded) {
   const auto columns = static_cast<Eigen::Index>(rows.header().size());
   const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  return lines_of(stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1)));
+  const Eigen::VectorXd values = stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1));
+  return lines_of(values, expanded, stream.rows_outside());
 }
 
 constexpr std::size_t kMostInput = 1 << 20;
@@ -92,7 +102,7 @@ class StandardInput {
 
 /// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.
 Result<void> answer(Console& console, const model::Model& model, model::Outside outside,
-                    std::optional<model::CompensationStream>& stream) {
+                    const std::optional<double>& expanded, std::optional<model::CompensationStream>& stream) {
   StandardInput input;
   record::LiveRows rows("stdin");
   for (bool more = true; more && std::ferror(stdout) == 0;) {
@@ -104,13 +114,27 @@ Result<void> answer(Console& console, const model::Model& model, model::Outside 
       auto opened = open_stream(model, rows.header(), outside);
       if (!opened) return failure(opened.error());
       stream = std::move(*opened);
-      console.data("compensated_bias_deg_per_h\n");
+      console.data(expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n");
     }
-    if (!rows.numbers().empty()) console.data(compensated(*stream, rows));
+    if (!rows.numbers().empty()) console.data(compensated(*stream, rows, expanded));
     rows.forget_rows();
     if (!read) return failure(read.error());
   }
   return {};
+}
+
+/// U of a mean over the model's cluster length, °/h, said with its k; nothing if it was not asked for. Fails with usage
+/// if the model does not know it.
+Result<std::optional<double>> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
+  if (!wanted) return std::optional<double>();
+  if (!model.uncertainty)
+    return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
+  const model::CombinedUncertainty all = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  console.say(
+      fmt::format("U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
+                  "trained range; a single row has its own noise beside",
+                  all.expanded_deg_per_h, all.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
+  return std::optional(all.expanded_deg_per_h);
 }
 
 Result<Exit> compensate(Console& console, const CompensateArguments& options) {
@@ -120,9 +144,11 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!model) return failure(model.error());
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
                           model->cluster_length_s / 2));
+  const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
+  if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
   std::optional<model::CompensationStream> stream;
-  const auto answered = answer(console, *model, *outside, stream);
+  const auto answered = answer(console, *model, *outside, *expanded, stream);
   if (stream && stream->outside() > 0) {
     console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
                             stream->outside(), name(*outside)));
@@ -142,6 +168,8 @@ void add_compensate(Program& program) {
   command.add_option("--outside", options.outside,
                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
                      "an empty line) or extrapolate");
+  command.add_flag("--uncertainty", options.uncertainty,
+                   "a second column: the expanded uncertainty U of a mean over the model's cluster length");
 }
 
 }  // namespace gyrotherm::app

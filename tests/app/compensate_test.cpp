@@ -74,6 +74,28 @@ TEST_F(Compensate, AMissingReadingLeavesItsMeansEmpty) {
   for (std::size_t row = 100; row <= 401; ++row) EXPECT_EQ(lines[row].empty(), row > 150 && row <= 250) << row;
 }
 
+TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
+  const auto plain = compensate(small_rows(300)), with = compensate(small_rows(300), "--uncertainty");
+  ASSERT_EQ(with.exit_code, 0) << with.err;
+  const auto values = lines_of(plain.out), lines = lines_of(with.out);
+  ASSERT_EQ(lines.size(), values.size());
+  EXPECT_EQ(lines[0], "compensated_bias_deg_per_h,U_deg_per_h");
+  EXPECT_EQ(lines[1], ",") << "no value, no U";
+  const auto comma = lines[300].find(',');
+  EXPECT_EQ(lines[300].substr(0, comma), values[300]);
+  EXPECT_GT(std::stod(lines[300].substr(comma + 1)), 0);
+  EXPECT_NE(with.err.find("95 %"), std::string::npos) << with.err;
+}
+
+TEST_F(Compensate, GivesNoUncertaintyOutsideTheTrainedRange) {
+  std::string hot = "A,B,bias\n";
+  for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
+  const auto lines = lines_of(compensate(hot, "--uncertainty").out);
+  ASSERT_EQ(lines.size(), 121u);
+  EXPECT_EQ(lines[120].back(), ',') << "clamped: a value without a U";
+  EXPECT_GT(lines[120].size(), 1u);
+}
+
 TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
   std::string hot = "A,B,bias\n";
   for (int i = 0; i < 120; ++i) hot += "90,90,1\n";

@@ -402,10 +402,17 @@ double deviation_of(const AllanFit& fit, double tau_s) {
 }
 
 AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates) {
-  assert(!curve.empty());
+  constexpr std::array kByTau = {NoiseTerm::angle_random_walk, NoiseTerm::quantisation, NoiseTerm::rate_random_walk,
+                                 NoiseTerm::bias_instability, NoiseTerm::rate_ramp};
+  const auto count = static_cast<std::ptrdiff_t>(std::min(kNoiseTerms, curve.size()));
+  return fit_allan(curve, rates, {kByTau.begin(), kByTau.begin() + count});
+}
+
+AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const std::vector<NoiseTerm>& of) {
+  assert(!of.empty() && of.size() <= curve.size());
   Problem problem = problem_of(curve, rates);
-  constexpr std::array<Eigen::Index, kNoiseTerms> kByTau = {1, 0, 3, 2, 4};
-  Terms terms(kByTau.begin(), kByTau.begin() + static_cast<std::ptrdiff_t>(std::min(kNoiseTerms, curve.size())));
+  Terms terms;
+  for (const NoiseTerm term : of) terms.push_back(static_cast<Eigen::Index>(term));
   std::ranges::sort(terms);
   estimate_errors(problem, terms);
   const Fitted fitted = fit_seen(problem, terms);

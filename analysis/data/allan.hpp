@@ -139,4 +139,8 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 /// χ² is its f degrees of freedom (Mandel and Paule 1970), so that the sure points of short τ do not bend all the rest.
 [[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates);
 
+/// The same with no other terms than these, which are not more than the points: where the curve cannot tell all five
+/// apart, as means over minutes cannot tell quantisation from angle random walk.
+[[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const std::vector<NoiseTerm>& of);
+
 }  // namespace gyrotherm::data

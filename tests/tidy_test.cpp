@@ -41,7 +41,8 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"analysis/data", {"core", "acquisition/record"}},
     {"analysis/svm", {"core"}},
     {"analysis/methods", {"core", "analysis/data", "analysis/svm"}},
-    {"analysis/model", {"core", "analysis/data", "analysis/svm", "analysis/methods"}},
+    {"analysis/tracking", {"core", "analysis/data", "analysis/methods"}},
+    {"analysis/model", {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/tracking"}},
     {"plot", {"core"}},
     {"thermal/reduced", {"core"}},
     {"thermal", {"core", "plot", "thermal/reduced"}},
@@ -53,7 +54,7 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"app",
      {"core", "drivers", "acquisition/io", "acquisition/record", "sequencer/profile", "sequencer/interlocks",
       "sequencer/run", "sequencer/watchdog", "rig", "analysis/data", "analysis/svm", "analysis/methods",
-      "analysis/model", "report", "plot", "simulator"}},
+      "analysis/model", "analysis/tracking", "report", "plot", "simulator"}},
     {"app/thermal", {"app", "core", "plot", "thermal", "thermal/reduced"}},
 };
 
@@ -70,6 +71,7 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"analysis/data", {"Eigen/"}},
     {"analysis/svm", {"Eigen/", "tbb/", "oneapi/"}},
     {"analysis/methods", {"Eigen/", "tbb/", "oneapi/"}},
+    {"analysis/tracking", {"Eigen/"}},
     {"analysis/model", {"Eigen/", "tbb/", "oneapi/"}},
     {"plot", {"png.h"}},
     {"thermal/reduced", {"Eigen/"}},

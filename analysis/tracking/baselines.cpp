@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/baselines.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "analysis/methods/svr.hpp"
+#include "analysis/tracking/bias_tracker.hpp"
+#include "analysis/tracking/smoothing.hpp"
+#include "analysis/tracking/wavelet.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+/// Place k: the prediction of k + 1 by normalised least mean squares.
+Eigen::VectorXd predicted_by_least_mean_squares(const Eigen::VectorXd& values) {
+  const Eigen::Index count = values.size();
+  const methods::ForwardPrediction options;
+  Eigen::VectorXd longer(count + 1);  // what stands in the last place is predicted and not learnt from
+  longer << values, 0;
+  Eigen::VectorXd next = trailing_means(values, options.order);
+  const Eigen::VectorXd predicted = methods::forward_prediction(longer, options);
+  for (Eigen::Index k = options.order - 1; k < count; ++k) next(k) = predicted(k + 1);
+  return next;
+}
+
+Denoised held(const Eigen::VectorXd& bias) { return {bias, bias}; }
+Denoised late(const Eigen::VectorXd& bias) {
+  return {bias, Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN())};
+}
+
+Denoised tracked(const StateSpace& space, const Eigen::VectorXd& rates) {
+  const auto hour = static_cast<int>(intervals_of_hour(space.interval_s));
+  BiasTracker tracker(space);
+  Denoised denoised{Eigen::VectorXd(rates.size()), Eigen::VectorXd(rates.size())};
+  for (Eigen::Index k = 0; k < rates.size(); ++k) {
+    tracker.push(rates(k));
+    denoised.bias(k) = tracker.now().deg_per_h;
+    denoised.next_hour(k) = tracker.forecast(hour).deg_per_h;
+  }
+  return denoised;
+}
+
+}  // namespace
+
+Eigen::Index intervals_of_hour(double interval_s) {
+  return std::max<Eigen::Index>(1, std::lround(kSecondsPerHour / interval_s));
+}
+
+Eigen::VectorXd without_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h) {
+  Eigen::VectorXd rates = rates_deg_per_h;
+  double last = 0;
+  for (double& rate : rates) last = rate = std::isfinite(rate) ? rate : last;
+  return rates;
+}
+
+Eigen::VectorXd trailing_means(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h, Eigen::Index count) {
+  assert(count >= 1);
+  const Eigen::Index size = rates_deg_per_h.size();
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(size + 1), counts = sums, means(size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const bool there = std::isfinite(rates_deg_per_h(k));
+    sums(k + 1) = sums(k) + (there ? rates_deg_per_h(k) : 0);
+    counts(k + 1) = counts(k) + (there ? 1 : 0);
+    const Eigen::Index before = std::max<Eigen::Index>(0, k + 1 - count);
+    const double seen = counts(k + 1) - counts(before);
+    means(k) = seen > 0 ? (sums(k + 1) - sums(before)) / seen : 0;
+  }
+  return means;
+}
+
+Eigen::VectorXd predicted_next(const Eigen::Ref<const Eigen::VectorXd>& values, const RecursivePrediction& options) {
+  assert(options.order >= 1 && options.forgetting > 0 && options.forgetting <= 1 && values.allFinite());
+  const Eigen::Index order = options.order;
+  Eigen::VectorXd next = trailing_means(values, order);
+  if (values.size() <= order) return next;
+  const double power = values.head(order).squaredNorm();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(order, order) / (power > 0 ? power : 1);
+  Eigen::VectorXd weights = Eigen::VectorXd::Constant(order, 1 / static_cast<double>(order));
+  for (Eigen::Index k = order; k < values.size(); ++k) {
+    const Eigen::VectorXd before = values.segment(k - order, order).reverse();
+    const Eigen::VectorXd reach = inverse * before;
+    const Eigen::VectorXd gain = reach / (options.forgetting + before.dot(reach));
+    weights += gain * (values(k) - weights.dot(before));
+    inverse = ((inverse - gain * reach.transpose()) / options.forgetting).eval();
+    inverse = (0.5 * (inverse + inverse.transpose())).eval();
+    next(k) = weights.dot(values.segment(k - order + 1, order).reverse());
+  }
+  return next;
+}
+
+std::vector<Denoiser> denoisers(const StateSpace& space) {
+  constexpr Eigen::Index kWindow = 256;
+  const Eigen::Index hour = intervals_of_hour(space.interval_s);
+  const auto wavelet = [](Eigen::Index delay) {
+    return [delay](const Eigen::VectorXd& rates) {
+      const Eigen::VectorXd bias = wavelet_denoised_in_windows(without_gaps(rates), kWindow, delay);
+      return delay > 0 ? late(bias) : held(bias);
+    };
+  };
+  std::vector<Denoiser> all;
+  all.push_back({"thermal model alone", 0,
+                 [](const Eigen::VectorXd& rates) { return held(Eigen::VectorXd::Zero(rates.size())); }});
+  all.push_back({"mean so far", 0, [](const Eigen::VectorXd& rates) {
+                   return held(trailing_means(rates, std::max<Eigen::Index>(1, rates.size())));
+                 }});
+  all.push_back(
+      {"mean of the last hour", 0, [hour](const Eigen::VectorXd& rates) { return held(trailing_means(rates, hour)); }});
+  all.push_back({"linear prediction, LMS", 0, [](const Eigen::VectorXd& rates) {
+                   return held(predicted_by_least_mean_squares(without_gaps(rates)));
+                 }});
+  all.push_back({"linear prediction, RLS", 0,
+                 [](const Eigen::VectorXd& rates) { return held(predicted_next(without_gaps(rates))); }});
+  all.push_back({"wavelet, at once", 0, wavelet(0)});
+  if (hour < kWindow) all.push_back({"wavelet, an hour late", hour, wavelet(hour)});
+  all.push_back({"Kalman", 0, [space](const Eigen::VectorXd& rates) { return tracked(space, rates); }});
+  all.push_back({"Kalman, an hour late", hour,
+                 [space, hour](const Eigen::VectorXd& rates) { return late(smooth_with_lag(space, rates, hour)); }});
+  return all;
+}
+
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/bias_noise.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cmath>
+
+#include "analysis/data/allan.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+/// The root of the mean square of the values that are finite.
+double rms_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  double sum = 0;
+  int count = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace
+
+Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
+                                    const data::Clusters& clusters) {
+  assert(residual_deg_per_h.size() == clusters.start_s.size());
+  const auto rates = data::cut_at_gaps(clusters.start_s, residual_deg_per_h, clusters.length_s);
+  const data::AllanCurve curve = data::allan_curve(rates);
+  constexpr std::size_t kLeastTimes = 5;
+  if (curve.size() < kLeastTimes) {
+    return failure(FaultKind::usage, "bias tracking",
+                   fmt::format("{} means are too few, or too scattered, to tell their noise from their wander",
+                               residual_deg_per_h.size()));
+  }
+  using enum data::NoiseTerm;
+  const data::AllanFit fit = data::fit_allan(curve, rates, {angle_random_walk, bias_instability, rate_random_walk});
+  if (!of(fit, angle_random_walk).seen) {
+    return failure(FaultKind::usage, "bias tracking", "the residual shows no angle random walk");
+  }
+  return BiasNoise{.angle_random_walk_deg_per_sqrt_h = of(fit, angle_random_walk).value,
+                   .instability_deg_per_h = of(fit, bias_instability).value,
+                   .rate_random_walk_deg_per_h_per_sqrt_h = of(fit, rate_random_walk).value,
+                   .start_deg_per_h = rms_of(residual_deg_per_h)};
+}
+
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/bias_tracker.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace gyrotherm::tracking {
+
+BiasTracker::BiasTracker(const StateSpace& space) : space_(space), covariance_(space.start.asDiagonal()) {}
+
+TrackedInterval BiasTracker::push(double rate_deg_per_h) {
+  if (started_) {
+    state_ = state_.cwiseProduct(space_.memory);
+    covariance_ = covariance_.cwiseProduct(space_.memory * space_.memory.transpose());
+    covariance_.diagonal() += space_.fresh;
+  }
+  started_ = true;
+  TrackedInterval interval{.predicted = state_,
+                           .predicted_covariance = covariance_,
+                           .innovation = rate_deg_per_h - state_.sum(),
+                           .innovation_variance = covariance_.sum() + space_.white};
+  if (!std::isfinite(rate_deg_per_h)) {
+    interval.innovation = std::numeric_limits<double>::quiet_NaN();
+    return interval;
+  }
+  const State gain = covariance_.rowwise().sum() / interval.innovation_variance;
+  const Covariance kept = Covariance::Identity() - gain * State::Ones().transpose();
+  state_ += gain * interval.innovation;
+  covariance_ = (kept * covariance_ * kept.transpose() + space_.white * gain * gain.transpose()).eval();
+  return interval;
+}
+
+Estimate BiasTracker::now() const { return {state_.sum(), std::sqrt(covariance_.sum())}; }
+
+Estimate BiasTracker::forecast(int intervals) const {
+  assert(intervals >= 1);
+  State weight = State::Zero();  // of a state that is there n intervals before the end, in the sum of those n
+  double fresh = 0;
+  for (int n = 1; n <= intervals; ++n) {
+    weight = (State::Ones() + weight.cwiseProduct(space_.memory)).eval();
+    fresh += weight.cwiseAbs2().dot(space_.fresh);
+  }
+  weight = weight.cwiseProduct(space_.memory) / intervals;
+  const double variance = weight.dot(covariance_ * weight) + fresh / (static_cast<double>(intervals) * intervals);
+  return {weight.dot(state_), std::sqrt(variance)};
+}
+
+std::vector<TrackedInterval> track(const StateSpace& space, const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h) {
+  BiasTracker tracker(space);
+  std::vector<TrackedInterval> intervals;
+  intervals.reserve(static_cast<std::size_t>(rates_deg_per_h.size()));
+  for (const double rate : rates_deg_per_h) intervals.push_back(tracker.push(rate));
+  return intervals;
+}
+
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/consistency.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace gyrotherm::tracking {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr int kMostTerms = 10000;
+
+/// γ(a, x)/Γ(a), for x < a + 1.
+double lower_series(double a, double x) {
+  double term = 1 / a, sum = term;
+  for (int n = 1; n < kMostTerms && term > sum * std::numeric_limits<double>::epsilon(); ++n) {
+    term *= x / (a + n);
+    sum += term;
+  }
+  return sum * std::exp(a * std::log(x) - x - std::lgamma(a));
+}
+
+/// Γ(a, x)/Γ(a), for x ≥ a + 1, by the method of Lentz.
+double upper_fraction(double a, double x) {
+  constexpr double kTiny = 1e-300;
+  double b = x + 1 - a, c = 1 / kTiny, d = 1 / b, value = d;
+  for (int n = 1; n < kMostTerms; ++n) {
+    const double numerator = n * (a - n);
+    b += 2;
+    d = numerator * d + b;
+    c = b + numerator / c;
+    d = 1 / (d == 0 ? kTiny : d);
+    c = c == 0 ? kTiny : c;
+    value *= c * d;
+    if (std::abs(c * d - 1) < std::numeric_limits<double>::epsilon()) break;
+  }
+  return value * std::exp(a * std::log(x) - x - std::lgamma(a));
+}
+
+}  // namespace
+
+double chi_squared_exceeds(double value, double freedom) {
+  assert(value >= 0 && freedom > 0);
+  const double a = freedom / 2, x = value / 2;
+  if (x == 0) return 1;
+  return x < a + 1 ? 1 - lower_series(a, x) : upper_fraction(a, x);
+}
+
+Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags) {
+  assert(lags >= 1);
+  Whiteness whiteness{.lags = lags, .probability = kUnknown};
+  double squares = 0;
+  int count = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    squares += value * value;
+    ++count;
+  }
+  if (count <= 2 * lags || squares == 0) return whiteness;
+  const double variance = squares / count;
+  for (Eigen::Index lag = 1; lag <= lags; ++lag) {
+    double products = 0;
+    int pairs = 0;
+    for (Eigen::Index k = lag; k < values.size(); ++k) {
+      if (!std::isfinite(values(k)) || !std::isfinite(values(k - lag))) continue;
+      products += values(k) * values(k - lag);
+      ++pairs;
+    }
+    if (pairs == 0) continue;
+    const double correlation = products / (variance * count);
+    whiteness.statistic += correlation * correlation / pairs;
+  }
+  whiteness.statistic *= static_cast<double>(count) * (count + 2);
+  whiteness.probability = chi_squared_exceeds(whiteness.statistic, lags);
+  return whiteness;
+}
+
+Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::size_t settling) {
+  constexpr int kLags = 20;
+  Consistency consistency{.mean_square = kUnknown, .low = kUnknown, .high = kUnknown};
+  const std::size_t count = intervals.size() > settling ? intervals.size() - settling : 0;
+  Eigen::VectorXd normalised(static_cast<Eigen::Index>(count));
+  double sum = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const TrackedInterval& interval = intervals[settling + k];
+    const double value = interval.innovation / std::sqrt(interval.innovation_variance);
+    normalised(static_cast<Eigen::Index>(k)) = value;
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++consistency.innovations;
+  }
+  consistency.whiteness = whiteness_of(normalised, kLags);
+  if (consistency.innovations == 0) return consistency;
+  constexpr double kTwoSided95 = 1.959963985;
+  const double bar = kTwoSided95 * std::sqrt(2.0 / consistency.innovations);
+  consistency.mean_square = sum / consistency.innovations;
+  consistency.low = 1 - bar;
+  consistency.high = 1 + bar;
+  return consistency;
+}
+
+}  // namespace gyrotherm::tracking

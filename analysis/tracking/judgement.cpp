@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/judgement.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "analysis/data/allan.hpp"
+#include "analysis/tracking/baselines.hpp"
+#include "analysis/tracking/bias_tracker.hpp"
+#include "core/quantity.hpp"
+#include "core/random.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr Eigen::Index kSettlingHours = 2;
+
+/// The root of the mean of squares that are added one by one; NaN of none.
+struct RootMeanSquare {
+  double sum{};
+  int count{};
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    sum += value * value;
+    ++count;
+  }
+  void add(const RootMeanSquare& more) {
+    sum += more.sum;
+    count += more.count;
+  }
+  [[nodiscard]] double value() const { return count > 0 ? std::sqrt(sum / count) : kNothing; }
+};
+
+/// At place k the mean of the `hour` values that follow it; NaN where one of them is missing.
+Eigen::VectorXd means_of_next(const Eigen::VectorXd& values, Eigen::Index hour) {
+  Eigen::VectorXd means = Eigen::VectorXd::Constant(values.size(), kNothing);
+  for (Eigen::Index k = 0; k + hour < values.size(); ++k) means(k) = values.segment(k + 1, hour).mean();
+  return means;
+}
+
+/// The errors of a denoiser's forecasts of the hours of `values`.
+RootMeanSquare forecast_errors(const Denoised& denoised, const Eigen::VectorXd& values, Eigen::Index hour) {
+  RootMeanSquare errors;
+  const Eigen::VectorXd means = means_of_next(values, hour);
+  for (Eigen::Index k = kSettlingHours * hour; k < values.size(); ++k) errors.add(denoised.next_hour(k) - means(k));
+  return errors;
+}
+
+double rmse_to_truth(const Denoised& denoised, const Eigen::VectorXd& truth, const Denoiser& denoiser,
+                     Eigen::Index hour) {
+  RootMeanSquare errors;
+  const Eigen::Index first = std::max(denoiser.latency, kSettlingHours * hour);
+  for (Eigen::Index k = first; k < truth.size(); ++k) errors.add(denoised.bias(k) - truth(k - denoiser.latency));
+  return errors.value();
+}
+
+/// The standard error of an RMSE of forecasts, one from every interval: an hour's share one another's values.
+double standard_error(const RootMeanSquare& errors, Eigen::Index hour) {
+  const auto whole_hours = errors.count / hour;
+  return whole_hours > 0 ? errors.value() / std::sqrt(2.0 * static_cast<double>(whole_hours)) : kNothing;
+}
+
+/// The values that are there in another order, less their mean.
+Eigen::VectorXd shuffled(const Eigen::VectorXd& values, std::uint64_t seed) {
+  std::vector<Eigen::Index> places;
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    if (std::isfinite(values(k))) places.push_back(k);
+  }
+  Eigen::VectorXd mixed = values;
+  std::mt19937_64 random(seed);
+  for (std::size_t left = places.size(); left > 1; --left) {
+    const auto other = static_cast<std::size_t>(index_below(static_cast<std::int64_t>(left), random));
+    std::swap(mixed(places[left - 1]), mixed(places[other]));
+  }
+  if (!places.empty()) mixed.array() -= values(places).mean();
+  return mixed;
+}
+
+double shuffled_gain(const Denoiser& denoiser, const Eigen::VectorXd& residual, Eigen::Index hour) {
+  constexpr std::uint64_t kShuffles = 8;
+  RootMeanSquare ours, none;
+  for (std::uint64_t seed = 1; seed <= kShuffles; ++seed) {
+    const Eigen::VectorXd values = shuffled(residual, seed);
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(values.size());
+    ours.add(forecast_errors(denoiser.denoise(values), values, hour));
+    none.add(forecast_errors({zero, zero}, values, hour));
+  }
+  return 1 - ours.value() / none.value();
+}
+
+/// The residual less what was said of the bias before it.
+Eigen::VectorXd left_of(const Eigen::VectorXd& residual, const Denoised& denoised) {
+  Eigen::VectorXd left = residual;
+  for (Eigen::Index k = 1; k < left.size(); ++k) left(k) -= denoised.bias(k - 1);
+  return left;
+}
+
+double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::Index intervals) {
+  const auto count = rates.size();
+  const Eigen::VectorXd time_s = interval_s * Eigen::VectorXd::LinSpaced(count, 0, static_cast<double>(count - 1));
+  const auto stretches = data::cut_at_gaps(time_s, rates, interval_s);
+  const bool enough =
+      std::ranges::any_of(stretches.values, [&](const auto& stretch) { return stretch.size() >= 2 * intervals; });
+  return enough ? data::allan_point(stretches, static_cast<int>(intervals)).deviation_deg_per_h : kNothing;
+}
+
+/// What a denoiser says of rates with a change, less what it says of them without it.
+Eigen::VectorXd said_of(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
+  return denoiser.denoise(noise + change).bias - denoiser.denoise(noise).bias;
+}
+
+}  // namespace
+
+Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values, const data::Clusters& clusters) {
+  assert(values.size() == clusters.start_s.size());
+  if (values.size() == 0) return {};
+  const auto place = [&](Eigen::Index k) {
+    return static_cast<Eigen::Index>(std::llround((clusters.start_s(k) - clusters.start_s(0)) / clusters.length_s));
+  };
+  Eigen::VectorXd spaced = Eigen::VectorXd::Constant(place(values.size() - 1) + 1, kNothing);
+  for (Eigen::Index k = 0; k < values.size(); ++k) spaced(place(k)) = values(k);
+  return spaced;
+}
+
+Response response_of(const Denoiser& denoiser, const StateSpace& space) {
+  constexpr double kStep = 1, kRounding = 1e-9, kSlopePerHour = 0.6;  // 0.01 °/h/min
+  constexpr Eigen::Index kDay = 24, kRampHours = 6;
+  const Eigen::Index hour = intervals_of_hour(space.interval_s), begin = kDay * hour, count = 2 * begin;
+  std::mt19937_64 random(1);
+  const Eigen::VectorXd noise = draw(space, count, random).measured_deg_per_h;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(count), ramp = step;
+  step.tail(count - begin).setConstant(kStep);
+  const double rise = kSlopePerHour * space.interval_s / kSecondsPerHour;  // an interval
+  for (Eigen::Index k = begin; k < count; ++k) {
+    ramp(k) = rise * (static_cast<double>(std::min(k - begin, kRampHours * hour)) + 0.5);
+  }
+  const Eigen::VectorXd of_step = said_of(denoiser, noise, step), of_ramp = said_of(denoiser, noise, ramp);
+  Response response{.step_delay_s = kNothing};
+  for (Eigen::Index k = count - 1; k >= begin; --k) {
+    if (of_step(k) >= kStep / 2 - kRounding)
+      response.step_delay_s = static_cast<double>(k + 1 - begin) * space.interval_s;
+  }
+  const Eigen::Index end = begin + kRampHours * hour;
+  response.step_overshoot = std::max(0.0, of_step.tail(count - begin).maxCoeff() / kStep - 1);
+  response.ramp_delay_s = (ramp(end) - of_ramp(end)) / kSlopePerHour * kSecondsPerHour;
+  response.ramp_overshoot_deg_per_h = std::max(0.0, of_ramp.tail(count - begin).maxCoeff() - ramp(end));
+  return response;
+}
+
+Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                const Eigen::VectorXd& true_bias_deg_per_h) {
+  const Eigen::VectorXd& truth = true_bias_deg_per_h;
+  assert(truth.size() == 0 || truth.size() == residual_deg_per_h.size());
+  const StateSpace space = state_space(noise, interval_s);
+  const Eigen::Index hour = intervals_of_hour(interval_s);
+  Judgement judgement{.noise = noise, .interval_s = interval_s, .denoisers = {}, .consistency = {}};
+  for (const Denoiser& denoiser : denoisers(space)) {
+    const Denoised denoised = denoiser.denoise(residual_deg_per_h);
+    const RootMeanSquare errors = forecast_errors(denoised, residual_deg_per_h, hour);
+    judgement.hours = std::max(judgement.hours, errors.count / static_cast<int>(hour));
+    const Eigen::VectorXd left = left_of(residual_deg_per_h, denoised);
+    judgement.denoisers.push_back(
+        {.name = denoiser.name,
+         .latency_s = static_cast<double>(denoiser.latency) * interval_s,
+         .next_hour_rmse = errors.value(),
+         .next_hour_rmse_error = standard_error(errors, hour),
+         .next_hour_rmse_to_truth = forecast_errors(denoised, truth, hour).value(),
+         .rmse_to_truth = rmse_to_truth(denoised, truth, denoiser, hour),
+         .shuffled_gain = shuffled_gain(denoiser, residual_deg_per_h, hour),
+         .allan_interval = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, 1),
+         .allan_hour = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, hour),
+         .response = response_of(denoiser, space)});
+  }
+  judgement.consistency = consistency_of(track(space, residual_deg_per_h), kSettlingHours * hour);
+  return judgement;
+}
+
+}  // namespace gyrotherm::tracking

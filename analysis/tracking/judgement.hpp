@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How good bias tracking and the ways it is compared with are: on a residual, on that residual shuffled, and on a step
+/// and a ramp.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/tracking/consistency.hpp"
+#include "analysis/tracking/state_space.hpp"
+#include "core/form.hpp"
+
+namespace gyrotherm::tracking {
+
+struct Denoiser;  // analysis/tracking/baselines.hpp
+
+/// One value per cluster as a sequence of equal intervals from the first cluster to the last, NaN where there is none.
+[[nodiscard]] Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values,
+                                            const data::Clusters& clusters);
+
+/// What a denoiser makes of a bias that changes amid the noise, less what it makes of the noise alone: of a step of
+/// 1 °/h, and of a ramp of 0.01 °/h/min that ends after 6 h.
+struct Response {
+  double step_delay_s{};              ///< until what it says has half the step; NaN if not within a day
+  double step_overshoot{};            ///< beyond the step, as a part of it
+  double ramp_delay_s{};              ///< how far behind it is where the ramp ends
+  double ramp_overshoot_deg_per_h{};  ///< beyond the ramp's end
+};
+[[nodiscard]] Response response_of(const Denoiser& denoiser, const StateSpace& space);
+
+/// Figures of one denoiser; NaN where there is nothing to judge by, as of the forecasts of one that is late.
+struct DenoiserFigures {
+  std::string name;
+  double latency_s{};
+  double next_hour_rmse{};           ///< °/h: its forecast of an hour less the mean of the rates measured in it
+  double next_hour_rmse_error{};     ///< standard error, by the number of whole hours
+  double next_hour_rmse_to_truth{};  ///< … less the mean of the true bias
+  double rmse_to_truth{};            ///< °/h: what it says of the bias of an interval less the true bias there
+  double shuffled_gain{};   ///< 1 − its next-hour RMSE/that of saying 0, where there is nothing to be followed
+  double allan_interval{};  ///< Allan deviation at one interval of the rate that is left, °/h: the angle's
+  double allan_hour{};      ///< … at an hour
+  Response response;
+};
+
+void describe(auto& form, Like<DenoiserFigures> auto& figures) {
+  form("name", figures.name);
+  form("latency_s", figures.latency_s);
+  form("next_hour_rmse_deg_per_h", known(figures.next_hour_rmse));
+  form("next_hour_rmse_error_deg_per_h", known(figures.next_hour_rmse_error));
+  form("next_hour_rmse_to_truth_deg_per_h", known(figures.next_hour_rmse_to_truth));
+  form("rmse_to_truth_deg_per_h", known(figures.rmse_to_truth));
+  form("shuffled_gain", known(figures.shuffled_gain));
+  form("allan_deviation_of_interval_deg_per_h", known(figures.allan_interval));
+  form("allan_deviation_of_hour_deg_per_h", known(figures.allan_hour));
+  form("step_delay_s", known(figures.response.step_delay_s));
+  form("step_overshoot", known(figures.response.step_overshoot));
+  form("ramp_delay_s", known(figures.response.ramp_delay_s));
+  form("ramp_overshoot_deg_per_h", known(figures.response.ramp_overshoot_deg_per_h));
+}
+
+/// Everything that is said of tracking one residual.
+struct Judgement {
+  BiasNoise noise;
+  double interval_s{};
+  int hours{};  ///< whole ones that were foretold
+  std::vector<DenoiserFigures> denoisers;
+  Consistency consistency;  ///< of the Kalman filter
+};
+
+void describe(auto& form, Like<Judgement> auto& judgement) {
+  form("noise", judgement.noise);
+  form("interval_s", judgement.interval_s);
+  form("hours", judgement.hours);
+  form("denoisers", judgement.denoisers);
+  form("innovations", judgement.consistency);
+}
+
+/// Judges by a residual, means over equal intervals with NaN where one is missing, and by the true bias in each where
+/// that is known (else empty).
+///
+/// Forecasts are made at the end of every interval from the second hour's on, each for the hour that follows, and only
+/// hours without a gap count. The residual that is shuffled (eight times, by seeds) has lost its mean first: what is
+/// left has the same values and no order, so that who still gains on it, gains by chance or by a mistake of the judge.
+/// The rate that is left is the residual less what was said of the bias one interval before: what would be integrated
+/// to an angle.
+[[nodiscard]] Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                              const Eigen::VectorXd& true_bias_deg_per_h = {});
+
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/baselines.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "analysis/tracking/bias_tracker.hpp"
+#include "tests/analysis/tracking/known_bias.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+TEST(TrailingMeans, AreOfTheRatesThatAreThere) {
+  const Eigen::VectorXd rates = (Eigen::VectorXd(6) << kMissing, 1, 2, kMissing, 6, 4).finished();
+  const Eigen::VectorXd expected = (Eigen::VectorXd(6) << 0, 1, 1.5, 1.5, 4, 5).finished();
+  EXPECT_EQ(trailing_means(rates, 3), expected);
+  const Eigen::VectorXd filled = (Eigen::VectorXd(6) << 0, 1, 2, 2, 6, 4).finished();
+  EXPECT_EQ(without_gaps(rates), filled);
+}
+
+TEST(RecursivePrediction, IsTheWeightedLeastSquaresThatItStandsFor) {
+  const Eigen::VectorXd values = white_noise(60, 1);
+  const RecursivePrediction options{.order = 3, .forgetting = 0.95};
+  const Eigen::VectorXd next = predicted_next(values, options);
+  Eigen::MatrixXd normal = values.head(3).squaredNorm() * Eigen::MatrixXd::Identity(3, 3);
+  Eigen::VectorXd right = normal * Eigen::VectorXd::Constant(3, 1.0 / 3);
+  for (Eigen::Index k = 3; k < 60; ++k) {
+    const Eigen::VectorXd before = values.segment(k - 3, 3).reverse();
+    normal = (0.95 * normal + before * before.transpose()).eval();
+    right = (0.95 * right + values(k) * before).eval();
+    const Eigen::VectorXd weights = normal.ldlt().solve(right);
+    EXPECT_NEAR(next(k), weights.dot(values.segment(k - 2, 3).reverse()), 1e-11) << k;
+  }
+}
+
+TEST(RecursivePrediction, ForetellsASineExactlyOnceItKnowsIt) {
+  const Eigen::VectorXd sine =
+      Eigen::VectorXd::NullaryExpr(400, [](Eigen::Index k) { return std::sin(0.3 * static_cast<double>(k)); });
+  const Eigen::VectorXd next = predicted_next(sine, {.order = 2, .forgetting = 0.9});
+  for (Eigen::Index k = 300; k + 1 < 400; ++k) EXPECT_NEAR(next(k), sine(k + 1), 1e-9);
+}
+
+TEST(Denoisers, SayNothingOfARateBeforeItHasCome) {
+  const StateSpace space = virtual_space();
+  Eigen::VectorXd rates = known_bias(400, 1).measured_deg_per_h;
+  rates(120) = kMissing;
+  Eigen::VectorXd other = rates;
+  other.tail(100).array() += 1;
+  std::set<std::string> names;
+  for (const Denoiser& denoiser : denoisers(space)) {
+    names.insert(denoiser.name);
+    const Denoised one = denoiser.denoise(rates), two = denoiser.denoise(other);
+    ASSERT_EQ(one.bias.size(), 400);
+    ASSERT_EQ(one.next_hour.size(), 400);
+    const Eigen::Index known = 300 - denoiser.latency;
+    EXPECT_EQ(one.bias.segment(denoiser.latency, known), two.bias.segment(denoiser.latency, known)) << denoiser.name;
+    EXPECT_EQ(one.next_hour.array().isNaN().all(), denoiser.latency > 0) << denoiser.name;
+    if (denoiser.latency == 0) {
+      EXPECT_EQ(one.next_hour.head(known), two.next_hour.head(known)) << denoiser.name;
+    }
+    EXPECT_TRUE(one.bias.tail(400 - denoiser.latency).allFinite()) << denoiser.name << " has a gap";
+  }
+  EXPECT_EQ(names.size(), 9u);
+}
+
+TEST(Denoisers, OfAConstantSayTheConstant) {
+  const StateSpace space = virtual_space();
+  for (const Denoiser& denoiser : denoisers(space)) {
+    if (denoiser.name == "thermal model alone") continue;
+    const Denoised denoised = denoiser.denoise(Eigen::VectorXd::Constant(3000, 0.01));
+    EXPECT_NEAR(denoised.bias(2999), 0.01, 2e-4) << denoiser.name;
+  }
+}
+
+TEST(Denoisers, OfTheKalmanFilterAreTheTracker) {
+  const StateSpace space = virtual_space();
+  const Eigen::VectorXd rates = known_bias(200, 2).measured_deg_per_h;
+  const auto all = denoisers(space);
+  const auto kalman = std::ranges::find(all, "Kalman", &Denoiser::name);
+  ASSERT_NE(kalman, all.end());
+  BiasTracker tracker(space);
+  for (const double rate : rates) tracker.push(rate);
+  EXPECT_EQ(kalman->denoise(rates).bias(199), tracker.now().deg_per_h);
+  EXPECT_EQ(kalman->denoise(rates).next_hour(199), tracker.forecast(36).deg_per_h);
+}
+
+}  // namespace
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/bias_noise.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/analysis/tracking/known_bias.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+data::Clusters clusters_of(Eigen::Index count) {
+  data::Clusters clusters;
+  clusters.start_s = Eigen::VectorXd::LinSpaced(count, 0, kInterval_s * static_cast<double>(count - 1));
+  return clusters;
+}
+
+TEST(BiasNoise, IsWhatTheResidualWasMadeWith) {
+  BiasNoise made = virtual_noise();
+  made.instability_deg_per_h = 1e-3;
+  made.rate_random_walk_deg_per_h_per_sqrt_h = 0;
+  made.start_deg_per_h = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto noise = noise_of_residual(known_bias(4000, seed, made).measured_deg_per_h, clusters_of(4000));
+    ASSERT_TRUE(noise) << text(noise.error());
+    EXPECT_NEAR(noise->angle_random_walk_deg_per_sqrt_h, 3e-4, 0.15 * 3e-4) << seed;
+    // A tracker cannot tell flicker of this size from a walk that has the same deviation where they matter.
+    const double wander =
+        std::hypot(0.664 * noise->instability_deg_per_h, noise->rate_random_walk_deg_per_h_per_sqrt_h / std::sqrt(3));
+    EXPECT_NEAR(wander, 0.664e-3, 0.25e-3) << seed;
+  }
+}
+
+TEST(BiasNoise, StartsAsUncertainAsTheResidualIsLarge) {
+  Eigen::VectorXd residual = known_bias(1000, 1).measured_deg_per_h;
+  residual(500) = kMissing;
+  const auto noise = noise_of_residual(residual, clusters_of(1000));
+  ASSERT_TRUE(noise);
+  const double squares = residual.head(500).squaredNorm() + residual.tail(499).squaredNorm();
+  EXPECT_NEAR(noise->start_deg_per_h, std::sqrt(squares / 999), 1e-15);
+}
+
+TEST(BiasNoise, NeedsAResidualLongEnough) {
+  const auto noise = noise_of_residual(known_bias(30, 1).measured_deg_per_h, clusters_of(30));
+  ASSERT_FALSE(noise);
+  EXPECT_EQ(noise.error().kind, FaultKind::usage);
+  EXPECT_NE(noise.error().what.find("30 means"), std::string::npos) << noise.error().what;
+}
+
+TEST(BiasNoise, NeedsWhiteNoise) {
+  const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(1000, 0, 1);
+  const auto noise = noise_of_residual(line, clusters_of(1000));
+  ASSERT_FALSE(noise);
+  EXPECT_NE(noise.error().what.find("no angle random walk"), std::string::npos) << noise.error().what;
+}
+
+}  // namespace
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/tracking/judgement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "analysis/tracking/baselines.hpp"
+#include "tests/analysis/tracking/known_bias.hpp"
+
+namespace gyrotherm::tracking {
+namespace {
+
+const DenoiserFigures& of(const Judgement& judgement, const std::string& name) {
+  const auto found = std::ranges::find(judgement.denoisers, name, &DenoiserFigures::name);
+  EXPECT_NE(found, judgement.denoisers.end()) << name;
+  return *found;
+}
+
+constexpr const char* kAlone = "thermal model alone";
+
+/// Judgements of ten known biases over 40 h.
+const std::vector<Judgement>& judgements() {
+  static const std::vector<Judgement> all = [] {
+    std::vector<Judgement> judged;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const DrawnBias known = known_bias(1440, seed);
+      judged.push_back(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
+    }
+    return judged;
+  }();
+  return all;
+}
+
+/// The root of the mean square over the ten.
+double over_all(const std::string& name, double DenoiserFigures::*figure) {
+  double sum = 0;
+  for (const Judgement& judgement : judgements()) sum += std::pow(of(judgement, name).*figure, 2);
+  return std::sqrt(sum / static_cast<double>(judgements().size()));
+}
+
+TEST(Judgement, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
+  const double kalman = over_all("Kalman", &DenoiserFigures::rmse_to_truth);
+  const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
+  EXPECT_LT(kalman, 5.5e-4) << "a part of the flicker is faster than anybody can follow";
+  EXPECT_LT(hour, 4.5e-4);
+  for (const DenoiserFigures& figures : judgements().front().denoisers) {
+    if (figures.name == "Kalman" || figures.latency_s > 0) continue;
+    EXPECT_GT(over_all(figures.name, &DenoiserFigures::rmse_to_truth), 1.05 * kalman) << figures.name;
+    EXPECT_GT(over_all(figures.name, &DenoiserFigures::next_hour_rmse_to_truth), 1.03 * hour) << figures.name;
+  }
+}
+
+TEST(Judgement, FindsItNearestOfAllThatAnswerAnHourLateToo) {
+  const double kalman = over_all("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
+  EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "what an hour more is worth";
+  EXPECT_LT(kalman, 0.95 * over_all("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
+}
+
+TEST(Judgement, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
+  for (const Judgement& judgement : judgements()) {
+    const DenoiserFigures &alone = of(judgement, kAlone), &kalman = of(judgement, "Kalman");
+    EXPECT_EQ(alone.shuffled_gain, 0);
+    EXPECT_LT(kalman.next_hour_rmse, alone.next_hour_rmse);
+    for (const DenoiserFigures& figures : judgement.denoisers) {
+      EXPECT_EQ(std::isnan(figures.shuffled_gain), figures.latency_s > 0) << figures.name;
+      EXPECT_FALSE(figures.shuffled_gain > 0.02) << figures.name;
+    }
+  }
+}
+
+TEST(Judgement, MeasuresTheHourWithItsOwnNoise) {
+  const double measured = over_all("Kalman", &DenoiserFigures::next_hour_rmse);
+  const double truly = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
+  EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of an hour, 3e-4 °/h";
+}
+
+TEST(Judgement, FindsThatNobodyLowersTheAngleRandomWalk) {
+  for (const Judgement& judgement : judgements()) {
+    const double none = of(judgement, kAlone).allan_interval;
+    for (const DenoiserFigures& figures : judgement.denoisers) {
+      EXPECT_FALSE(figures.allan_interval < 0.99 * none) << figures.name;
+    }
+    EXPECT_LT(of(judgement, "Kalman").allan_interval, 1.04 * none) << "nor does this one raise it much";
+  }
+}
+
+TEST(Judgement, CallsTheInnovationsOfARightNoiseConsistent) {
+  int inside = 0, white = 0;
+  for (const Judgement& judgement : judgements()) {
+    const Consistency& consistency = judgement.consistency;
+    EXPECT_EQ(consistency.innovations, 1440 - 72);
+    inside += consistency.mean_square > consistency.low && consistency.mean_square < consistency.high ? 1 : 0;
+    white += consistency.whiteness.probability > 0.01 ? 1 : 0;
+  }
+  EXPECT_GE(inside, 9);
+  EXPECT_GE(white, 9);
+}
+
+TEST(Judgement, SaysNothingWhereThereIsNothingToJudgeBy) {
+  const Eigen::VectorXd few = known_bias(80, 1).measured_deg_per_h;
+  const Judgement judgement = judge(virtual_noise(), few, kInterval_s);
+  EXPECT_EQ(judgement.hours, 0);
+  for (const DenoiserFigures& figures : judgement.denoisers) {
+    EXPECT_TRUE(std::isnan(figures.next_hour_rmse)) << figures.name;
+    EXPECT_TRUE(std::isnan(figures.rmse_to_truth)) << "no truth was given";
+    EXPECT_TRUE(std::isnan(figures.shuffled_gain));
+  }
+}
+
+TEST(Judgement, CountsOnlyHoursWithoutAGap) {
+  DrawnBias known = known_bias(600, 3);
+  const int whole = judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours;
+  EXPECT_EQ(whole, (600 - 72 - 36) / 36);
+  known.measured_deg_per_h.segment(300, 36).setConstant(kMissing);
+  EXPECT_EQ(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours, (600 - 72 - 36 - 71) / 36);
+}
+
+Response named_response(const std::string& name) {
+  const StateSpace space = virtual_space();
+  const auto all = denoisers(space);
+  return response_of(*std::ranges::find(all, name, &Denoiser::name), space);
+}
+
+TEST(Response, OfTheMeanOfAnHourIsHalfAnHourLate) {
+  const Response response = named_response("mean of the last hour");
+  EXPECT_EQ(response.step_delay_s, 1800);
+  EXPECT_NEAR(response.ramp_delay_s, 1750, 1e-6) << "the mean of 0 … 35 intervals";
+  EXPECT_NEAR(response.step_overshoot, 0, 1e-12);
+  EXPECT_NEAR(response.ramp_overshoot_deg_per_h, 0, 1e-12);
+}
+
+TEST(Response, OfNothingIsNone) {
+  const Response response = named_response(kAlone);
+  EXPECT_TRUE(std::isnan(response.step_delay_s));
+  EXPECT_NEAR(response.ramp_delay_s, 6 * 3600, 51);
+}
+
+TEST(Response, OfTheKalmanFilterIsThatOfALinearFilter) {
+  const Response response = named_response("Kalman");
+  EXPECT_GT(response.step_delay_s, 0.5 * 3600);
+  EXPECT_LT(response.step_delay_s, 3600);
+  EXPECT_LT(response.step_overshoot, 0.05);
+  EXPECT_GT(response.ramp_delay_s, 3600);
+  EXPECT_LT(response.ramp_delay_s, 4 * 3600);
+  EXPECT_LT(response.ramp_overshoot_deg_per_h, 0.1);
+}
+
+TEST(EvenlySpaced, PutsEachClusterInItsPlace) {
+  data::Clusters clusters;
+  clusters.start_s = Eigen::Vector4d{300, 400, 700, 800};
+  const Eigen::VectorXd spaced = evenly_spaced(Eigen::Vector4d{1, 2, 3, 4}, clusters);
+  ASSERT_EQ(spaced.size(), 6);
+  EXPECT_EQ(spaced(0), 1);
+  EXPECT_EQ(spaced(1), 2);
+  EXPECT_TRUE(std::isnan(spaced(2)) && std::isnan(spaced(3)));
+  EXPECT_EQ(spaced(4), 3);
+  EXPECT_EQ(spaced(5), 4);
+}
+
+}  // namespace
+}  // namespace gyrotherm::tracking

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Biases that are known: made by the noise of the default virtual gyro, and their exact statistics.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+#include "analysis/tracking/state_space.hpp"
+#include "tests/analysis/synthetic_run.hpp"
+
+namespace gyrotherm::tracking {
+
+inline constexpr double kInterval_s = 100;
+inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+/// N, B and K of profiles/rigs/virtual.toml, and a turn-on as its residuals have it.
+[[nodiscard]] inline BiasNoise virtual_noise() {
+  return {.angle_random_walk_deg_per_sqrt_h = 3e-4,
+          .instability_deg_per_h = 4e-4,
+          .rate_random_walk_deg_per_h_per_sqrt_h = 3e-5,
+          .start_deg_per_h = 2e-3};
+}
+
+[[nodiscard]] inline StateSpace virtual_space() { return state_space(virtual_noise(), kInterval_s); }
+
+/// Independent numbers of the normal distribution of mean 0 and standard deviation 1.
+[[nodiscard]] inline Eigen::VectorXd white_noise(Eigen::Index count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
+}
+
+/// A bias of that noise, its flicker made by another way than this room's Markov processes (Kasdin's filter), with a
+/// turn-on of its own, and what is measured of it.
+[[nodiscard]] inline DrawnBias known_bias(Eigen::Index intervals, std::uint64_t seed,
+                                          const BiasNoise& noise = virtual_noise()) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  DrawnBias known;
+  const double turn_on = noise.start_deg_per_h * normal(random);
+  known.bias_deg_per_h =
+      data::simulate({.B = noise.instability_deg_per_h, .K = noise.rate_random_walk_deg_per_h_per_sqrt_h}, intervals,
+                     kInterval_s, random)
+          .array() +
+      turn_on;
+  known.measured_deg_per_h = known.bias_deg_per_h + data::simulate({.N = noise.angle_random_walk_deg_per_sqrt_h},
+                                                                   intervals, kInterval_s, random);
+  return known;
+}
+
+/// The covariance of the bias in each interval with that in each other.
+[[nodiscard]] inline Eigen::MatrixXd covariance_of_bias(const StateSpace& space, Eigen::Index intervals) {
+  return Eigen::MatrixXd::NullaryExpr(intervals, intervals, [&](Eigen::Index i, Eigen::Index j) {
+    double sum = space.start(0) + space.fresh(0) * static_cast<double>(std::min(i, j));
+    for (Eigen::Index m = 1; m < kStates; ++m) {
+      sum += space.start(m) * std::pow(space.memory(m), static_cast<double>(std::abs(i - j)));
+    }
+    return sum;
+  });
+}
+
+/// Mean and standard deviation of Σ_k weight_k bias_k, given the rates that are not missing: the conditional normal
+/// distribution, by one dense solution.
+struct Posterior {
+  double mean{}, std{};
+};
+[[nodiscard]] inline Posterior posterior(const StateSpace& space, const Eigen::VectorXd& weights,
+                                         const Eigen::VectorXd& rates) {
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index k = 0; k < rates.size(); ++k) {
+    if (std::isfinite(rates(k))) seen.push_back(k);
+  }
+  const Eigen::MatrixXd prior = covariance_of_bias(space, weights.size());
+  const Eigen::VectorXd reach = (prior * weights)(seen);
+  Eigen::MatrixXd measured = prior(seen, seen);
+  measured.diagonal().array() += space.white;
+  const Eigen::LDLT<Eigen::MatrixXd> solver(measured);
+  const Eigen::VectorXd values = rates(seen);
+  return {reach.dot(solver.solve(values)), std::sqrt(weights.dot(prior * weights) - reach.dot(solver.solve(reach)))};
+}
+
+}  // namespace gyrotherm::tracking

@@ -301,6 +301,21 @@ TEST(AllanFit, EachTermIsReadOffAtItsOwnTime) {
   }
 }
 
+TEST(AllanFit, OfChosenTermsSeesNoOther) {
+  const RateStretches rates = simulated({.Q = 1e-5, .N = 3e-4, .B = 1e-3}, 1, 20000, 11);
+  const AllanCurve curve = allan_curve(rates);
+  const AllanFit all = fit_allan(curve, rates);
+  ASSERT_TRUE(of(all, NoiseTerm::quantisation).seen);
+  const AllanFit same = fit_allan(curve, rates,
+                                  {NoiseTerm::rate_ramp, NoiseTerm::quantisation, NoiseTerm::angle_random_walk,
+                                   NoiseTerm::bias_instability, NoiseTerm::rate_random_walk});
+  const AllanFit two = fit_allan(curve, rates, {NoiseTerm::angle_random_walk, NoiseTerm::bias_instability});
+  for (std::size_t k = 0; k < kNoiseTerms; ++k) EXPECT_EQ(same.coefficients[k].value, all.coefficients[k].value);
+  EXPECT_FALSE(of(two, NoiseTerm::quantisation).seen);
+  EXPECT_GT(of(two, NoiseTerm::angle_random_walk).value, of(all, NoiseTerm::angle_random_walk).value)
+      << "what is not fitted goes to what is";
+}
+
 TEST(AllanFit, OfAConstantSeesNothing) {
   const RateStretches rates{.interval_s = 1, .values = {Eigen::VectorXd::Constant(200, 0.25)}};
   for (const NoiseCoefficient& coefficient : fitted(rates).coefficients) EXPECT_FALSE(coefficient.seen);

@@ -36,12 +36,12 @@ struct Consistency {
 
 void describe(auto& form, Like<Consistency> auto& consistency) {
   form("innovations", consistency.innovations);
-  form("normalised_innovation_squared", known(consistency.mean_square));
-  form("expected_from", known(consistency.low));
-  form("expected_to", known(consistency.high));
-  form("ljung_box", known(consistency.whiteness.statistic));
+  form("normalised_innovation_squared", consistency.mean_square);
+  form("expected_from", consistency.low);
+  form("expected_to", consistency.high);
+  form("ljung_box", consistency.whiteness.statistic);
   form("ljung_box_lags", consistency.whiteness.lags);
-  form("ljung_box_probability", known(consistency.whiteness.probability));
+  form("ljung_box_probability", consistency.whiteness.probability);
 }
 
 }  // namespace gyrotherm::tracking

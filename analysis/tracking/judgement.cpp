@@ -10,6 +10,7 @@
 #include "analysis/data/allan.hpp"
 #include "analysis/tracking/baselines.hpp"
 #include "analysis/tracking/bias_tracker.hpp"
+#include "analysis/tracking/smoothing.hpp"
 #include "core/quantity.hpp"
 #include "core/random.hpp"
 
@@ -151,13 +152,31 @@ Response response_of(const Denoiser& denoiser, const StateSpace& space) {
   return response;
 }
 
+TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s) {
+  const StateSpace space = state_space(noise, interval_s);
+  const auto numbers = [](const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); };
+  const SmoothedBias smoothed = smooth(space, residual_deg_per_h);
+  TrackedSeries series{.residual = numbers(residual_deg_per_h),
+                       .foretold = {},
+                       .smoothed = numbers(smoothed.deg_per_h),
+                       .smoothed_std = numbers(smoothed.std_deg_per_h)};
+  for (const TrackedInterval& interval : track(space, residual_deg_per_h)) {
+    series.foretold.push_back(interval.predicted.sum());
+  }
+  return series;
+}
+
 Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
                 const Eigen::VectorXd& true_bias_deg_per_h) {
   const Eigen::VectorXd& truth = true_bias_deg_per_h;
   assert(truth.size() == 0 || truth.size() == residual_deg_per_h.size());
   const StateSpace space = state_space(noise, interval_s);
   const Eigen::Index hour = intervals_of_hour(interval_s);
-  Judgement judgement{.noise = noise, .interval_s = interval_s, .denoisers = {}, .consistency = {}};
+  Judgement judgement{.noise = noise,
+                      .interval_s = interval_s,
+                      .steady_gain = steady_state(space).gain.sum(),
+                      .denoisers = {},
+                      .series = {}};
   for (const Denoiser& denoiser : denoisers(space)) {
     const Denoised denoised = denoiser.denoise(residual_deg_per_h);
     const RootMeanSquare errors = forecast_errors(denoised, residual_deg_per_h, hour);
@@ -175,6 +194,7 @@ Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_
          .allan_hour = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, hour),
          .response = response_of(denoiser, space)});
   }
+  judgement.series = series_of(noise, residual_deg_per_h, interval_s);
   judgement.consistency = consistency_of(track(space, residual_deg_per_h), kSettlingHours * hour);
   return judgement;
 }

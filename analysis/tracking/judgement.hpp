@@ -47,34 +47,54 @@ struct DenoiserFigures {
 void describe(auto& form, Like<DenoiserFigures> auto& figures) {
   form("name", figures.name);
   form("latency_s", figures.latency_s);
-  form("next_hour_rmse_deg_per_h", known(figures.next_hour_rmse));
-  form("next_hour_rmse_error_deg_per_h", known(figures.next_hour_rmse_error));
-  form("next_hour_rmse_to_truth_deg_per_h", known(figures.next_hour_rmse_to_truth));
-  form("rmse_to_truth_deg_per_h", known(figures.rmse_to_truth));
-  form("shuffled_gain", known(figures.shuffled_gain));
-  form("allan_deviation_of_interval_deg_per_h", known(figures.allan_interval));
-  form("allan_deviation_of_hour_deg_per_h", known(figures.allan_hour));
-  form("step_delay_s", known(figures.response.step_delay_s));
-  form("step_overshoot", known(figures.response.step_overshoot));
-  form("ramp_delay_s", known(figures.response.ramp_delay_s));
-  form("ramp_overshoot_deg_per_h", known(figures.response.ramp_overshoot_deg_per_h));
+  form("next_hour_rmse_deg_per_h", figures.next_hour_rmse);
+  form("next_hour_rmse_error_deg_per_h", figures.next_hour_rmse_error);
+  form("next_hour_rmse_to_truth_deg_per_h", figures.next_hour_rmse_to_truth);
+  form("rmse_to_truth_deg_per_h", figures.rmse_to_truth);
+  form("shuffled_gain", figures.shuffled_gain);
+  form("allan_deviation_of_interval_deg_per_h", figures.allan_interval);
+  form("allan_deviation_of_hour_deg_per_h", figures.allan_hour);
+  form("step_delay_s", figures.response.step_delay_s);
+  form("step_overshoot", figures.response.step_overshoot);
+  form("ramp_delay_s", figures.response.ramp_delay_s);
+  form("ramp_overshoot_deg_per_h", figures.response.ramp_overshoot_deg_per_h);
+}
+
+/// A residual as it was tracked and as it is known afterwards, an interval each, °/h: for drawings.
+struct TrackedSeries {
+  std::vector<double> residual;                ///< NaN where it is missing
+  std::vector<double> foretold;                ///< the bias, by the intervals before
+  std::vector<double> smoothed, smoothed_std;  ///< by all of them: no part of any figure
+};
+[[nodiscard]] TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h,
+                                      double interval_s);
+
+void describe(auto& form, Like<TrackedSeries> auto& series) {
+  form("residual_deg_per_h", series.residual);
+  form("foretold_deg_per_h", series.foretold);
+  form("smoothed_deg_per_h", series.smoothed);
+  form("smoothed_std_deg_per_h", series.smoothed_std);
 }
 
 /// Everything that is said of tracking one residual.
 struct Judgement {
   BiasNoise noise;
   double interval_s{};
-  int hours{};  ///< whole ones that were foretold
+  double steady_gain{};  ///< where that of the Kalman filter settles: what of an innovation it takes for bias
+  int hours{};           ///< whole ones that were foretold
   std::vector<DenoiserFigures> denoisers;
-  Consistency consistency;  ///< of the Kalman filter
+  Consistency consistency{};  ///< of the Kalman filter
+  TrackedSeries series;
 };
 
 void describe(auto& form, Like<Judgement> auto& judgement) {
   form("noise", judgement.noise);
   form("interval_s", judgement.interval_s);
+  form("steady_gain", judgement.steady_gain);
   form("hours", judgement.hours);
   form("denoisers", judgement.denoisers);
   form("innovations", judgement.consistency);
+  form("series", judgement.series);
 }
 
 /// Judges by a residual, means over equal intervals with NaN where one is missing, and by the true bias in each where

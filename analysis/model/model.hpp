@@ -16,6 +16,7 @@
 #include "analysis/model/budget.hpp"
 #include "analysis/model/selection.hpp"
 #include "analysis/svm/tuning.hpp"
+#include "analysis/tracking/bias_noise.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {
@@ -66,8 +67,9 @@ struct Model {
   data::Figures
       leave_cycle_out;  ///< each fold predicted by a model refitted without it, selection and scaling included
   std::optional<data::Figures> nested_leave_cycle_out;  ///< the same, hyper-parameters chosen without the fold too
-  Eigen::VectorXd leave_cycle_out_residual;  ///< per training cluster, °/h (kept in the file for the report)
-  Eigen::RowVectorXd input_min, input_max;   ///< trained range of each term, unscaled
+  Eigen::VectorXd leave_cycle_out_residual;           ///< per training cluster, °/h (kept in the file for the report)
+  std::optional<tracking::BiasNoise> residual_noise;  ///< of that residual, if it is long enough: for bias tracking
+  Eigen::RowVectorXd input_min, input_max;            ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
   std::optional<Uncertainty> uncertainty;  ///< of what it leaves, as it was trained
 };

@@ -223,6 +223,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form.if_there("nested_leave_cycle_out", model.nested_leave_cycle_out.has_value(), model.nested_leave_cycle_out);
   form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
                        [&](auto& tuning) { describe_tuning(tuning, model); });
+  form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
   form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
 }

@@ -244,6 +244,7 @@ Result<void> judge_held_out(Model& model, const TrainingContext& context, const 
   if (!residual) return failure(residual.error());
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = figures_of(*residual, clusters);
+  if (const auto noise = tracking::noise_of_residual(*residual, clusters)) model.residual_noise = *noise;
   model.leave_cycle_out_residual = std::move(*residual);
   if (!nested) return {};
   if (estimator.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold

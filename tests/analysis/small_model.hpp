@@ -39,6 +39,10 @@ namespace gyrotherm::data {
   model.in_sample = {0.002, 1e-5, 0.0021, 0.01, 2216};
   model.leave_cycle_out = {0.003, 2e-5, 0.0031, 0.02, 2216};
   model.leave_cycle_out_residual = Eigen::Vector3d{0.1, -0.2, 1e-300};
+  model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = 0.05,
+                          .instability_deg_per_h = 0.02,
+                          .rate_random_walk_deg_per_h_per_sqrt_h = 1.0 / 3,
+                          .start_deg_per_h = 0.25};
   model.input_min = Eigen::RowVector2d{-1, -5};
   model.input_max = Eigen::RowVector2d{1, 5};
   model.warnings = {"careful"};

@@ -115,6 +115,8 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
               {replaced(good, "\"b\": 0.125,", ""), "function.b"},
               {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "function.parameters.sigma"},
               {replaced(good, "\"beta\": [", "\"beta\": [1,"), "function.beta"},
+              {replaced(good, "\"angle_random_walk_deg_per_sqrt_h\": 0.05", "\"angle_random_walk_deg_per_sqrt_h\": 0"),
+               "residual_noise.angle_random_walk_deg_per_sqrt_h"},
               {replaced(good, "\"support_vectors\": [", "\"support_vectors\": [[1],"), "function.support_vectors[0]"}};
   for (const auto& law : laws) {
     const auto model = model_from_json(law.json, "m.json");

@@ -34,6 +34,16 @@ TrainingOptions quick_svr(const std::string& inputs) {
   return options;
 }
 
+TEST(TrainedModel, SaysHowItsHeldOutResidualWanders) {
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const auto model = train_on(dataset, linear("seven-point"));
+  ASSERT_TRUE(model) << text(model.error());
+  ASSERT_TRUE(model->residual_noise);
+  EXPECT_NEAR(model->residual_noise->angle_random_walk_deg_per_sqrt_h, 0.02 / 60, 0.2 * 0.02 / 60)
+      << "0.02 °/h of one second";
+  EXPECT_NEAR(model->residual_noise->start_deg_per_h, model->leave_cycle_out.rmse, 1e-12);
+}
+
 TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
   struct Law {
     const char* inputs;

@@ -14,6 +14,7 @@
 #include <set>
 #include <utility>
 
+#include "analysis/model/tracking_export.hpp"
 #include "core/quantity.hpp"
 #include "core/random.hpp"
 
@@ -376,7 +377,7 @@ typedef struct {
 void @name@_start(@name@_stream *stream);
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h);
 
-/* Predicts for a few known temperatures. 0 if what comes out is what it should be, else 1. */
+@tracking@/* Predicts for a few known temperatures. 0 if what comes out is what it should be, else 1. */
 int @name@_self_test(void);
 
 #ifdef __cplusplus
@@ -471,7 +472,7 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
   return result;
 }
 
-@test_mean@@test_before@@test_bias@static const int test_result[] = {@test_result@};
+@tracking@@test_mean@@test_before@@test_bias@static const int test_result[] = {@test_result@};
 
 int @name@_self_test(void) {
   for (int i = 0; i < (int)(sizeof test_result / sizeof test_result[0]); ++i) {
@@ -479,7 +480,7 @@ int @name@_self_test(void) {
     if (@name@_predict(test_mean[i], test_before[i], &bias) != test_result[i]) return 1;
     if (!(fabs(bias - test_bias[i]) <= @tolerance@)) return 1;
   }
-  return 0;
+@test_tracking@  return 0;
 }
 )";
 
@@ -512,12 +513,15 @@ std::string results_of(const KnownAnswers& answers) {
   return fmt::format("{}", fmt::join(results, ", "));
 }
 
+/// The whole seconds of a cluster.
+int seconds_of(const Model& model) { return static_cast<int>(std::max(1LL, std::llround(model.cluster_length_s))); }
+
 Words header_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
   const Words own{{"name", std::string(name)}};
   return {{"name", std::string(name)},
           {"provenance", c_provenance(model)},
           {"thermometers", fmt::format("{}", names.size())},
-          {"seconds", fmt::format("{}", std::max(1LL, std::llround(model.cluster_length_s)))},
+          {"seconds", fmt::format("{}", seconds_of(model))},
           {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
           {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
           {"past", rates ? c_filled(kPast, own) : ""}};
@@ -585,15 +589,18 @@ std::string c_filled(std::string_view text, const std::map<std::string, std::str
   }
 }
 
-Result<CProgram> to_c(const Model& model, std::string_view name) {
+Result<CProgram> to_c(const Model& model, std::string_view name, const std::optional<tracking::BiasNoise>& noise) {
   if (name != c_name(name)) {
     return failure(FaultKind::usage, "C export",
                    fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
   }
   const std::vector<std::string> names = thermometers_of(model);
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
-  return CProgram{c_filled(kHeader, header_words(model, name, names, rates)),
-                  c_filled(kSource, source_words(model, name, names, rates))};
+  const TrackingInC tracking = noise ? tracking_in_c(*noise, seconds_of(model), name) : TrackingInC{};
+  Words of_header = header_words(model, name, names, rates), of_source = source_words(model, name, names, rates);
+  of_header.insert({"tracking", tracking.declarations});
+  of_source.insert({{"tracking", tracking.definitions}, {"test_tracking", tracking.test}});
+  return CProgram{c_filled(kHeader, of_header), c_filled(kSource, of_source)};
 }
 
 double c_tolerance_deg_per_h(const Model& model) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -25,9 +26,12 @@ struct CProgram {
 ///                 `predict` does it, in double, inputs outside the trained range clamped to it as Outside::clamp does;
 ///   NAME_push     the same from a reading a second, in a struct of fixed size, as CompensationStream does it;
 ///   NAME_self_test  0 if the values that this program predicted for a few means come out again.
+/// and, where the noise of what it leaves is given,
+///   NAME_track     the bias that is left, from a compensated rate a second while at rest, as RestTracker does it.
 /// Each tells in its return value what was outside or missing. They agree with `predict` to c_tolerance_deg_per_h.
 /// Fails with usage if `name` cannot begin the names of a C program.
-[[nodiscard]] Result<CProgram> to_c(const Model& model, std::string_view name);
+[[nodiscard]] Result<CProgram> to_c(const Model& model, std::string_view name,
+                                    const std::optional<tracking::BiasNoise>& noise = {});
 
 /// How far the exported program may lie from `predict`: 1e-12 of the target's STD; where the weights of the function
 /// add up to more than 1000, so much more of it, since the rounding of their sum then shows.

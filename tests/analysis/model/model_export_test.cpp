@@ -14,6 +14,7 @@
 #include "analysis/model/model.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/model/training.hpp"
+#include "analysis/tracking/rest_tracker.hpp"
 #include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
@@ -234,6 +235,78 @@ TEST(CExport, ItsSelfTestFindsAWrongTable) {
   place.write("main.c", kDriver);
   ASSERT_EQ(place.run(std::string(kCompile) + " gyro.c main.c -o program -lm"), 0);
   EXPECT_EQ(place.run("./program < /dev/null"), 1);
+}
+
+/// Reads rates and whether the gyro is at rest, a line each, and answers with what is left of the bias.
+constexpr const char* kTrackingDriver = R"(#include <stdio.h>
+#include <stdlib.h>
+#include "gyro.h"
+
+int main(void) {
+  static gyro_tracker tracker;
+  char rate[64];
+  int at_rest;
+  if (gyro_self_test() != 0) return 1;
+  gyro_track_start(&tracker);
+  while (scanf("%63s %d", rate, &at_rest) == 2) printf("%.17g\n", gyro_track(&tracker, strtod(rate, NULL), at_rest));
+  return 0;
+}
+)";
+
+/// A program of the small model with a tracker, compiled; its self-test has not been run.
+CProgram compile_tracking(const Workplace& place, CProgram program) {
+  place.write("gyro.h", program.header);
+  place.write("gyro.c", program.source);
+  place.write("main.c", kTrackingDriver);
+  EXPECT_EQ(place.run(std::string(kCompile) + " -O1 gyro.c main.c -o program -lm"), 0);
+  return program;
+}
+
+TEST(CExport, TracksWhatIsTrackedHere) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Model model = data::small_svr_model();
+  const tracking::StateSpace space = state_space(*model.residual_noise, model.cluster_length_s);
+  const Workplace place;
+  compile_tracking(place, *to_c(model, "gyro", model.residual_noise));
+  tracking::RestTracker tracker(space, 100);
+  std::mt19937_64 random(3);
+  std::string lines;
+  std::vector<double> expected;
+  for (const double mean : draw(space, 400, random).measured_deg_per_h) {
+    const bool moves = random() % 10 == 0;
+    for (int row = 0; row < 100; ++row) {
+      const double rate = random() % 5000 == 0 ? std::nan("") : mean + (moves ? 1000 : row % 7);
+      expected.push_back(tracker.push(rate, !moves).deg_per_h);
+      lines += fmt::format("{:.17g} {}\n", rate, moves ? 0 : 1);
+    }
+  }
+  place.write("in", lines);
+  ASSERT_EQ(place.run("./program < in > out"), 0) << "1: the self-test fails";
+  std::ifstream out = place.read("out");
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    double left{};
+    ASSERT_TRUE(out >> left) << i;
+    ASSERT_NEAR(left, expected[i], 1e-12) << i;
+  }
+}
+
+TEST(CExport, ItsSelfTestFindsAWrongConstantOfTheTracker) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Workplace place;
+  const Model model = data::small_svr_model();
+  auto program = *to_c(model, "gyro", model.residual_noise);
+  const auto at = program.source.find("white = ") + 8;
+  program.source.replace(at, 3, "1.5");
+  compile_tracking(place, program);
+  EXPECT_EQ(place.run("./program < /dev/null"), 1);
+}
+
+TEST(CExport, TracksOnlyIfTheNoiseIsGiven) {
+  const Model model = data::small_svr_model();
+  EXPECT_EQ(to_c(model, "gyro")->header.find("track"), std::string::npos);
+  const auto program = *to_c(model, "gyro", model.residual_noise);
+  for (const char* words : {"0.05 deg/sqrt(h)", "0.02 deg/h", "0.333 deg/h/sqrt(h)", "+-0.25 deg/h"})
+    EXPECT_NE(program.header.find(words), std::string::npos) << words;
 }
 
 TEST(CExport, TwoGyrosLiveInOneProgram) {

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/tracking_export.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "analysis/model/model_export.hpp"
+#include "analysis/tracking/rest_tracker.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr const char* kDeclarations =
+    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest. Of what is
+   left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h, rate random walk @K@ deg/h/sqrt(h),
+   at the start +-@start@ deg/h. Its gain settles at @gain@. All that it needs to remember is in its tracker. */
+#define @name@_STATES @states@
+typedef struct {
+  double state[@name@_STATES];                      /* parts of the bias: a random walk, Markov processes */
+  double covariance[@name@_STATES][@name@_STATES]; /* of their errors */
+  double sum;                                       /* of the rates in this block of seconds */
+  double left;                                      /* the bias in this block, foretold */
+  int seconds;                                      /* in this block */
+  int rests;                                        /* in all of them so far */
+  int begun;                                        /* a block has passed */
+} @name@_tracker;
+
+void @name@_track_start(@name@_tracker *tracker);
+
+/* Once a second. rate_deg_per_h: the gyro's, less Earth's and less the bias that @name@_push gave. at_rest: not 0 if the
+   gyro stands still and that rate is known. Returns the bias that is left, to be subtracted too: by the blocks of
+   @name@_SECONDS before this one, so that it takes nothing of a rotation away. */
+double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest);
+
+)";
+
+constexpr const char* kDefinitions =
+    R"(/* Of each state: what a block leaves of it, the variance that a block adds, and that of the start. */
+static const double memory[@name@_STATES] = {@memory@};
+static const double fresh[@name@_STATES] = {@fresh@};
+static const double initial[@name@_STATES] = {@initial@};
+static const double white = @white@; /* variance of a block's mean about the bias */
+
+void @name@_track_start(@name@_tracker *tracker) {
+  for (int i = 0; i < @name@_STATES; ++i) {
+    tracker->state[i] = 0.0;
+    for (int j = 0; j < @name@_STATES; ++j) tracker->covariance[i][j] = i == j ? initial[i] : 0.0;
+  }
+  tracker->sum = 0.0;
+  tracker->left = 0.0;
+  tracker->seconds = 0;
+  tracker->rests = 1;
+  tracker->begun = 0;
+}
+
+static void pass_block(@name@_tracker *tracker) {
+  for (int i = 0; i < @name@_STATES; ++i) {
+    tracker->state[i] *= memory[i];
+    for (int j = 0; j < @name@_STATES; ++j) tracker->covariance[i][j] *= memory[i] * memory[j];
+    tracker->covariance[i][i] += fresh[i];
+  }
+}
+
+/* The covariance in the form of Joseph, which stays symmetric and positive. */
+static void learn_mean(@name@_tracker *tracker, double mean) {
+  double reach[@name@_STATES], gain[@name@_STATES], variance = white, innovation = mean;
+  for (int i = 0; i < @name@_STATES; ++i) {
+    reach[i] = 0.0;
+    for (int j = 0; j < @name@_STATES; ++j) reach[i] += tracker->covariance[i][j];
+    variance += reach[i];
+    innovation -= tracker->state[i];
+  }
+  for (int i = 0; i < @name@_STATES; ++i) {
+    gain[i] = reach[i] / variance;
+    tracker->state[i] += gain[i] * innovation;
+  }
+  for (int i = 0; i < @name@_STATES; ++i) {
+    for (int j = 0; j < @name@_STATES; ++j) {
+      tracker->covariance[i][j] += variance * gain[i] * gain[j] - gain[i] * reach[j] - reach[i] * gain[j];
+    }
+  }
+}
+
+double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest) {
+  const double left = tracker->left;
+  if (at_rest && isfinite(rate_deg_per_h)) {
+    tracker->sum += rate_deg_per_h;
+  } else {
+    tracker->rests = 0;
+  }
+  if (++tracker->seconds < @name@_SECONDS) return left;
+  if (tracker->begun) pass_block(tracker);
+  if (tracker->rests) learn_mean(tracker, tracker->sum / @name@_SECONDS);
+  tracker->left = 0.0;
+  for (int i = 0; i < @name@_STATES; ++i) tracker->left += memory[i] * tracker->state[i];
+  tracker->sum = 0.0;
+  tracker->seconds = 0;
+  tracker->rests = 1;
+  tracker->begun = 1;
+  return left;
+}
+
+/* Rates of a few blocks, which of them were at rest, and what is said after each. */
+static const double test_rate[] = {@rates@};
+static const int test_rest[] = {@rests@};
+static const double test_left[] = {@lefts@};
+
+static int test_tracking(void) {
+  @name@_tracker tracker;
+  @name@_track_start(&tracker);
+  for (int i = 0; i < (int)(sizeof test_rate / sizeof test_rate[0]); ++i) {
+    for (int second = 0; second < @name@_SECONDS; ++second) @name@_track(&tracker, test_rate[i], test_rest[i]);
+    if (!(fabs(tracker.left - test_left[i]) <= @tolerance@)) return 1;
+  }
+  return 0;
+}
+
+)";
+
+std::string numbers(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) {
+    if (!text.empty()) text += ",\n    ";
+    text += c_number(value);
+  }
+  return text;
+}
+
+std::string of_states(const tracking::State& values) { return numbers({values.begin(), values.end()}); }
+
+/// Rates of a few blocks, all but one at rest, and what the tracker says of the bias after each.
+struct KnownTracking {
+  std::vector<double> rates, lefts;
+  std::vector<int> rests;
+};
+
+KnownTracking known_tracking(const tracking::StateSpace& space, int seconds) {
+  constexpr int kBlocks = 10, kMoving = 6;
+  std::mt19937_64 random(1);
+  const Eigen::VectorXd rates = draw(space, kBlocks, random).measured_deg_per_h;
+  KnownTracking known;
+  tracking::RestTracker tracker(space, seconds);
+  for (int block = 0; block < kBlocks; ++block) {
+    const bool rests = block != kMoving;
+    for (int second = 0; second < seconds; ++second) tracker.push(rates(block), rests);
+    known.rates.push_back(rates(block));
+    known.rests.push_back(rests ? 1 : 0);
+    known.lefts.push_back(tracker.tracker().forecast(1).deg_per_h);
+  }
+  return known;
+}
+
+}  // namespace
+
+TrackingInC tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name) {
+  const tracking::StateSpace space = state_space(noise, seconds);
+  const KnownTracking known = known_tracking(space, seconds);
+  constexpr double kPart = 1e-12;
+  const double scale = std::sqrt(space.start.sum() + space.white);
+  const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };
+  const std::map<std::string, std::string, std::less<>> words = {
+      {"name", std::string(name)},
+      {"states", fmt::format("{}", tracking::kStates)},
+      {"N", short_form(noise.angle_random_walk_deg_per_sqrt_h)},
+      {"B", short_form(noise.instability_deg_per_h)},
+      {"K", short_form(noise.rate_random_walk_deg_per_h_per_sqrt_h)},
+      {"start", short_form(noise.start_deg_per_h)},
+      {"gain", short_form(steady_state(space).gain.sum())},
+      {"memory", of_states(space.memory)},
+      {"fresh", of_states(space.fresh)},
+      {"initial", of_states(space.start)},
+      {"white", c_number(space.white)},
+      {"rates", numbers(known.rates)},
+      {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
+      {"lefts", numbers(known.lefts)},
+      {"tolerance", c_number(kPart * scale)}};
+  return {.declarations = c_filled(kDeclarations, words),
+          .definitions = c_filled(kDefinitions, words),
+          .test = "  if (test_tracking() != 0) return 1;\n"};
+}
+
+}  // namespace gyrotherm::model

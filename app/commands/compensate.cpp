@@ -9,35 +9,28 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <iterator>
 #include <optional>
 
 #include "acquisition/record/csv.hpp"
 #include "analysis/model/stream.hpp"
-#include "app/command.hpp"
+#include "analysis/tracking/rest_tracker.hpp"
+#include "app/bias_tracking.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::string_view kBiasColumn = "bias";
+constexpr std::string_view kBiasColumn = "bias", kRestColumn = "at_rest";
 
 struct CompensateArguments {
   std::string model, outside = "clamp";
   bool uncertainty = false;
+  bool unverified = false;
+  BiasTrackingArguments tracking;
 };
-
-/// The header names the thermometers and, last, "bias".
-Result<model::CompensationStream> open_stream(const model::Model& model, std::vector<std::string> header,
-                                              model::Outside outside) {
-  if (header.size() < 2 || header.back() != kBiasColumn) {
-    return failure(FaultKind::bad_file, "stdin:1:1",
-                   "expected a header: the names of the thermometers, then \"bias\", separated by commas");
-  }
-  header.pop_back();
-  return model::CompensationStream::open(model, std::move(header), outside);
-}
 
 /// One line for each row; an empty field where there is no value. With `expanded`, U in a second one, which is empty
 /// too in `rows_outside` the trained range, for which the budget does not speak.
@@ -55,13 +48,62 @@ std::string lines_of(const Eigen::VectorXd& values, const std::optional<double>&
   return lines;
 }
 
-std::string compensated(model::CompensationStream& stream, const record::LiveRows& rows,
-                        const std::optional<double>& expanded) {
+/// What is done with the rows of one input: the model's compensation and, if it is asked for, tracking after it.
+class Compensation {
+ public:
+  using Noise = std::optional<tracking::BiasNoise>;
+  /// The header names the thermometers, then "bias" and, where the bias is tracked, perhaps "at_rest".
+  [[nodiscard]] static Result<Compensation> open(const model::Model& model, std::vector<std::string> header,
+                                                 model::Outside outside, const Noise& noise,
+                                                 const std::optional<double>& expanded);
+
+  [[nodiscard]] std::string answer(const record::LiveRows& rows);
+  [[nodiscard]] long long outside() const { return stream_.outside(); }
+
+ private:
+  explicit Compensation(model::CompensationStream stream) : stream_(std::move(stream)) {}
+
+  model::CompensationStream stream_;
+  std::optional<tracking::RestTracker> tracker_;
+  bool says_rest_ = false;          ///< the last column does
+  std::optional<double> expanded_;  ///< U, °/h, for a column of its own
+};
+
+Result<Compensation> Compensation::open(const model::Model& model, std::vector<std::string> header,
+                                        model::Outside outside, const Noise& noise,
+                                        const std::optional<double>& expanded) {
+  const bool says_rest = noise && header.back() == kRestColumn;
+  if (says_rest) header.pop_back();
+  if (header.size() < 2 || header.back() != kBiasColumn) {
+    return failure(FaultKind::bad_file, "stdin:1:1",
+                   fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas",
+                               noise ? " and, if you like, \"at_rest\"" : ""));
+  }
+  header.pop_back();
+  auto stream = model::CompensationStream::open(model, std::move(header), outside);
+  if (!stream) return failure(stream.error());
+  Compensation compensation(std::move(*stream));
+  compensation.says_rest_ = says_rest;
+  compensation.expanded_ = expanded;
+  if (noise) {
+    const auto rows = std::max(1L, std::lround(model.cluster_length_s));
+    compensation.tracker_.emplace(state_space(*noise, static_cast<double>(rows)), static_cast<int>(rows));
+  }
+  return compensation;
+}
+
+std::string Compensation::answer(const record::LiveRows& rows) {
   const auto columns = static_cast<Eigen::Index>(rows.header().size());
   const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
+  const Eigen::Index bias = columns - (says_rest_ ? 2 : 1);
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  const Eigen::VectorXd values = stream.push(numbers.leftCols(columns - 1), numbers.col(columns - 1));
-  return lines_of(values, expanded, stream.rows_outside());
+  Eigen::VectorXd compensated = stream_.push(numbers.leftCols(bias), numbers.col(bias));
+  if (!tracker_) return lines_of(compensated, expanded_, stream_.rows_outside());
+  for (Eigen::Index row = 0; row < count; ++row) {
+    const bool at_rest = !says_rest_ || numbers(row, bias + 1) > 0;
+    compensated(row) -= tracker_->push(compensated(row), at_rest).deg_per_h;
+  }
+  return lines_of(compensated, expanded_, stream_.rows_outside());
 }
 
 constexpr std::size_t kMostInput = 1 << 20;
@@ -100,9 +142,10 @@ class StandardInput {
   std::string buffer_;
 };
 
-/// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once.
-Result<void> answer(Console& console, const model::Model& model, model::Outside outside,
-                    const std::optional<double>& expanded, std::optional<model::CompensationStream>& stream) {
+/// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once. `open` is called
+/// with the header.
+Result<void> answer(Console& console, const std::function<Result<Compensation>(std::vector<std::string>)>& open,
+                    std::string_view head, std::optional<Compensation>& compensation) {
   StandardInput input;
   record::LiveRows rows("stdin");
   for (bool more = true; more && std::ferror(stdout) == 0;) {
@@ -110,13 +153,13 @@ Result<void> answer(Console& console, const model::Model& model, model::Outside 
     if (!piece) return failure(piece.error());
     more = !piece->empty();
     const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
-    if (!stream && !rows.header().empty()) {
-      auto opened = open_stream(model, rows.header(), outside);
+    if (!compensation && !rows.header().empty()) {
+      auto opened = open(rows.header());
       if (!opened) return failure(opened.error());
-      stream = std::move(*opened);
-      console.data(expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n");
+      compensation = std::move(*opened);
+      console.data(head);
     }
-    if (!rows.numbers().empty()) console.data(compensated(*stream, rows, expanded));
+    if (!rows.numbers().empty()) console.data(compensation->answer(rows));
     rows.forget_rows();
     if (!read) return failure(read.error());
   }
@@ -142,16 +185,30 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
+  if (options.uncertainty && options.tracking.track)
+    return failure(FaultKind::usage, "--uncertainty",
+                   "is of what the model leaves, not of what is tracked: one of the two");
+  const auto noise = noise_to_track(console, *model, options.tracking, options.unverified);
+  if (!noise) return failure(noise.error());
+  if (*noise) {
+    console.say("what is left is tracked, " + describe(**noise) +
+                ": where the gyro moves, a last column at_rest must say 0");
+  }
   console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
                           model->cluster_length_s / 2));
   const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  std::optional<model::CompensationStream> stream;
-  const auto answered = answer(console, *model, *outside, *expanded, stream);
-  if (stream && stream->outside() > 0) {
+  std::optional<Compensation> compensation;
+  const auto open = [&](std::vector<std::string> header) {
+    return Compensation::open(*model, std::move(header), *outside, *noise, *expanded);
+  };
+  const auto answered =
+      answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
+             compensation);
+  if (compensation && compensation->outside() > 0) {
     console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
-                            stream->outside(), name(*outside)));
+                            compensation->outside(), name(*outside)));
   }
   if (!answered) return failure(answered.error());
   return Exit::done;
@@ -170,6 +227,10 @@ void add_compensate(Program& program) {
                      "an empty line) or extrapolate");
   command.add_flag("--uncertainty", options.uncertainty,
                    "a second column: the expanded uncertainty U of a mean over the model's cluster length");
+  add_tracking_options(command, options.tracking,
+                       "also follow the bias that is left while the gyro stands still, by a Kalman filter, and take it "
+                       "away; a last column at_rest, 1 or 0, says when it does");
+  add_unverified_flag(command, options.unverified);
 }
 
 }  // namespace gyrotherm::app

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "analysis/model/model_export.hpp"
-#include "app/command.hpp"
+#include "app/bias_tracking.hpp"
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"
 
@@ -14,6 +14,7 @@ namespace {
 struct ExportModelArguments {
   std::string model, as, out, run;
   bool unverified = false;
+  BiasTrackingArguments tracking;
 };
 
 Result<void> put(Console& console, const std::string& path, const std::string& text) {
@@ -36,7 +37,9 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   if (source.extension() != ".c") {
     return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
   }
-  const auto program = to_c(model, model::c_name(source.stem().string()));
+  const auto noise = noise_to_track(console, model, options.tracking, options.unverified);
+  if (!noise) return failure(noise.error());
+  const auto program = to_c(model, model::c_name(source.stem().string()), *noise);
   if (!program) return failure(program.error());
   auto header = source;
   header.replace_filename(model::c_name(source.stem().string()) + ".h");
@@ -59,6 +62,9 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
   if (options.as == "c" && !options.run.empty()) {
     return failure(FaultKind::usage, "--data", "is for --as libsvm; a C program has a self-test inside");
   }
+  if (options.as != "c" && (options.tracking.track || !options.tracking.noise.empty())) {
+    return failure(FaultKind::usage, "--track", "is for --as c");
+  }
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   if (auto written = write(console, options, *model); !written) return failure(written.error());
@@ -77,6 +83,8 @@ void add_export_model(Program& program) {
   command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
   command.add_option("--out", options.out, "the file (default for libsvm: standard output)");
   command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
+  add_tracking_options(command, options.tracking,
+                       "for c: also a Kalman filter that follows the bias that is left while the gyro stands still");
   add_unverified_flag(command, options.unverified);
 }
 

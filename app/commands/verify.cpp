@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
 #include "analysis/model/verification.hpp"
+#include "analysis/tracking/judgement.hpp"
+#include "app/bias_tracking.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
 #include "core/json.hpp"
@@ -18,6 +21,7 @@ struct VerifyArguments {
   std::string model, clusters, outside = "clamp";
   std::vector<std::string> runs;
   bool unverified = false;
+  BiasTrackingArguments tracking;
 };
 
 std::string row(std::string_view what, const data::Figures& f) {
@@ -95,7 +99,37 @@ std::string describe(const model::Characterisation& result) {
   return text;
 }
 
-std::string describe(const std::string& run, const model::Verification& v, const Behaviour& behaviour) {
+/// "–" where nothing is known.
+std::string figure(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
+}
+
+/// A table of the denoisers, and whether the filter's innovations are what it expects.
+std::string describe(const tracking::Judgement& judgement) {
+  std::string text = fmt::format(
+      "  what is left, followed in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
+      "{:>9} {:>9}\n",
+      judgement.interval_s, app::describe(judgement.noise), fmt::format("{} hours foretold", judgement.hours),
+      "late, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "beyond", "ramp, s", "beyond");
+  for (const tracking::DenoiserFigures& f : judgement.denoisers) {
+    text += fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name,
+                        f.latency_s, figure(f.next_hour_rmse, 5), figure(f.next_hour_rmse_error, 5),
+                        figure(f.shuffled_gain, 3), figure(f.allan_interval, 5), figure(f.allan_hour, 5),
+                        figure(f.response.step_delay_s, 0), figure(f.response.step_overshoot, 3),
+                        figure(f.response.ramp_delay_s, 0), figure(f.response.ramp_overshoot_deg_per_h, 3));
+  }
+  const tracking::Consistency& c = judgement.consistency;
+  return text + fmt::format(
+                    "  Kalman gain {:.3g} in the end; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
+                    "lags, p = {}\n",
+                    judgement.steady_gain, figure(c.mean_square, 3), figure(c.low, 3), figure(c.high, 3),
+                    figure(c.whiteness.statistic, 1), c.whiteness.lags, figure(c.whiteness.probability, 4));
+}
+
+using Tracked = std::optional<tracking::Judgement>;
+
+std::string describe(const std::string& run, const model::Verification& v, const Behaviour& behaviour,
+                     const Tracked& tracked) {
   std::string text =
       fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
                   run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
@@ -106,32 +140,35 @@ std::string describe(const std::string& run, const model::Verification& v, const
     text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
   text += describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
           describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
+  if (tracked) text += describe(*tracked);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
 
-std::string json(const std::string& run, const model::Verification& v, const Behaviour& behaviour) {
-  const Json object{{"run", run},
-                    {"simulated", v.simulated},
-                    {"trained_on_this", v.trained_on_this},
-                    {"raw", json_of(v.raw)},
-                    {"compensated", json_of(v.compensated)},
-                    {"ramps", json_of(v.ramps)},
-                    {"holds", json_of(v.holds)},
-                    {"corners", json_of(v.corners)},
-                    {"to_truth", json_of(v.to_truth)},
-                    {"noise_floor_deg_per_h", v.floor.deg_per_h},
-                    {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
-                    {"noise_floor_statement", v.floor.statement},
-                    {"effective_parameters", json_of(known(v.effective_parameters))},
-                    {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
-                    {"allan", json_of(behaviour.raw)},
-                    {"allan_compensated", json_of(behaviour.compensated)},
-                    {"characterisation", json_of(behaviour.characterisation)},
-                    {"outside_trained_range", v.outside.clusters},
-                    {"outside", json_of(v.outside)},
-                    {"coverage", json_of(v.coverage)},
-                    {"warnings", v.warnings}};
+std::string json(const std::string& run, const model::Verification& v, const Behaviour& behaviour,
+                 const Tracked& tracked) {
+  Json object{{"run", run},
+              {"simulated", v.simulated},
+              {"trained_on_this", v.trained_on_this},
+              {"raw", json_of(v.raw)},
+              {"compensated", json_of(v.compensated)},
+              {"ramps", json_of(v.ramps)},
+              {"holds", json_of(v.holds)},
+              {"corners", json_of(v.corners)},
+              {"to_truth", json_of(v.to_truth)},
+              {"noise_floor_deg_per_h", v.floor.deg_per_h},
+              {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
+              {"noise_floor_statement", v.floor.statement},
+              {"effective_parameters", json_of(known(v.effective_parameters))},
+              {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
+              {"allan", json_of(behaviour.raw)},
+              {"allan_compensated", json_of(behaviour.compensated)},
+              {"characterisation", json_of(behaviour.characterisation)},
+              {"outside_trained_range", v.outside.clusters},
+              {"outside", json_of(v.outside)},
+              {"coverage", json_of(v.coverage)},
+              {"warnings", v.warnings}};
+  if (tracked) object["tracking"] = json_of(*tracked);
   return text_of(object) + "\n";
 }
 
@@ -140,6 +177,8 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
+  const auto noise = noise_to_track(console, *model, options.tracking, options.unverified);
+  if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
   for (const auto& run : options.runs) {
     const auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
@@ -150,7 +189,13 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     const Behaviour behaviour{noise_of_holds(dataset),
                               noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
                               model::characterise(dataset, clusters, verification->residual_deg_per_h)};
-    console.data(console.json ? json(run, *verification, behaviour) : describe(run, *verification, behaviour));
+    Tracked tracked;
+    if (*noise) {
+      const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
+      tracked = judge(**noise, residual, clusters.length_s);
+    }
+    console.data(console.json ? json(run, *verification, behaviour, tracked)
+                              : describe(run, *verification, behaviour, tracked));
     verifications.push_back(std::move(*verification));
   }
   if (const auto between = between_runs(verifications))
@@ -170,6 +215,9 @@ void add_verify(Program& program) {
   command.add_option("--outside", options.outside,
                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
                      "left out of the figures) or extrapolate");
+  add_tracking_options(command, options.tracking,
+                       "also judge how well the bias that is left can be followed while the gyro stands still, by a "
+                       "Kalman filter and by what it is compared with");
   add_unverified_flag(command, options.unverified);
 }
 

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
+#include <string>
 
 #include "tests/app/small_record.hpp"
 
@@ -104,6 +106,55 @@ TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
   EXPECT_FALSE(lines_of(clamped.out)[120].empty());
   EXPECT_TRUE(lines_of(refused.out)[120].empty());
   EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
+}
+
+/// A record long enough to show how its residual wanders.
+class CompensateAndTrack : public Compensate {
+ protected:
+  void SetUp() override {
+    Compensate::SetUp();
+    std::ofstream(folder_ / "long.csv") << small_rows(kRows);
+    const auto imported = gyrotherm_with("import " + (folder_ / "long.csv") + " --map " + (folder_ / "map.toml") +
+                                         " --out " + (folder_ / "long.db"));
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  }
+  /// The rows of a gyro whose bias is larger by 1 °/h, with a last column that says whether it is at rest.
+  static std::string shifted_rows(const std::string& at_rest) {
+    std::string text = "A,B,bias,at_rest\n";
+    for (const auto& line : lines_of(small_rows(kRows))) {
+      const auto comma = line.rfind(',');
+      if (line.front() == 'A') continue;
+      text += line.substr(0, comma + 1) + std::to_string(std::stod(line.substr(comma + 1)) + 1) + "," + at_rest + "\n";
+    }
+    return text;
+  }
+  /// The mean of the last 1000 answers.
+  static double mean_of_last(const Ran& ran) {
+    const auto lines = lines_of(ran.out);
+    double sum = 0;
+    for (std::size_t i = lines.size() - 1000; i < lines.size(); ++i) sum += std::stod(lines[i]);
+    return sum / 1000;
+  }
+  static constexpr int kRows = 9000;
+  [[nodiscard]] std::string options() const { return "--track --noise " + (folder_ / "long.db"); }
+};
+
+TEST_F(CompensateAndTrack, TakesAwayTheBiasThatIsLeftWhileTheGyroIsAtRest) {
+  const auto resting = compensate(shifted_rows("1"), options()), moving = compensate(shifted_rows("0"), options());
+  ASSERT_EQ(resting.exit_code, 0) << resting.err;
+  ASSERT_EQ(moving.exit_code, 0) << moving.err;
+  EXPECT_NE(resting.err.find("what is left is tracked, N "), std::string::npos) << resting.err;
+  EXPECT_LT(std::abs(mean_of_last(resting)), 0.2) << "of 1 °/h";
+  EXPECT_GT(mean_of_last(moving), 0.8) << "what may be a rotation is left alone";
+  EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";
+}
+
+TEST_F(CompensateAndTrack, NeedsToKnowHowTheResidualWanders) {
+  const auto ran = compensate(small_rows(10), "--track");
+  EXPECT_EQ(ran.exit_code, 2) << "its 40 clusters were too few to tell";
+  EXPECT_NE(ran.err.find("--noise"), std::string::npos) << ran.err;
+  EXPECT_EQ(compensate(small_rows(10), "--noise " + (folder_ / "long.db")).exit_code, 2) << "a noise without tracking";
+  EXPECT_EQ(compensate(shifted_rows("1"), "").exit_code, 4) << "at_rest is for tracking";
 }
 
 }  // namespace

@@ -32,6 +32,27 @@ TEST_F(ExportModel, AsCPassesItsSelfTest) {
   EXPECT_EQ(shell(folder_ / "program").exit_code, 0);
 }
 
+TEST_F(ExportModel, AsCWithATrackerPassesItsSelfTest) {
+  if (!installed("gcc")) GTEST_SKIP() << "gcc is not installed";
+  std::ofstream(folder_ / "long.csv") << small_rows(9000);
+  ASSERT_EQ(gyrotherm_with("import " + (folder_ / "long.csv") + " --map " + (folder_ / "map.toml") + " --out " +
+                           (folder_ / "long.db"))
+                .exit_code,
+            0);
+  const std::string command = "export-model " + (folder_ / "model.json") + " --noise " + (folder_ / "long.db");
+  const auto ran = gyrotherm_with(command + " --track --as c --out " + (folder_ / "unit-7.c"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  std::ofstream(folder_ / "main.c") << "#include \"unit_7.h\"\nstatic unit_7_tracker t;\nint main(void) {\n"
+                                       "  unit_7_track_start(&t);\n"
+                                       "  return unit_7_self_test() + (unit_7_track(&t, 0.1, 1) != 0.0);\n}\n";
+  const auto compiled = shell("cd " + (folder_ / ".") +
+                              " && gcc -std=c99 -Wall -Wextra -Werror -pedantic unit-7.c main.c -o program -lm");
+  EXPECT_EQ(compiled.exit_code, 0) << compiled.err;
+  EXPECT_EQ(shell(folder_ / "program").exit_code, 0);
+  EXPECT_EQ(gyrotherm_with(command + " --as c --out " + (folder_ / "unit-7.c")).exit_code, 2) << "without --track";
+  EXPECT_EQ(gyrotherm_with(command + " --track --as libsvm").exit_code, 2);
+}
+
 TEST_F(ExportModel, AsCNeedsAFileThatEndsInC) {
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as c").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as c --out x.txt").exit_code, 2);

@@ -81,5 +81,27 @@ TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
   EXPECT_NE(verified("").out.find("intervals of 95 %"), std::string::npos);
 }
 
+TEST_F(Verify, JudgesTrackingIfItIsAskedTo) {
+  EXPECT_FALSE(figures("").contains("tracking"));
+  const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --track";
+  const auto ran = gyrotherm_with(command + " --json");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto tracking = nlohmann::json::parse(ran.out)["tracking"];
+  EXPECT_NEAR(tracking["noise"]["angle_random_walk_deg_per_sqrt_h"].get<double>(), 3e-4, 1e-4)
+      << "as the virtual gyro is made";
+  EXPECT_GT(tracking["hours"], 0);
+  EXPECT_EQ(tracking["denoisers"].size(), 9u);
+  for (const auto& denoiser : tracking["denoisers"]) {
+    const bool late = denoiser["latency_s"] > 0;
+    EXPECT_EQ(denoiser["next_hour_rmse_deg_per_h"].is_null(), late) << denoiser["name"];
+    EXPECT_TRUE(denoiser["rmse_to_truth_deg_per_h"].is_null()) << "the record does not know it";
+  }
+  EXPECT_EQ(tracking["series"]["smoothed_deg_per_h"].size(), tracking["series"]["residual_deg_per_h"].size());
+  const auto words = gyrotherm_with(command).out;
+  for (const auto* word : {"hours foretold", "thermal model alone", "Kalman, an hour late", "Ljung–Box"})
+    EXPECT_NE(words.find(word), std::string::npos) << words;
+  EXPECT_EQ(verified("--noise " + (*folder_ / "r.db")).exit_code, 2) << "a noise without tracking";
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -15,9 +15,10 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kDeclarations =
-    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest. Of what is
-   left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h, rate random walk @K@ deg/h/sqrt(h),
-   at the start +-@start@ deg/h. Its gain settles at @gain@. All that it needs to remember is in its tracker. */
+    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest. Of
+   what is left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h, rate random walk @K@
+   deg/h/sqrt(h), at the start +-@start@ deg/h. Its gain settles at @gain@. All that it needs to remember is in its
+   tracker. */
 #define @name@_STATES @states@
 typedef struct {
   double state[@name@_STATES];                      /* parts of the bias: a random walk, Markov processes */
@@ -31,8 +32,8 @@ typedef struct {
 
 void @name@_track_start(@name@_tracker *tracker);
 
-/* Once a second. rate_deg_per_h: the gyro's, less Earth's and less the bias that @name@_push gave. at_rest: not 0 if the
-   gyro stands still and that rate is known. Returns the bias that is left, to be subtracted too: by the blocks of
+/* Once a second. rate_deg_per_h: the gyro's, less Earth's and less the bias that @name@_push gave. at_rest: not 0 if
+   the gyro stands still and that rate is known. Returns the bias that is left, to be subtracted too: by the blocks of
    @name@_SECONDS before this one, so that it takes nothing of a rotation away. */
 double @name@_track(@name@_tracker *tracker, double rate_deg_per_h, int at_rest);
 

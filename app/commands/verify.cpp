@@ -7,7 +7,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
 #include "analysis/model/verification.hpp"
-#include "analysis/tracking/judgement.hpp"
+#include "analysis/tracking/assessment.hpp"
 #include "app/bias_tracking.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
@@ -105,28 +105,28 @@ std::string figure(double value, int decimals) {
 }
 
 /// A table of the denoisers, and whether the filter's innovations are what it expects.
-std::string describe(const tracking::Judgement& judgement) {
+std::string describe(const tracking::Assessment& assessment) {
   std::string text = fmt::format(
       "  what is left, followed in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
       "{:>9} {:>9}\n",
-      judgement.interval_s, app::describe(judgement.noise), fmt::format("{} hours foretold", judgement.hours),
+      assessment.interval_s, app::describe(assessment.noise), fmt::format("{} hours foretold", assessment.hours),
       "late, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "beyond", "ramp, s", "beyond");
-  for (const tracking::DenoiserFigures& f : judgement.denoisers) {
+  for (const tracking::DenoiserFigures& f : assessment.denoisers) {
     text += fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name,
                         f.latency_s, figure(f.next_hour_rmse, 5), figure(f.next_hour_rmse_error, 5),
                         figure(f.shuffled_gain, 3), figure(f.allan_interval, 5), figure(f.allan_hour, 5),
                         figure(f.response.step_delay_s, 0), figure(f.response.step_overshoot, 3),
                         figure(f.response.ramp_delay_s, 0), figure(f.response.ramp_overshoot_deg_per_h, 3));
   }
-  const tracking::Consistency& c = judgement.consistency;
+  const tracking::Consistency& c = assessment.consistency;
   return text + fmt::format(
                     "  Kalman gain {:.3g} in the end; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
                     "lags, p = {}\n",
-                    judgement.steady_gain, figure(c.mean_square, 3), figure(c.low, 3), figure(c.high, 3),
+                    assessment.steady_gain, figure(c.mean_square, 3), figure(c.low, 3), figure(c.high, 3),
                     figure(c.whiteness.statistic, 1), c.whiteness.lags, figure(c.whiteness.probability, 4));
 }
 
-using Tracked = std::optional<tracking::Judgement>;
+using Tracked = std::optional<tracking::Assessment>;
 
 std::string describe(const std::string& run, const model::Verification& v, const Behaviour& behaviour,
                      const Tracked& tracked) {

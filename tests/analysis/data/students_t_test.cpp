@@ -13,15 +13,15 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 TEST(StudentsT, HasThePublishedCoverageFactors) {
-  struct Row {
+  struct Published {
     double degrees_of_freedom, of_90, of_95, of_99;
   };
   // GUM (JCGM 100:2008), table G.2.
-  constexpr Row kTable[] = {{1, 6.31, 12.71, 63.66},         {2, 2.92, 4.30, 9.92},  {3, 2.35, 3.18, 5.84},
-                            {5, 2.02, 2.57, 4.03},           {10, 1.81, 2.23, 3.17}, {16, 1.75, 2.12, 2.92},
-                            {30, 1.70, 2.04, 2.75},          {50, 1.68, 2.01, 2.68}, {100, 1.660, 1.984, 2.626},
-                            {kInfinite, 1.645, 1.960, 2.576}};
-  for (const Row& row : kTable) {
+  constexpr Published kTable[] = {{1, 6.31, 12.71, 63.66},         {2, 2.92, 4.30, 9.92},  {3, 2.35, 3.18, 5.84},
+                                  {5, 2.02, 2.57, 4.03},           {10, 1.81, 2.23, 3.17}, {16, 1.75, 2.12, 2.92},
+                                  {30, 1.70, 2.04, 2.75},          {50, 1.68, 2.01, 2.68}, {100, 1.660, 1.984, 2.626},
+                                  {kInfinite, 1.645, 1.960, 2.576}};
+  for (const Published& row : kTable) {
     const double rounding = row.degrees_of_freedom < 100 ? 0.0051 : 0.00051;
     EXPECT_NEAR(coverage_factor(0.90, row.degrees_of_freedom), row.of_90, rounding) << row.degrees_of_freedom;
     EXPECT_NEAR(coverage_factor(0.95, row.degrees_of_freedom), row.of_95, rounding) << row.degrees_of_freedom;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/tracking/judgement.hpp"
+#include "analysis/tracking/assessment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,18 +12,18 @@
 namespace gyrotherm::tracking {
 namespace {
 
-const DenoiserFigures& of(const Judgement& judgement, const std::string& name) {
-  const auto found = std::ranges::find(judgement.denoisers, name, &DenoiserFigures::name);
-  EXPECT_NE(found, judgement.denoisers.end()) << name;
+const DenoiserFigures& of(const Assessment& assessment, const std::string& name) {
+  const auto found = std::ranges::find(assessment.denoisers, name, &DenoiserFigures::name);
+  EXPECT_NE(found, assessment.denoisers.end()) << name;
   return *found;
 }
 
 constexpr const char* kAlone = "thermal model alone";
 
 /// Judgements of ten known biases over 40 h.
-const std::vector<Judgement>& judgements() {
-  static const std::vector<Judgement> all = [] {
-    std::vector<Judgement> judged;
+const std::vector<Assessment>& judgements() {
+  static const std::vector<Assessment> all = [] {
+    std::vector<Assessment> judged;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const DrawnBias known = known_bias(1440, seed);
       judged.push_back(judge(virtual_noise(), known.measured_deg_per_h, kInterval_s, known.bias_deg_per_h));
@@ -36,11 +36,11 @@ const std::vector<Judgement>& judgements() {
 /// The root of the mean square over the ten.
 double over_all(const std::string& name, double DenoiserFigures::*figure) {
   double sum = 0;
-  for (const Judgement& judgement : judgements()) sum += std::pow(of(judgement, name).*figure, 2);
+  for (const Assessment& assessment : judgements()) sum += std::pow(of(assessment, name).*figure, 2);
   return std::sqrt(sum / static_cast<double>(judgements().size()));
 }
 
-TEST(Judgement, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
+TEST(Assessment, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
   const double kalman = over_all("Kalman", &DenoiserFigures::rmse_to_truth);
   const double hour = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_LT(kalman, 5.5e-4) << "a part of the flicker is faster than anybody can follow";
@@ -52,44 +52,44 @@ TEST(Judgement, FindsTheKalmanFilterNearestToTheTruthOfAllThatAnswerAtOnce) {
   }
 }
 
-TEST(Judgement, FindsItNearestOfAllThatAnswerAnHourLateToo) {
+TEST(Assessment, FindsItNearestOfAllThatAnswerAnHourLateToo) {
   const double kalman = over_all("Kalman, an hour late", &DenoiserFigures::rmse_to_truth);
   EXPECT_LT(kalman, 0.95 * over_all("Kalman", &DenoiserFigures::rmse_to_truth)) << "what an hour more is worth";
   EXPECT_LT(kalman, 0.95 * over_all("wavelet, an hour late", &DenoiserFigures::rmse_to_truth));
 }
 
-TEST(Judgement, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
-  for (const Judgement& judgement : judgements()) {
-    const DenoiserFigures &alone = of(judgement, kAlone), &kalman = of(judgement, "Kalman");
+TEST(Assessment, FindsAGainOnEverySeedAndNoneOnTheShuffledOne) {
+  for (const Assessment& assessment : judgements()) {
+    const DenoiserFigures &alone = of(assessment, kAlone), &kalman = of(assessment, "Kalman");
     EXPECT_EQ(alone.shuffled_gain, 0);
     EXPECT_LT(kalman.next_hour_rmse, alone.next_hour_rmse);
-    for (const DenoiserFigures& figures : judgement.denoisers) {
+    for (const DenoiserFigures& figures : assessment.denoisers) {
       EXPECT_EQ(std::isnan(figures.shuffled_gain), figures.latency_s > 0) << figures.name;
       EXPECT_FALSE(figures.shuffled_gain > 0.02) << figures.name;
     }
   }
 }
 
-TEST(Judgement, MeasuresTheHourWithItsOwnNoise) {
+TEST(Assessment, MeasuresTheHourWithItsOwnNoise) {
   const double measured = over_all("Kalman", &DenoiserFigures::next_hour_rmse);
   const double truly = over_all("Kalman", &DenoiserFigures::next_hour_rmse_to_truth);
   EXPECT_NEAR(measured, std::hypot(truly, 3e-4), 3e-5) << "the angle random walk of an hour, 3e-4 °/h";
 }
 
-TEST(Judgement, FindsThatNobodyLowersTheAngleRandomWalk) {
-  for (const Judgement& judgement : judgements()) {
-    const double none = of(judgement, kAlone).allan_interval;
-    for (const DenoiserFigures& figures : judgement.denoisers) {
+TEST(Assessment, FindsThatNobodyLowersTheAngleRandomWalk) {
+  for (const Assessment& assessment : judgements()) {
+    const double none = of(assessment, kAlone).allan_interval;
+    for (const DenoiserFigures& figures : assessment.denoisers) {
       EXPECT_FALSE(figures.allan_interval < 0.99 * none) << figures.name;
     }
-    EXPECT_LT(of(judgement, "Kalman").allan_interval, 1.04 * none) << "nor does this one raise it much";
+    EXPECT_LT(of(assessment, "Kalman").allan_interval, 1.04 * none) << "nor does this one raise it much";
   }
 }
 
-TEST(Judgement, CallsTheInnovationsOfARightNoiseConsistent) {
+TEST(Assessment, CallsTheInnovationsOfARightNoiseConsistent) {
   int inside = 0, white = 0;
-  for (const Judgement& judgement : judgements()) {
-    const Consistency& consistency = judgement.consistency;
+  for (const Assessment& assessment : judgements()) {
+    const Consistency& consistency = assessment.consistency;
     EXPECT_EQ(consistency.innovations, 1440 - 72);
     inside += consistency.mean_square > consistency.low && consistency.mean_square < consistency.high ? 1 : 0;
     white += consistency.whiteness.probability > 0.01 ? 1 : 0;
@@ -98,18 +98,18 @@ TEST(Judgement, CallsTheInnovationsOfARightNoiseConsistent) {
   EXPECT_GE(white, 9);
 }
 
-TEST(Judgement, SaysNothingWhereThereIsNothingToJudgeBy) {
+TEST(Assessment, SaysNothingWhereThereIsNothingToJudgeBy) {
   const Eigen::VectorXd few = known_bias(80, 1).measured_deg_per_h;
-  const Judgement judgement = judge(virtual_noise(), few, kInterval_s);
-  EXPECT_EQ(judgement.hours, 0);
-  for (const DenoiserFigures& figures : judgement.denoisers) {
+  const Assessment assessment = judge(virtual_noise(), few, kInterval_s);
+  EXPECT_EQ(assessment.hours, 0);
+  for (const DenoiserFigures& figures : assessment.denoisers) {
     EXPECT_TRUE(std::isnan(figures.next_hour_rmse)) << figures.name;
     EXPECT_TRUE(std::isnan(figures.rmse_to_truth)) << "no truth was given";
     EXPECT_TRUE(std::isnan(figures.shuffled_gain));
   }
 }
 
-TEST(Judgement, CountsOnlyHoursWithoutAGap) {
+TEST(Assessment, CountsOnlyHoursWithoutAGap) {
   DrawnBias known = known_bias(600, 3);
   const int whole = judge(virtual_noise(), known.measured_deg_per_h, kInterval_s).hours;
   EXPECT_EQ(whole, (600 - 72 - 36) / 36);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/tracking/judgement.hpp"
+#include "analysis/tracking/assessment.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -166,23 +166,23 @@ TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_
   return series;
 }
 
-Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
-                const Eigen::VectorXd& true_bias_deg_per_h) {
+Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                 const Eigen::VectorXd& true_bias_deg_per_h) {
   const Eigen::VectorXd& truth = true_bias_deg_per_h;
   assert(truth.size() == 0 || truth.size() == residual_deg_per_h.size());
   const StateSpace space = state_space(noise, interval_s);
   const Eigen::Index hour = intervals_of_hour(interval_s);
-  Judgement judgement{.noise = noise,
-                      .interval_s = interval_s,
-                      .steady_gain = steady_state(space).gain.sum(),
-                      .denoisers = {},
-                      .series = {}};
+  Assessment assessment{.noise = noise,
+                        .interval_s = interval_s,
+                        .steady_gain = steady_state(space).gain.sum(),
+                        .denoisers = {},
+                        .series = {}};
   for (const Denoiser& denoiser : denoisers(space)) {
     const Denoised denoised = denoiser.denoise(residual_deg_per_h);
     const RootMeanSquare errors = forecast_errors(denoised, residual_deg_per_h, hour);
-    judgement.hours = std::max(judgement.hours, errors.count / static_cast<int>(hour));
+    assessment.hours = std::max(assessment.hours, errors.count / static_cast<int>(hour));
     const Eigen::VectorXd left = left_of(residual_deg_per_h, denoised);
-    judgement.denoisers.push_back(
+    assessment.denoisers.push_back(
         {.name = denoiser.name,
          .latency_s = static_cast<double>(denoiser.latency) * interval_s,
          .next_hour_rmse = errors.value(),
@@ -194,9 +194,9 @@ Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_
          .allan_hour = denoiser.latency > 0 ? kNothing : allan_deviation(left, interval_s, hour),
          .response = response_of(denoiser, space)});
   }
-  judgement.series = series_of(noise, residual_deg_per_h, interval_s);
-  judgement.consistency = consistency_of(track(space, residual_deg_per_h), kSettlingHours * hour);
-  return judgement;
+  assessment.series = series_of(noise, residual_deg_per_h, interval_s);
+  assessment.consistency = consistency_of(track(space, residual_deg_per_h), kSettlingHours * hour);
+  return assessment;
 }
 
 }  // namespace gyrotherm::tracking

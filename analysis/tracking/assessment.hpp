@@ -77,7 +77,7 @@ void describe(auto& form, Like<TrackedSeries> auto& series) {
 }
 
 /// Everything that is said of tracking one residual.
-struct Judgement {
+struct Assessment {
   BiasNoise noise;
   double interval_s{};
   double steady_gain{};  ///< where that of the Kalman filter settles: what of an innovation it takes for bias
@@ -87,14 +87,14 @@ struct Judgement {
   TrackedSeries series;
 };
 
-void describe(auto& form, Like<Judgement> auto& judgement) {
-  form("noise", judgement.noise);
-  form("interval_s", judgement.interval_s);
-  form("steady_gain", judgement.steady_gain);
-  form("hours", judgement.hours);
-  form("denoisers", judgement.denoisers);
-  form("innovations", judgement.consistency);
-  form("series", judgement.series);
+void describe(auto& form, Like<Assessment> auto& assessment) {
+  form("noise", assessment.noise);
+  form("interval_s", assessment.interval_s);
+  form("steady_gain", assessment.steady_gain);
+  form("hours", assessment.hours);
+  form("denoisers", assessment.denoisers);
+  form("innovations", assessment.consistency);
+  form("series", assessment.series);
 }
 
 /// Judges by a residual, means over equal intervals with NaN where one is missing, and by the true bias in each where
@@ -105,7 +105,7 @@ void describe(auto& form, Like<Judgement> auto& judgement) {
 /// left has the same values and no order, so that who still gains on it, gains by chance or by a mistake of the judge.
 /// The rate that is left is the residual less what was said of the bias one interval before: what would be integrated
 /// to an angle.
-[[nodiscard]] Judgement judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
-                              const Eigen::VectorXd& true_bias_deg_per_h = {});
+[[nodiscard]] Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
+                               const Eigen::VectorXd& true_bias_deg_per_h = {});
 
 }  // namespace gyrotherm::tracking

@@ -15,10 +15,10 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kDeclarations =
-    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest. Of
-   what is left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h, rate random walk @K@
-   deg/h/sqrt(h), at the start +-@start@ deg/h. Its gain settles at @gain@. All that it needs to remember is in its
-   tracker. */
+    R"(/* What the compensation leaves of the bias, followed by a Kalman filter while the gyro is known to be at rest.
+   Of what is left it knows: angle random walk @N@ deg/sqrt(h), bias instability @B@ deg/h,
+   rate random walk @K@ deg/h/sqrt(h), at the start +-@start@ deg/h. Its gain settles at @gain@.
+   All that it needs to remember is in its tracker. */
 #define @name@_STATES @states@
 typedef struct {
   double state[@name@_STATES];                      /* parts of the bias: a random walk, Markov processes */

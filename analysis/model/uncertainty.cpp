@@ -97,7 +97,15 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
   add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
 }
 
-/// What a model leaves of clusters it has not seen, beyond noise.
+/// What a model leaves of clusters it has not seen, beyond noise, as a square; 0 unless it is twice its standard error:
+/// a floor that chance made low is no fault of the model.
+double form_square(const data::Figures& figures, const data::NoiseFloor& floor, double hysteresis) {
+  const double square = std::pow(figures.rmse, 2) - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
+  const double error = 2 * std::hypot(figures.rmse * std_error(figures), floor.deg_per_h * floor.error_deg_per_h);
+  return square > 2 * error ? square : 0;
+}
+
+/// What is known of the model itself: its form, and its hysteresis.
 void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const Eigen::VectorXd& residual,
                const data::NoiseFloor& floor) {
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
@@ -105,10 +113,9 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const data::Figures figures = figures_of(residual(known), clusters, known);
   const double half = hysteresis_deg_per_h(residual, clusters);
   const double as_limits = half / std::numbers::sqrt3;
-  const double form = std::pow(figures.rmse, 2) - std::pow(floor.deg_per_h, 2) - std::pow(as_limits, 2);
   rows.push_back({.source = Source::model_form,
                   .evaluation = Evaluation::a,
-                  .standard_uncertainty = std::sqrt(std::max(0.0, form)),
+                  .standard_uncertainty = std::sqrt(form_square(figures, floor, as_limits)),
                   .degrees_of_freedom = std::max(1.0, figures.effective.of_std - 1)});
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::b,

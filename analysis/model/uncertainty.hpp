@@ -48,7 +48,7 @@ struct TrainedOn {
 ///   compensated holds sees them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3); where
 ///   it sees no angle random walk, the noise floor as if it were white; nothing where there is no hold;
 /// - noise of the thermometers, as above;
-/// - model form: the held-out RMSE² less noise floor² and hysteresis²;
+/// - model form: the held-out RMSE² less noise floor² and hysteresis², if that is twice its standard error;
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
 /// - each thermometer's calibration, and its drift u·√(years since), by the root mean square of its sensitivity;

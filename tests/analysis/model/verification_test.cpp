@@ -68,7 +68,7 @@ TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
 
 TEST_F(VerificationOfALinearModel, RemovesTheMeanOfTheErrorToTruthWhereTheZeroIsTheRecordsOwn) {
   data::Dataset dataset = unseen_run();
-  dataset.bias_zero = "mean of the first hold removed";
+  dataset.zero_is_its_own = true;
   data::Clusters clusters = *make_clusters(dataset);
   clusters.true_bias_deg_per_h = clusters.bias_deg_per_h - verified(dataset).residual_deg_per_h;
   clusters.true_bias_deg_per_h.array() += 0.5;

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/quantity.hpp"
 
@@ -79,6 +81,37 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   }
 }
 
+/// A run starts in balance: the time before its first cluster is infinite.
+void remember_history(Clusters& clusters) {
+  const Eigen::Index rows = clusters.start_s.size();
+  clusters.history.temperature_c = clusters.temperature_c;
+  clusters.history.elapsed_s.setConstant(rows, std::numeric_limits<double>::infinity());
+  clusters.history.elapsed_s.tail(rows - 1) = clusters.start_s.tail(rows - 1) - clusters.start_s.head(rows - 1);
+  clusters.moments.resize(static_cast<std::size_t>(rows));
+  std::iota(clusters.moments.begin(), clusters.moments.end(), Eigen::Index{0});
+}
+
+bool has_history(const Clusters& clusters) {
+  return static_cast<Eigen::Index>(clusters.moments.size()) == clusters.start_s.size();
+}
+
+/// One history after the other; none where one is not known.
+void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
+  if (!std::ranges::all_of(parts, has_history)) return;
+  Eigen::Index rows = 0;
+  for (const Clusters& part : parts) rows += part.history.elapsed_s.size();
+  all.history.elapsed_s.resize(rows);
+  all.history.temperature_c.resize(rows, all.temperature_c.cols());
+  Eigen::Index first = 0;
+  for (const Clusters& part : parts) {
+    const Eigen::Index count = part.history.elapsed_s.size();
+    all.history.elapsed_s.segment(first, count) = part.history.elapsed_s;
+    all.history.temperature_c.middleRows(first, count) = part.history.temperature_c;
+    for (const Eigen::Index moment : part.moments) all.moments.push_back(first + moment);
+    first += count;
+  }
+}
+
 /// Calls visit(array of `to`, array of `from`) for each array that has a row per cluster.
 template <class Visit>
 void each_array(Clusters& to, const Clusters& from, Visit visit) {
@@ -117,6 +150,7 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   Clusters clusters = with_rows(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
   for (std::size_t k = 0; k < kept.size(); ++k) fill(clusters, static_cast<Eigen::Index>(k), dataset, kept[k]);
   fill_rates(clusters, kept);
+  remember_history(clusters);
   clusters.dropped_rest = dropped_rest;
   clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
   return clusters;
@@ -126,6 +160,9 @@ Clusters pick(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Clusters picked = clusters;
   each_array(picked, clusters, [&](auto& to, const auto& from) { to = from(rows, Eigen::all); });
   if (clusters.true_bias_deg_per_h.size() > 0) picked.true_bias_deg_per_h = clusters.true_bias_deg_per_h(rows);
+  if (!has_history(clusters)) return picked;
+  picked.moments.clear();
+  for (const Eigen::Index row : rows) picked.moments.push_back(clusters.moments[static_cast<std::size_t>(row)]);
   return picked;
 }
 
@@ -148,6 +185,7 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
     all.dropped_rest += part.dropped_rest;
     all.dropped_gaps += part.dropped_gaps;
   }
+  join_histories(all, parts);
   return all;
 }
 

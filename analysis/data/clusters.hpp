@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/data/dataset.hpp"
+#include "analysis/data/lag.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::data {
@@ -26,9 +27,11 @@ struct Clusters {
   Eigen::VectorXi segment;       ///< of the cluster's first sample
   Eigen::VectorXi last_segment;  ///< of its last sample; another one where a corner lies inside the cluster
   Eigen::VectorXi cycle;
-  Eigen::VectorXi samples;  ///< how many are in each
-  int dropped_rest{};       ///< samples after the last whole cluster
-  int dropped_gaps{};       ///< clusters with a missing reading or across a gap
+  Eigen::VectorXi samples;            ///< how many are in each
+  TemperatureHistory history;         ///< of the whole runs that the clusters are of, for lags
+  std::vector<Eigen::Index> moments;  ///< each cluster's row of the history; empty where that is not known
+  int dropped_rest{};                 ///< samples after the last whole cluster
+  int dropped_gaps{};                 ///< clusters with a missing reading or across a gap
 };
 
 /// Cuts a record into clusters. In our own records a cluster is whole if each of its seconds has every temperature and

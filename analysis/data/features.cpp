@@ -6,7 +6,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
+#include <charconv>
+#include <iterator>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/text.hpp"
@@ -14,7 +17,7 @@
 namespace gyrotherm::data {
 namespace {
 
-constexpr std::string_view kRatePrefix = "rate:";
+constexpr std::string_view kRatePrefix = "rate:", kLagPrefix = "lag:";
 
 bool contains(const std::vector<std::string>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
@@ -70,10 +73,27 @@ class TermReader {
 
   [[nodiscard]] Result<Term> factor(std::string_view text) const {
     if (contains(thermometers_, text)) return temperature_term(std::string(text));
+    if (text.starts_with(kLagPrefix)) return lag(text.substr(kLagPrefix.size()));
     if (!text.starts_with(kRatePrefix)) return gradient(text);
     const std::string_view name = text.substr(kRatePrefix.size());
     if (!contains(thermometers_, name)) return unknown(name);
     return rate_term(std::string(name));
+  }
+
+  /// "600:A"
+  [[nodiscard]] Result<Term> lag(std::string_view text) const {
+    const auto colon = text.find(':');
+    int time_constant_s = 0;
+    const std::string_view digits = text.substr(0, colon);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), time_constant_s);
+    const bool whole = error == std::errc{} && end == digits.data() + digits.size();
+    if (colon == text.npos || !whole || time_constant_s < 1 || time_constant_s > kLongestTimeConstantS) {
+      return failure(FaultKind::usage, place(whole_),
+                     fmt::format("a lag is lag:SECONDS:THERMOMETER, of 1 to {} whole seconds", kLongestTimeConstantS));
+    }
+    const std::string_view name = text.substr(colon + 1);
+    if (!contains(thermometers_, name)) return unknown(name);
+    return lag_term(time_constant_s, std::string(name));
   }
 
   /// Splits at each '-' in turn, since a name may hold one; what is unknown is said of the first split.
@@ -99,6 +119,7 @@ std::string to_string(const Factor& factor) {
     case FactorKind::temperature: return factor.first;
     case FactorKind::gradient: return factor.first + "-" + factor.second;
     case FactorKind::rate: return std::string(kRatePrefix) + factor.first;
+    case FactorKind::lag: return fmt::format("{}{}:{}", kLagPrefix, factor.time_constant_s, factor.first);
   }
   return {};
 }
@@ -112,23 +133,31 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 
+Result<Eigen::VectorXd> lag_values(const Factor& factor, Eigen::Index column, const Clusters& clusters) {
+  if (static_cast<Eigen::Index>(clusters.moments.size()) != clusters.temperature_c.rows()) {
+    return failure(FaultKind::usage, place(to_string(factor)), "needs the temperatures of the whole run");
+  }
+  return lag_of(clusters.history, column, factor.time_constant_s)(clusters.moments).eval();
+}
+
 Result<Eigen::VectorXd> values_of(const Factor& factor, const Term& term, const Clusters& clusters) {
   const auto first = column_of(clusters, factor.first, term);
   if (!first) return failure(first.error());
   if (factor.kind == FactorKind::rate) return clusters.rate_c_per_min.col(*first);
   if (factor.kind == FactorKind::temperature) return clusters.temperature_c.col(*first);
+  if (factor.kind == FactorKind::lag) return lag_values(factor, *first, clusters);
   const auto second = column_of(clusters, factor.second, term);
   if (!second) return failure(second.error());
   return clusters.temperature_c.col(*first) - clusters.temperature_c.col(*second);
 }
 
-/// A polynomial of temperatures and rates: products of axes, each in order, with their coefficients.
-using Axis = std::pair<FactorKind, std::string>;
+/// A polynomial of temperatures, rates and lags: products of these axes, each in order, with their coefficients.
+using Axis = Factor;
 using Polynomial = std::map<std::vector<Axis>, double>;
 
 Polynomial polynomial_of(const Factor& factor) {
-  if (factor.kind != FactorKind::gradient) return {{{{factor.kind, factor.first}}, 1}};
-  return {{{{FactorKind::temperature, factor.first}}, 1}, {{{FactorKind::temperature, factor.second}}, -1}};
+  if (factor.kind != FactorKind::gradient) return {{{factor}, 1}};
+  return {{{{FactorKind::temperature, factor.first, {}}}, 1}, {{{FactorKind::temperature, factor.second, {}}}, -1}};
 }
 
 Polynomial product(const Polynomial& a, const Polynomial& b) {
@@ -153,7 +182,7 @@ Polynomial polynomial_of(const Term& term) {
 }  // namespace
 
 const char* name(FactorKind kind) {
-  constexpr const char* kNames[] = {"temperature", "gradient", "rate"};
+  constexpr const char* kNames[] = {"temperature", "gradient", "rate", "lag"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -165,6 +194,11 @@ Term gradient_term(std::string first, std::string second) {
 
 Term rate_term(std::string thermometer) { return {{{FactorKind::rate, std::move(thermometer), {}}}}; }
 
+Term lag_term(int time_constant_s, std::string thermometer) {
+  assert(time_constant_s >= 1 && time_constant_s <= kLongestTimeConstantS);
+  return {{{FactorKind::lag, std::move(thermometer), {}, time_constant_s}}};
+}
+
 Term operator*(const Term& a, const Term& b) {
   Term product = a;
   product.factors.insert(product.factors.end(), b.factors.begin(), b.factors.end());
@@ -174,6 +208,23 @@ Term operator*(const Term& a, const Term& b) {
 }
 
 bool has_rate(const Term& term) { return std::ranges::count(term.factors, FactorKind::rate, &Factor::kind) > 0; }
+
+std::vector<Factor> lags_in(const std::vector<Term>& terms) {
+  std::set<Factor> lags;
+  for (const Term& term : terms)
+    std::ranges::copy_if(term.factors, std::inserter(lags, lags.end()),
+                         [](const Factor& factor) { return factor.kind == FactorKind::lag; });
+  return {lags.begin(), lags.end()};
+}
+
+/// A line break is in no name of a record.
+std::string lag_name(const Factor& lag) { return '\n' + to_string(lag); }
+
+Term with_lags_as_temperatures(Term term) {
+  for (Factor& factor : term.factors)  // in their order still, so that the product is the same to the bit
+    if (factor.kind == FactorKind::lag) factor = {FactorKind::temperature, lag_name(factor), {}};
+  return term;
+}
 
 Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers) {
   return TermReader(text, thermometers).product(text);

@@ -104,6 +104,20 @@ Result<Terms> physics(const data::Dataset& dataset) {
   });
 }
 
+/// The fast time constant of the gyro's block and its slow one (docs/virtual-gyro.md: 39–46 min).
+constexpr std::array kTimeConstantsS = {600, 2400};
+
+Result<Terms> thermal_history(const data::Dataset& dataset) {
+  return first_temperature(dataset).map([&](const data::Term& t) {
+    Terms terms;
+    for (const std::string& name : dataset.gradients) terms.push_back(data::temperature_term(name));
+    for (const int time_constant_s : kTimeConstantsS)
+      for (const std::string& name : dataset.gradients) terms.push_back(data::lag_term(time_constant_s, name));
+    for (const data::Term& term : Terms(terms)) terms.push_back(t * term);
+    return terms;
+  });
+}
+
 constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"multi-point-t", gradients, true},
                                Word{"three-point", three_points},
@@ -114,7 +128,8 @@ constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"rates", of_each<data::rate_term>},
                                Word{"polynomial", polynomial},
                                Word{"temperature-gradient-rate", temperature_gradient_rate},
-                               Word{"physics", physics}};
+                               Word{"physics", physics},
+                               Word{"thermal-history", thermal_history}};
 
 bool contains(const Terms& terms, const data::Term& term) { return std::ranges::count(terms, term) > 0; }
 

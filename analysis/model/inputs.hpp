@@ -31,6 +31,7 @@ struct InputPlan {
 ///   polynomial     T, T², T³, dT/dt and T·dT/dt, T the temperature of the first gradient thermometer
 ///   temperature-gradient-rate  T, seven-point and dT/dt; of a single thermometer without differences
 ///   physics        T, T², seven-point, T times seven-point, and dT/dt; likewise
+///   thermal-history  the temperatures, their lags with time constants of 600 s and 2400 s, and T times all of these
 ///   multi-point    gradients, selected by correlation (paper §4.3)
 ///   multi-point-t  the same, and the temperature of the first gradient thermometer (errata 3.2)
 /// With a `rule` what the words stand for is selected from by that rule, and terms given one by one are always taken;

@@ -14,6 +14,7 @@
 #include <set>
 #include <utility>
 
+#include "analysis/model/lag_export.hpp"
 #include "analysis/model/tracking_export.hpp"
 #include "core/quantity.hpp"
 #include "core/random.hpp"
@@ -237,6 +238,7 @@ std::string c_provenance(const Model& model) {
 struct KnownAnswers {
   data::SampleMatrix mean_c,
       before_c;                    ///< means of the last cluster length and of the one before; columns are thermometers
+  data::SampleMatrix lag_k;        ///< columns are the model's lags
   Eigen::VectorXd bias_deg_per_h;  ///< predicted, inputs outside the trained range clamped
   std::vector<bool> outside;       ///< an input was
 };
@@ -248,16 +250,24 @@ Eigen::Index place_of(const std::vector<std::string>& names, const std::string& 
   return std::ranges::find(names, name) - names.begin();
 }
 
-/// Of the terms with one factor: what each is of the temperatures and the rates, side by side. Zero rows for others.
+Eigen::Index place_of(const std::vector<data::Factor>& lags, const data::Factor& lag) {
+  return std::ranges::find(lags, lag) - lags.begin();
+}
+
+/// Of the terms with one factor: what each is of the temperatures, the rates and the lags, side by side. Zero rows for
+/// others.
 Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& names) {
   const auto count = static_cast<Eigen::Index>(names.size());
-  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model.terms.size()), 2 * count);
+  const std::vector<data::Factor> lags = data::lags_in(model.terms);
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model.terms.size()),
+                                                 2 * count + static_cast<Eigen::Index>(lags.size()));
   for (Eigen::Index i = 0; i < slopes.rows(); ++i) {
     const auto& factors = model.terms[static_cast<std::size_t>(i)].factors;
     if (factors.size() != 1) continue;
     const data::Factor& factor = factors.front();
-    const bool rate = factor.kind == data::FactorKind::rate;
-    slopes(i, place_of(names, factor.first) + (rate ? count : 0)) = 1;
+    const Eigen::Index thermometer = place_of(names, factor.first);
+    const bool rate = factor.kind == data::FactorKind::rate, lag = factor.kind == data::FactorKind::lag;
+    slopes(i, lag ? 2 * count + place_of(lags, factor) : rate ? count + thermometer : thermometer) = 1;
     if (factor.kind == data::FactorKind::gradient) slopes(i, place_of(names, factor.second)) -= 1;
   }
   return slopes;
@@ -307,37 +317,49 @@ std::vector<std::string> thermometers_of(const Model& model) {
   return {names.begin(), names.end()};
 }
 
+/// What the model predicts from these means and lags.
+void answer(const Model& model, const std::vector<std::string>& names, KnownAnswers& answers) {
+  data::Clusters clusters;
+  clusters.length_s = model.cluster_length_s;
+  clusters.thermometers = names;
+  for (const data::Factor& lag : data::lags_in(model.terms)) clusters.thermometers.push_back(lag_name(lag));
+  clusters.temperature_c.resize(answers.mean_c.rows(), static_cast<Eigen::Index>(clusters.thermometers.size()));
+  clusters.temperature_c << answers.mean_c, answers.lag_k;
+  clusters.rate_c_per_min = (answers.mean_c - answers.before_c) * (kSecondsPerMinute / model.cluster_length_s);
+  std::vector<data::Term> terms = model.terms;
+  std::ranges::transform(model.terms, terms.begin(), data::with_lags_as_temperatures);
+  auto inputs = evaluate(terms, clusters);
+  assert(inputs);
+  const RangedInputs ranged = within_range(model, std::move(*inputs), Outside::clamp);
+  answers.bias_deg_per_h = predict(model, ranged.inputs);
+  answers.outside.assign(static_cast<std::size_t>(answers.mean_c.rows()), false);
+  for (const Eigen::Index row : ranged.rows) answers.outside[static_cast<std::size_t>(row)] = true;
+}
+
 /// Six answers near what the model was trained on and two farther out; the same each time.
 KnownAnswers known_answers(const Model& model) {
   const std::vector<std::string> names = thermometers_of(model);
   const auto count = static_cast<Eigen::Index>(names.size());
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> slopes(slopes_of(model, names));
   const data::SampleMatrix wanted = wanted_inputs(model, kInside + kBeyond);
-  Eigen::VectorXd room = Eigen::VectorXd::Zero(2 * count);
+  Eigen::VectorXd room = Eigen::VectorXd::Zero(slopes.cols());
   room.head(count).setConstant(kRoom_c);
   const Eigen::VectorXd at_room = slopes_of(model, names) * room;
   KnownAnswers answers;
   answers.mean_c.resize(wanted.rows(), count);
   answers.before_c.resize(wanted.rows(), count);
+  answers.lag_k.resize(wanted.rows(), slopes.cols() - 2 * count);
   for (Eigen::Index i = 0; i < wanted.rows(); ++i) {
     const double reach = i < kInside ? 1 : 3;
     const Eigen::VectorXd away = slopes.solve(reach * (wanted.row(i).transpose() - at_room));
-    const Eigen::VectorXd state = room + away;  // temperatures, then rates
+    const Eigen::VectorXd state = room + away;  // temperatures, then rates, then lags
+    const double minutes = model.cluster_length_s / kSecondsPerMinute;
     answers.mean_c.row(i) = state.head(count).transpose().unaryExpr(&rounded);
-    const Eigen::VectorXd before = state.head(count) - state.tail(count) * (model.cluster_length_s / kSecondsPerMinute);
+    const Eigen::VectorXd before = state.head(count) - state.segment(count, count) * minutes;
     answers.before_c.row(i) = before.transpose().unaryExpr(&rounded);
+    answers.lag_k.row(i) = state.tail(answers.lag_k.cols()).transpose().unaryExpr(&rounded);
   }
-  data::Clusters clusters;
-  clusters.length_s = model.cluster_length_s;
-  clusters.thermometers = names;
-  clusters.temperature_c = answers.mean_c;
-  clusters.rate_c_per_min = (answers.mean_c - answers.before_c) * (kSecondsPerMinute / model.cluster_length_s);
-  auto inputs = evaluate(model.terms, clusters);
-  assert(inputs);
-  const RangedInputs ranged = within_range(model, std::move(*inputs), Outside::clamp);
-  answers.bias_deg_per_h = predict(model, ranged.inputs);
-  answers.outside.assign(static_cast<std::size_t>(wanted.rows()), false);
-  for (const Eigen::Index row : ranged.rows) answers.outside[static_cast<std::size_t>(row)] = true;
+  answer(model, names, answers);
   return answers;
 }
 
@@ -352,7 +374,7 @@ extern "C" {
 
 #define @name@_THERMOMETERS @thermometers@
 #define @name@_SECONDS @seconds@
-
+@lags_number@
 /* What a call returns: 0, or a sum of these. */
 #define @name@_OUTSIDE 1 /* an input was outside the trained range and was moved to the nearer end */
 #define @name@_MISSING 2 /* a reading was not finite: nothing is predicted, the bias is 0 */
@@ -360,9 +382,9 @@ extern "C" {
 
 /* The bias that these temperatures make, in degrees per hour: subtract it from the gyro's. mean_c are the means of the
    thermometers over the last @name@_SECONDS seconds, before_c over as many before those@before@,
-   both in degrees Celsius, in this order: @order@. */
+   both in degrees Celsius, in this order: @order@.@lag_order@ */
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
-    double *bias_deg_per_h);
+    @lag_parameter@double *bias_deg_per_h);
 
 /* The same from one reading a second. All that a gyro needs to remember is in its stream; the bias lags by half of
    @name@_SECONDS. */
@@ -370,7 +392,7 @@ typedef struct {
   double block[@name@_SECONDS][@name@_THERMOMETERS];    /* the readings of this block of seconds */
   double ends[@name@_SECONDS + 1][@name@_THERMOMETERS]; /* sums of the block before, from each second to its end */
   double begun[@name@_THERMOMETERS];                    /* sum of this block so far */
-@past@  int at;                                               /* seconds in this block */
+@past@@lag_ring@  int at;                                               /* seconds in this block */
   int known;                                            /* seconds so far, as far as it matters */
 } @name@_stream;
 
@@ -401,7 +423,7 @@ constexpr const char* kSource = R"(#include "@name@.h"
 @low@@high@@mean@@deviation@
 /* f(z) of the inputs less their means, in standard deviations. */
 @function@
-static void inputs_of(const double t[], const double before[], double x[]) {
+static void inputs_of(const double t[], const double before[], @lag_input@double x[]) {
 @terms@}
 
 /* Moves inputs beyond the trained range to its nearer end. What a mean's rounding may amount to is not beyond. */
@@ -420,11 +442,11 @@ static int hold_in_range(double x[]) {
 }
 
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
-    double *bias_deg_per_h) {
+    @lag_parameter@double *bias_deg_per_h) {
   double x[INPUTS];
   int outside;
   *bias_deg_per_h = 0.0;
-  inputs_of(mean_c, before_c, x);
+  inputs_of(mean_c, before_c, @lag_argument@x);
   for (int k = 0; k < INPUTS; ++k) {
     if (!isfinite(x[k])) return @name@_MISSING;
   }
@@ -439,10 +461,10 @@ void @name@_start(@name@_stream *stream) {
     for (int i = 0; i <= @name@_SECONDS; ++i) stream->ends[i][j] = 0.0;
     stream->begun[j] = 0.0;
   }
-  stream->at = 0;
+@lag_start@  stream->at = 0;
   stream->known = 0;
 }
-
+@lags_of@
 /* A window is the rest of the block before and the beginning of this one. Nothing is ever subtracted, so that nothing
    drifts and a reading that was not finite leaves with its second. */
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h) {
@@ -456,8 +478,8 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
     means[j] = (stream->begun[j] + stream->ends[at + 1][j]) / @name@_SECONDS;
   }
   if (stream->known < @windows@ * @name@_SECONDS) ++stream->known;
-  if (stream->known == @windows@ * @name@_SECONDS) {
-    result = @name@_predict(means, @before_means@, bias_deg_per_h);
+@lag_push@  if (stream->known == @windows@ * @name@_SECONDS) {
+    result = @name@_predict(means, @before_means@, @lag_pushed@bias_deg_per_h);
   }
 @keep@  stream->at = at + 1;
   if (stream->at < @name@_SECONDS) return result;
@@ -472,25 +494,26 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
   return result;
 }
 
-@tracking@@test_mean@@test_before@@test_bias@static const int test_result[] = {@test_result@};
+@tracking@@test_mean@@test_before@@test_lag@@test_bias@static const int test_result[] = {@test_result@};
 
 int @name@_self_test(void) {
   for (int i = 0; i < (int)(sizeof test_result / sizeof test_result[0]); ++i) {
     double bias;
-    if (@name@_predict(test_mean[i], test_before[i], &bias) != test_result[i]) return 1;
+    if (@name@_predict(test_mean[i], test_before[i], @lag_tested@&bias) != test_result[i]) return 1;
     if (!(fabs(bias - test_bias[i]) <= @tolerance@)) return 1;
   }
 @test_tracking@  return 0;
 }
 )";
 
-std::string of(const data::Factor& factor, const std::vector<std::string>& names, double length_s) {
+std::string of(const Model& model, const data::Factor& factor, const std::vector<std::string>& names) {
   const auto first = place_of(names, factor.first);
   switch (factor.kind) {
     case data::FactorKind::temperature: return fmt::format("t[{}]", first);
     case data::FactorKind::gradient: return fmt::format("(t[{}] - t[{}])", first, place_of(names, factor.second));
     case data::FactorKind::rate:
-      return fmt::format("((t[{0}] - before[{0}]) * {1})", first, c_number(kSecondsPerMinute / length_s));
+      return fmt::format("((t[{0}] - before[{0}]) * {1})", first, c_number(kSecondsPerMinute / model.cluster_length_s));
+    case data::FactorKind::lag: return fmt::format("lag[{}]", place_of(data::lags_in(model.terms), factor));
   }
   return {};
 }
@@ -500,7 +523,7 @@ std::string terms_of(const Model& model, const std::vector<std::string>& names) 
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     std::string product;
     for (const data::Factor& factor : model.terms[i].factors) {
-      product += (product.empty() ? "" : " * ") + of(factor, names, model.cluster_length_s);
+      product += (product.empty() ? "" : " * ") + of(model, factor, names);
     }
     lines += fmt::format("  x[{}] = {}; /* {} */\n", i, product, c_comment(to_string(model.terms[i])));
   }
@@ -518,37 +541,42 @@ int seconds_of(const Model& model) { return static_cast<int>(std::max(1LL, std::
 
 Words header_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
   const Words own{{"name", std::string(name)}};
-  return {{"name", std::string(name)},
-          {"provenance", c_provenance(model)},
-          {"thermometers", fmt::format("{}", names.size())},
-          {"seconds", fmt::format("{}", seconds_of(model))},
-          {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
-          {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
-          {"past", rates ? c_filled(kPast, own) : ""}};
+  Words words = lag_words(model, name, names);
+  words.insert({{"name", std::string(name)},
+                {"provenance", c_provenance(model)},
+                {"thermometers", fmt::format("{}", names.size())},
+                {"seconds", fmt::format("{}", seconds_of(model))},
+                {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
+                {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
+                {"past", rates ? c_filled(kPast, own) : ""}});
+  return words;
 }
 
 Words source_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
   const KnownAnswers answers = known_answers(model);
   const std::string keep =
       fmt::format("  for (int j = 0; j < {}_THERMOMETERS; ++j) stream->past[at][j] = means[j];\n", name);
-  return {{"name", std::string(name)},
-          {"inputs", fmt::format("{}", model.terms.size())},
-          {"low", c_vector("low", model.input_min.transpose())},
-          {"high", c_vector("high", model.input_max.transpose())},
-          {"mean", c_vector("mean", model.scaling.mean.transpose())},
-          {"deviation", c_vector("deviation", model.scaling.std.transpose())},
-          {"function", c_function(model.function)},
-          {"terms", (rates ? "" : "  (void)before;\n") + terms_of(model, names)},
-          {"target_std", c_number(model.target_std_deg_per_h)},
-          {"target_mean", c_number(model.target_mean_deg_per_h)},
-          {"windows", rates ? "2" : "1"},
-          {"before_means", rates ? "stream->past[at]" : "means"},
-          {"keep", rates ? keep : ""},
-          {"test_mean", c_table("test_mean", answers.mean_c)},
-          {"test_before", c_table("test_before", answers.before_c)},
-          {"test_bias", c_vector("test_bias", answers.bias_deg_per_h)},
-          {"test_result", results_of(answers)},
-          {"tolerance", c_number(c_tolerance_deg_per_h(model))}};
+  Words words = lag_words(model, name, names);
+  words.insert({{"name", std::string(name)},
+                {"inputs", fmt::format("{}", model.terms.size())},
+                {"low", c_vector("low", model.input_min.transpose())},
+                {"high", c_vector("high", model.input_max.transpose())},
+                {"mean", c_vector("mean", model.scaling.mean.transpose())},
+                {"deviation", c_vector("deviation", model.scaling.std.transpose())},
+                {"function", c_function(model.function)},
+                {"terms", (rates ? "" : "  (void)before;\n") + terms_of(model, names)},
+                {"target_std", c_number(model.target_std_deg_per_h)},
+                {"target_mean", c_number(model.target_mean_deg_per_h)},
+                {"windows", rates ? "2" : "1"},
+                {"before_means", rates ? "stream->past[at]" : "means"},
+                {"keep", rates ? keep : ""},
+                {"test_mean", c_table("test_mean", answers.mean_c)},
+                {"test_before", c_table("test_before", answers.before_c)},
+                {"test_lag", answers.lag_k.cols() > 0 ? c_table("test_lag", answers.lag_k) : ""},
+                {"test_bias", c_vector("test_bias", answers.bias_deg_per_h)},
+                {"test_result", results_of(answers)},
+                {"tolerance", c_number(c_tolerance_deg_per_h(model))}});
+  return words;
 }
 
 /// " 1:v1 2:v2 …", each value exact.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/stream.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -39,34 +41,68 @@ const Eigen::RowVectorXd& SlidingMeans::push(const Eigen::Ref<const Eigen::RowVe
   return means_;
 }
 
+SlidingLags::SlidingLags(Eigen::Index length, const std::vector<Of>& lags)
+    : lags_(lags), latest_(Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(lags.size()))) {
+  std::vector<Follower> followers;
+  for (const Of& of : lags) followers.push_back({data::FirstOrderLag(of.time_constant_s)});
+  ring_.assign(static_cast<std::size_t>(length), followers);
+}
+
+const Eigen::RowVectorXd& SlidingLags::push(const Eigen::RowVectorXd& means) {
+  const auto length_s = static_cast<double>(ring_.size());
+  for (std::size_t i = 0; i < lags_.size(); ++i) {
+    Follower& follower = ring_[at_][i];
+    const double mean = means(lags_[i].thermometer);
+    latest_(static_cast<Eigen::Index>(i)) =
+        std::isnan(mean) ? kNotYet : follower.lag.push(mean, follower.steps * length_s);
+    follower.steps = std::isnan(mean) ? follower.steps + 1 : 1;
+  }
+  at_ = (at_ + 1) % ring_.size();
+  return latest_;
+}
+
 Result<CompensationStream> CompensationStream::open(const Model& model, std::vector<std::string> columns,
                                                     Outside outside) {
-  CompensationStream stream(model, std::move(columns), outside);
-  if (const auto inputs = evaluate(model.terms, stream.latest_); !inputs) return failure(inputs.error());
+  std::vector<SlidingLags::Of> lags;
+  for (const data::Factor& lag : data::lags_in(model.terms)) {
+    const auto at = std::ranges::find(columns, lag.first);
+    if (at == columns.end()) {
+      return failure(FaultKind::usage, fmt::format("input \"lag:{}:{}\"", lag.time_constant_s, lag.first),
+                     fmt::format("no thermometer \"{}\"; there are {}", lag.first, fmt::join(columns, ", ")));
+    }
+    lags.push_back({at - columns.begin(), static_cast<double>(lag.time_constant_s)});
+  }
+  CompensationStream stream(model, std::move(columns), lags, outside);
+  if (const auto inputs = evaluate(stream.model_.terms, stream.latest_); !inputs) return failure(inputs.error());
   return stream;
 }
 
-CompensationStream::CompensationStream(const Model& model, std::vector<std::string> columns, Outside policy)
+CompensationStream::CompensationStream(const Model& model, std::vector<std::string> columns,
+                                       const std::vector<SlidingLags::Of>& lags, Outside policy)
     : model_(model),
       policy_(policy),
       means_(length_of(model), static_cast<Eigen::Index>(columns.size())),
-      rates_(std::ranges::any_of(model.terms, data::has_rate)) {
+      rates_(std::ranges::any_of(model.terms, data::has_rate)),
+      lags_(length_of(model), lags) {
   const auto count = static_cast<Eigen::Index>(columns.size());
   if (rates_) past_.setConstant(length_of(model), count, kNotYet);
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
-  latest_.temperature_c.setZero(1, count);
+  for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));
+  std::ranges::transform(model.terms, model_.terms.begin(), data::with_lags_as_temperatures);
+  latest_.temperature_c.setZero(1, count + static_cast<Eigen::Index>(lags.size()));
   latest_.rate_c_per_min.setZero(1, count);
 }
 
 Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                          const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h) {
-  assert(temperatures_c.cols() == latest_.temperature_c.cols() && temperatures_c.rows() == bias_deg_per_h.size());
-  latest_.temperature_c.resize(temperatures_c.rows(), temperatures_c.cols());
-  latest_.rate_c_per_min.resize(temperatures_c.rows(), rates_ ? temperatures_c.cols() : 0);
+  const Eigen::Index count = temperatures_c.cols(), columns = latest_.temperature_c.cols();
+  assert(count <= columns && temperatures_c.rows() == bias_deg_per_h.size());
+  latest_.temperature_c.resize(temperatures_c.rows(), columns);
+  latest_.rate_c_per_min.resize(temperatures_c.rows(), rates_ ? count : 0);
   for (Eigen::Index i = 0; i < temperatures_c.rows(); ++i, ++pushed_) {
     const Eigen::RowVectorXd& means = means_.push(temperatures_c.row(i));
-    latest_.temperature_c.row(i) = means;
+    latest_.temperature_c.row(i) << means, lags_.push(means);
     if (!rates_) continue;
     auto before = past_.row(pushed_ % past_.rows());
     latest_.rate_c_per_min.row(i) = (means - before) * (kSecondsPerMinute / latest_.length_s);

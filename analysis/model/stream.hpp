@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/data/lag.hpp"
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
@@ -29,8 +30,33 @@ class SlidingMeans {
   bool full_{};        ///< a block has come before
 };
 
+/// Lags of sliding means, each second those of the means a cluster length apart that end with it: so many interleaved
+/// series, the one that ends with the clusters among them. A mean that holds a NaN is a longer step for its series.
+class SlidingLags {
+ public:
+  /// The thermometer and the time constant of each lag that is asked for.
+  struct Of {
+    Eigen::Index thermometer{};
+    double time_constant_s{};
+  };
+  SlidingLags(Eigen::Index length, const std::vector<Of>& lags);
+  /// The lags of the next second's means, K; 0 at the first mean of a series, NaN where the mean is.
+  [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
+
+ private:
+  struct Follower {
+    data::FirstOrderLag lag;
+    int steps = 1;  ///< of a cluster length since the last mean that was known
+  };
+  std::vector<Of> lags_;
+  std::vector<std::vector<Follower>> ring_;  ///< per second of a cluster length, of each lag
+  std::size_t at_{};                         ///< second in it
+  Eigen::RowVectorXd latest_;
+};
+
 /// Inputs are trailing means over the model's cluster length, one row a second (causal; lag: half of it), rates the
-/// difference of two neighbouring means. At the end of each whole cluster they are that cluster's.
+/// difference of two neighbouring means, lags those of SlidingLags. At the end of each whole cluster they are that
+/// cluster's.
 class CompensationStream {
  public:
   /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
@@ -48,16 +74,18 @@ class CompensationStream {
   [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
 
  private:
-  CompensationStream(const Model& model, std::vector<std::string> columns, Outside policy);
-  Model model_;
+  CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Of>& lags,
+                     Outside policy);
+  Model model_;  ///< with the lags as temperatures
   Outside policy_;
   SlidingMeans means_;
-  bool rates_{};             ///< the model asks for them
+  bool rates_{};  ///< the model asks for them
+  SlidingLags lags_;
   data::SampleMatrix past_;  ///< the means of the last cluster length, as a ring; only where rates are asked for
   Eigen::Index pushed_{};    ///< rows in all
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
-  data::Clusters latest_;  ///< the means of the rows last pushed
+  data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags
 };
 
 }  // namespace gyrotherm::model

@@ -16,6 +16,8 @@ TEST(Inputs, AreWordsAndTermsInAnyMix) {
   EXPECT_EQ(fixed("rates"), 8u);
   EXPECT_EQ(fixed("three-point"), 3u);
   EXPECT_EQ(fixed("three-point-t"), 4u);
+  EXPECT_EQ(fixed("thermal-history"), 48u) << "8 temperatures, 16 lags, and T times each";
+  EXPECT_EQ(fixed("thermal-history,lag:600:A,A^2"), 48u);
   EXPECT_EQ(fixed("gradients,temperatures,rates"), 44u);
   EXPECT_EQ(fixed("gradients+temperatures + rates, A^2"), 45u);
   EXPECT_EQ(fixed("seven-point,three-point,A-B"), 8u) << "A-D, A-G and A-B are in both";

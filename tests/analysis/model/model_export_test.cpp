@@ -38,7 +38,13 @@ int main(void) {
       result = gyro_push(&stream, mean, &bias);
     } else {
       for (j = 0; j < gyro_THERMOMETERS; ++j) if (scanf("%lf", &before[j]) != 1) return 2;
+#ifdef gyro_LAGS
+      double lag[gyro_LAGS];
+      for (j = 0; j < gyro_LAGS; ++j) if (scanf("%lf", &lag[j]) != 1) return 2;
+      result = gyro_predict(mean, before, lag, &bias);
+#else
       result = gyro_predict(mean, before, &bias);
+#endif
     }
     printf("%d %.17g\n", result, bias);
   }
@@ -129,6 +135,15 @@ Model model_of_products() {
   return model;
 }
 
+Model model_of_lags() {
+  Model model = data::small_svr_model();
+  model.terms = {data::lag_term(600, "B") * data::temperature_term("C") * data::rate_term("A"),
+                 data::lag_term(600, "B") * data::lag_term(45, "A")};
+  model.input_min = Eigen::RowVector2d{-30, -1};
+  model.input_max = Eigen::RowVector2d{30, 1};
+  return model;
+}
+
 Model model_without_vectors() {
   Model model = data::small_svr_model();
   auto& svr = std::get<methods::SvrModel>(model.function);
@@ -148,8 +163,8 @@ Model trained_model() {
 }
 
 std::vector<Model> models() {
-  return {data::small_svr_model(), small_linear_model(),    small_expansion_model(), small_network_model(),
-          model_of_products(),     model_without_vectors(), trained_model()};
+  return {data::small_svr_model(), small_linear_model(), small_expansion_model(), small_network_model(),
+          model_of_products(),     model_of_lags(),      model_without_vectors(), trained_model()};
 }
 
 std::vector<std::string> names_of(const Model& model) {
@@ -180,12 +195,20 @@ TEST(CExport, PredictsWhatIsPredictedHere) {
     data::SampleMatrix before = random_temperatures(600, count, 0.5).bottomRows(300);
     before(17, 0) = std::nan("");
     clusters.rate_c_per_min = (clusters.temperature_c - before) * (60.0 / model.cluster_length_s);
-    const RangedInputs ranged = within_range(model, *evaluate(model.terms, clusters), Outside::clamp);
+    const std::vector<data::Factor> lags = data::lags_in(model.terms);
+    const data::SampleMatrix lag = random_temperatures(300, static_cast<Eigen::Index>(lags.size()), 0.5).array() - 20;
+    std::vector<data::Term> terms = model.terms;
+    std::ranges::transform(terms, terms.begin(), data::with_lags_as_temperatures);
+    for (const data::Factor& factor : lags) clusters.thermometers.push_back(lag_name(factor));
+    data::SampleMatrix both(300, count + lag.cols());
+    both << clusters.temperature_c, lag;
+    clusters.temperature_c = both;
+    const RangedInputs ranged = within_range(model, *evaluate(terms, clusters), Outside::clamp);
     const Eigen::VectorXd predicted = predict(model, ranged.inputs);
     std::string lines;
     for (Eigen::Index i = 0; i < 300; ++i) {
-      Eigen::RowVectorXd numbers(2 * count);
-      numbers << clusters.temperature_c.row(i), before.row(i);
+      Eigen::RowVectorXd numbers(2 * count + lag.cols());
+      numbers << clusters.temperature_c.row(i).head(count), before.row(i), lag.row(i);
       lines += line('p', numbers);
     }
     const std::vector<Answer> answers = answers_in_c(model, lines);

@@ -114,6 +114,48 @@ TEST(CompensationStream, NeedsTheModelsThermometers) {
   EXPECT_EQ(CompensationStream::open(data::small_svr_model(), {"A", "C"}).error().kind, FaultKind::usage);
 }
 
+Model lag_model() {
+  Model model = data::small_svr_model();
+  model.terms = {data::lag_term(600, "A") * data::temperature_term("B"), data::lag_term(250, "B")};
+  model.input_min = Eigen::RowVector2d{-100, -100};
+  model.input_max = Eigen::RowVector2d{100, 100};
+  return model;
+}
+
+/// A random walk with a missing reading, so that a cluster is dropped.
+TEST(CompensationStream, HasTheLagsOfTheClustersAtTheirEnds) {
+  data::Dataset dataset = two_ramps(3000);
+  data::SampleMatrix steps = random_temperatures(3000, 5);
+  for (Eigen::Index i = 1; i < 3000; ++i)
+    dataset.temperature_c.row(i) = dataset.temperature_c.row(i - 1) + 0.2 * (steps.row(i).array() - 20).matrix();
+  dataset.temperature_c(1234, 1) = std::nan("");
+  const data::Clusters clusters = *make_clusters(dataset);
+  ASSERT_EQ(clusters.dropped_gaps, 1);
+  const Eigen::VectorXd predicted = *predict(lag_model(), clusters);
+  const Eigen::VectorXd compensated = CompensationStream::open(lag_model(), {"A", "B"}, Outside::extrapolate)
+                                          ->push(dataset.temperature_c, dataset.bias_deg_per_h);
+  for (Eigen::Index i = 0; i < 99; ++i) EXPECT_TRUE(std::isnan(compensated(i))) << "there is no mean yet, row " << i;
+  for (Eigen::Index k = 0; k < predicted.size(); ++k) {
+    const auto end = static_cast<Eigen::Index>(clusters.start_s(k)) + 99;
+    EXPECT_NEAR(compensated(end), 0.5 - predicted(k), 1e-12) << k;
+  }
+  EXPECT_EQ(compensated.array().isNaN().count(), 99 + 100) << "and one reading was missing";
+}
+
+TEST(CompensationStream, OfLagsAnswersTheSameInPieces) {
+  const data::SampleMatrix temperatures = random_temperatures(900, 6);
+  const auto open_lags = [] { return *CompensationStream::open(lag_model(), {"shell", "B", "A"}); };
+  data::SampleMatrix turned(900, 3);
+  turned << zeros(900), temperatures;
+  const Eigen::VectorXd whole = open_lags().push(turned, zeros(900));
+  CompensationStream stream = open_lags();
+  Eigen::VectorXd pieces(900);
+  for (const Eigen::Index from : {0, 300, 600})
+    pieces.segment(from, 300) = stream.push(turned.middleRows(from, 300), zeros(300));
+  expect_same(pieces, whole);
+  EXPECT_EQ(CompensationStream::open(lag_model(), {"A", "C"}).error().where, "input \"lag:250:B\"");
+}
+
 TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(seed);

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/lag_export.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+
+#include "analysis/model/model_export.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr const char* kLagsNumber = R"(#define @name@_LAGS @lags@
+)";
+
+constexpr const char* kLagRing =
+    R"(  double followed[@name@_SECONDS][@name@_LAGS];          /* what each lag has followed to, as a ring */
+  int steps[@name@_SECONDS][@name@_LAGS];                /* lengths of time since it did; 0: never */
+)";
+
+constexpr const char* kLagStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
+    for (int k = 0; k < @name@_LAGS; ++k) {
+      stream->followed[i][k] = 0.0;
+      stream->steps[i][k] = 0;
+    }
+  }
+)";
+
+constexpr const char* kLagsOf = R"(
+/* Of each lag: the thermometer that it follows, and its time constant in seconds. */
+static const int lag_follows[@name@_LAGS] = {@follows@};
+static const double time_constant[@name@_LAGS] = {@time_constants@};
+
+/* By how much each lag is behind its thermometer, after a step that ends with these means. Where a mean is not finite
+   the next step is so much longer. */
+static void lags_of(@name@_stream *stream, const double means[], double lags[]) {
+  for (int k = 0; k < @name@_LAGS; ++k) {
+    double *const followed = &stream->followed[stream->at][k];
+    int *const steps = &stream->steps[stream->at][k];
+    const double mean = means[lag_follows[k]];
+    lags[k] = mean;
+    if (!isfinite(mean)) {
+      if (*steps > 0 && *steps < 1000000) ++*steps;
+      continue;
+    }
+    if (*steps == 0) *followed = mean;
+    lags[k] = exp(-(double)*steps * @name@_SECONDS / time_constant[k]) * (mean - *followed);
+    *followed = mean - lags[k];
+    *steps = 1;
+  }
+}
+)";
+
+constexpr const char* kLagPush = R"(  double lags[@name@_LAGS] = {0.0};
+  if (stream->known >= @name@_SECONDS) lags_of(stream, means, lags);
+)";
+
+}  // namespace
+
+CWords lag_words(const Model& model, std::string_view name, const std::vector<std::string>& thermometers) {
+  const std::vector<data::Factor> lags = data::lags_in(model.terms);
+  std::vector<std::ptrdiff_t> follows;
+  std::vector<std::string> order, time_constants;
+  for (const data::Factor& lag : lags) {
+    time_constants.push_back(c_number(lag.time_constant_s));
+    follows.push_back(std::ranges::find(thermometers, lag.first) - thermometers.begin());
+    order.push_back(fmt::format("{} at {} s", lag.first, lag.time_constant_s));
+  }
+  const CWords own{{"name", std::string(name)},
+                   {"lags", fmt::format("{}", lags.size())},
+                   {"follows", fmt::format("{}", fmt::join(follows, ", "))},
+                   {"time_constants", fmt::format("{}", fmt::join(time_constants, ", "))}};
+  CWords words{{"lags_number", c_filled(kLagsNumber, own)},
+               {"lag_order",
+                "\n   lag_k: by how much a body that follows a thermometer with a time constant lags behind it, K: " +
+                    c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
+               {"lag_parameter", fmt::format("const double lag_k[{}_LAGS], ", name)},
+               {"lag_ring", c_filled(kLagRing, own)},
+               {"lag_input", "const double lag[], "},
+               {"lag_argument", "lag_k, "},
+               {"lag_start", c_filled(kLagStart, own)},
+               {"lags_of", c_filled(kLagsOf, own)},
+               {"lag_push", c_filled(kLagPush, own)},
+               {"lag_pushed", "lags, "},
+               {"lag_tested", "test_lag[i], "}};
+  if (lags.empty())
+    for (auto& [word, text] : words) text.clear();
+  return words;
+}
+
+}  // namespace gyrotherm::model

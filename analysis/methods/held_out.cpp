@@ -120,7 +120,7 @@ Least least_of(const std::vector<Eigen::VectorXd>& errors) {
 Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunction* fit, std::span<const Fold> folds,
                             const MethodOptions& options, const ProgressSink& progress) {
   const Trial refit = [&](const Fold& fold, std::size_t i) -> Result<Eigen::MatrixXd> {
-    const auto fitted = fit({fold.train_x, fold.train_y, fold.terms}, candidates[i], options);
+    const auto fitted = fit({fold.train_x, fold.train_y, fold.terms, fold.input_covariance}, candidates[i], options);
     if (!fitted) return failure(fitted.error());
     return value_of(fitted->function, fold.test_x);
   };

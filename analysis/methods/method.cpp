@@ -11,6 +11,7 @@
 #include "analysis/methods/linear.hpp"
 #include "analysis/methods/network.hpp"
 #include "analysis/methods/radial_basis.hpp"
+#include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
@@ -96,6 +97,14 @@ constexpr std::array kMethods = {
            .compared_on = {"multi-point-t"},
            .choose = choose_ridge,
            .fit = fit_ridge},
+    Method{.name = "ridge-u",
+           .title = "Ridge regression, penalty of the thermometers' uncertainty",
+           .citation = "Fuller, Measurement Error Models (1987)",
+           .inputs = "temperatures",
+           .compared_on = {"thermal-history"},
+           .choose = choose_nothing,
+           .fit = fit_ridge_u,
+           .weighs_uncertainty = true},
     Method{.name = "bpnn",
            .title = "Back-propagation network",
            .citation = "Yang et al., Proc. SPIE 7544 (2010)",

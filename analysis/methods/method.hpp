@@ -83,6 +83,7 @@ void describe(auto& form, Like<HyperParameter> auto& parameter) {
 /// One held-out fold as methods see it: what there is to learn and to predict, and of what its columns are.
 struct Fold : svm::TuningFold {
   std::vector<data::Term> terms;
+  Eigen::MatrixXd input_covariance = {};  ///< as in FitInput, of the training rows
 };
 
 struct MethodOptions {
@@ -90,6 +91,9 @@ struct MethodOptions {
   std::uint64_t seed = 1;       ///< of methods that start at random
   double tight_gap = 0;         ///< > 0: the support vector methods try for this relative gap first
   bool quick = false;           ///< a try: methods that search long search less
+  /// Standard uncertainties, K, of the clusters' thermometers; none: data::kAssumedUncertaintyK each. Only for methods
+  /// that weigh them.
+  std::vector<double> thermometer_uncertainty_k = {};
 };
 
 /// Hyper-parameters and how they were come by.
@@ -104,6 +108,9 @@ struct FitInput {
   const data::SampleMatrix& x;
   const Eigen::VectorXd& y;
   const std::vector<data::Term>& terms;  ///< of the columns of x
+  /// What the thermometers' uncertainty makes of x, on average over the set (data::input_covariance, scaled); empty
+  /// where x is to be taken as exact.
+  Eigen::MatrixXd input_covariance = {};
 };
 
 struct Fit {
@@ -130,6 +137,7 @@ struct Method {
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
   /// out.
   Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;
+  bool weighs_uncertainty = false;  ///< of the thermometers: its fits are given an input_covariance
 };
 
 /// All of them, the paper's own first.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "analysis/data/hold_noise.hpp"
+#include "analysis/data/input_noise.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/model/uncertainty.hpp"
 
@@ -50,17 +51,31 @@ data::Clusters as_learnt_by(const methods::Method& method, data::Clusters traini
   return training;
 }
 
-Result<methods::Fold> fold_of(const FoldData& split) {
+/// What the thermometers' uncertainty makes of the scaled inputs; empty for a method that does not weigh it.
+Result<Eigen::MatrixXd> scaled_covariance(const Preparation& preparation, const data::Clusters& clusters,
+                                          const EstimatorOptions& estimator) {
+  if (!estimator.method.weighs_uncertainty) return Eigen::MatrixXd{};
+  return input_covariance(preparation.terms, clusters, estimator.options.thermometer_uncertainty_k)
+      .map([&](const Eigen::MatrixXd& covariance) -> Eigen::MatrixXd {
+        const auto per_std = preparation.scaling.std.cwiseInverse().asDiagonal();
+        return per_std * covariance * per_std;
+      });
+}
+
+Result<methods::Fold> fold_of(const FoldData& split, const EstimatorOptions& estimator) {
   auto train_x = scaled_inputs(split.preparation, split.training.clusters);
   if (!train_x) return failure(train_x.error());
   auto test_x = scaled_inputs(split.preparation, split.held_out);
   if (!test_x) return failure(test_x.error());
+  auto covariance = scaled_covariance(split.preparation, split.training.clusters, estimator);
+  if (!covariance) return failure(covariance.error());
   return methods::Fold{{.train_x = std::move(*train_x),
                         .train_y = scaled_target(split.preparation, split.training.clusters),
                         .test_x = std::move(*test_x),
                         .test_y = scaled_target(split.preparation, split.held_out),
                         .target_scale = split.preparation.target_std_deg_per_h},
-                       split.preparation.terms};
+                       split.preparation.terms,
+                       std::move(*covariance)};
 }
 
 /// The method's hyper-parameters by these splits alone.
@@ -68,7 +83,7 @@ Result<methods::Choice> choose(const std::vector<FoldData>& splits, const Estima
                                const ProgressSink& progress) {
   std::vector<methods::Fold> folds;
   for (const FoldData& split : splits) {
-    auto fold = fold_of(split);
+    auto fold = fold_of(split, estimator);
     if (!fold) return failure(fold.error());
     folds.push_back(std::move(*fold));
   }
@@ -79,8 +94,12 @@ Result<Model> fit(const Preparation& preparation, const data::Clusters& training
   const auto x = scaled_inputs(preparation, training);
   if (!x) return failure(x.error());
   const Eigen::VectorXd y = scaled_target(preparation, training);
-  return estimator.method.fit({*x, y, preparation.terms}, estimator.parameters, estimator.options)
-      .map([&](methods::Fit&& fitted) { return assemble(preparation, std::move(fitted)); });
+  auto covariance = scaled_covariance(preparation, training, estimator);
+  if (!covariance) return failure(covariance.error());
+  const methods::FitInput set{*x, y, preparation.terms, std::move(*covariance)};
+  return estimator.method.fit(set, estimator.parameters, estimator.options).map([&](methods::Fit&& fitted) {
+    return assemble(preparation, std::move(fitted));
+  });
 }
 
 /// Bias less prediction of what the split holds out.
@@ -267,8 +286,12 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (!context) return failure(context.error());
 
   const svm::TuningOptions tuning_options = tuning_options_of(options);
-  EstimatorOptions estimator{
-      **method, {}, {.tuning = tuning_options, .seed = tuning_options.swarm.seed, .quick = options.quick}};
+  EstimatorOptions estimator{**method,
+                             {},
+                             {.tuning = tuning_options,
+                              .seed = tuning_options.swarm.seed,
+                              .quick = options.quick,
+                              .thermometer_uncertainty_k = options.thermometer_uncertainty_k}};
   auto choice = choose(context->splits, estimator, progress);
   if (!choice) return failure(choice.error());
   estimator.parameters = choice->parameters;
@@ -291,6 +314,10 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   auto uncertainty = uncertainty_of(*model, {datasets, context->records, model->leave_cycle_out_residual});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
+  if ((*method)->weighs_uncertainty && options.thermometer_uncertainty_k.empty()) {
+    choice->warnings.push_back(
+        fmt::format("the rig states no uncertainty of its thermometers: {} K is taken", data::kAssumedUncertaintyK));
+  }
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;
 }

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/methods/ridge_u.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "analysis/methods/held_out.hpp"
+
+namespace gyrotherm::methods {
+namespace {
+
+/// A root R of the matrix, RᵀR = C; what rounding has made negative counts as 0.
+Eigen::MatrixXd root_of(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  return eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+}  // namespace
+
+PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
+                               const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
+  const Eigen::Index inputs = z.cols();
+  assert(z.rows() == y.size() && covariance.rows() == inputs && covariance.cols() == inputs);
+  const Eigen::RowVectorXd z_mean = z.colwise().mean();
+  const double y_mean = y.mean();
+  // The triangle of a QR says of the weights all that the samples say, and is far smaller.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> samples(z.rowwise() - z_mean);
+  const Eigen::Index kept = std::min(z.rows(), inputs);
+  const Eigen::VectorXd rotated = samples.householderQ().transpose() * (y.array() - y_mean).matrix();
+  Eigen::MatrixXd stacked(kept + inputs, inputs);
+  stacked << Eigen::MatrixXd(samples.matrixQR().topRows(kept).triangularView<Eigen::Upper>()),
+      std::sqrt(static_cast<double>(z.rows())) * root_of(covariance);
+  Eigen::VectorXd target = Eigen::VectorXd::Zero(kept + inputs);
+  target.head(kept) = rotated.head(kept);
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whole(stacked);
+  const Eigen::MatrixXd basis = whole.householderQ() * Eigen::MatrixXd::Identity(kept + inputs, whole.rank());
+  PenalisedPlane plane;
+  plane.weights = whole.solve(target);
+  plane.b = y_mean - z_mean * plane.weights;
+  plane.effective_parameters = 1 + basis.topRows(kept).squaredNorm();
+  return plane;
+}
+
+PenalisedPlane plane_of(const FitInput& set) {
+  if (set.input_covariance.size() > 0) return penalised_plane(set.x, set.y, set.input_covariance);
+  return penalised_plane(set.x, set.y, Eigen::MatrixXd::Zero(set.x.cols(), set.x.cols()));
+}
+
+Result<Fit> fit_ridge_u(const FitInput& set, const HyperParameters&, const MethodOptions&) {
+  if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
+  const PenalisedPlane plane = plane_of(set);
+  return Fit{.function = LinearModel{.weights = plane.weights, .b = plane.b},
+             .effective_parameters = plane.effective_parameters};
+}
+
+}  // namespace gyrotherm::methods

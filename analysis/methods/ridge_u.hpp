@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Ridge regression with the thermometers' uncertainty as its penalty.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "analysis/methods/method.hpp"
+
+namespace gyrotherm::methods {
+
+// Errors in variables: what a model learns from its thermometers has to last while they drift within their certificate.
+// If the inputs of a cluster are in error by e, of covariance C, a plane of slope w is in error by e·w more, whose
+// square is wᵀCw on average: the plane that errs least on readings that are in error minimises
+// ‖y − Zw − b‖² + n wᵀCw (Fuller, Measurement Error Models (1987), §1.2; Tikhonov's form of it: Golub, Hansen, O'Leary,
+// SIAM J. Matrix Anal. 21 (1999) 185). On raw temperatures that is n Σ u_i² w_i². Nothing is tuned: the certificate
+// gives the penalty. C is FitInput.input_covariance, so products and lags are weighed by what the errors make of them.
+
+/// The plane of penalised least squares.
+struct PenalisedPlane {
+  Eigen::VectorXd weights;
+  double b{};
+  double effective_parameters{};  ///< the trace of the matrix from y to fitted values, the constant's 1 included
+};
+
+/// Minimises ‖y − Zw − b‖² + n wᵀCw, b free, by an orthogonal decomposition of the rows of Z above those of √(nC): no
+/// square of a condition number. C is symmetric and not negative; where neither it nor Z tells directions apart, the
+/// shortest w is taken.
+[[nodiscard]] PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                             const Eigen::Ref<const Eigen::VectorXd>& y,
+                                             const Eigen::Ref<const Eigen::MatrixXd>& covariance);
+
+/// The penalised_plane of a sound set (check_set); without a covariance its inputs are taken as exact.
+[[nodiscard]] PenalisedPlane plane_of(const FitInput& set);
+
+/// Fits plane_of. Fails with usage as check_set does.
+[[nodiscard]] FitFunction fit_ridge_u;
+
+}  // namespace gyrotherm::methods

@@ -73,18 +73,33 @@ void move_to_means(const data::SampleMatrix& samples, const std::vector<Eigen::I
 }
 
 constexpr std::array kCentres = {10, 20, 40, 80};
+constexpr std::array kUnitWidthFactors = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array kLambdas = {1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 
+/// Centres and how far they lie from their neighbours.
 struct Units {
   data::SampleMatrix centres;
-  Eigen::VectorXd widths;
+  Eigen::VectorXd apart;
 };
 
 Result<Units> place_units(const data::SampleMatrix& x, int count, std::uint64_t seed) {
   return k_means(x, count, seed).map([](KMeans&& found) {
-    Eigen::VectorXd widths = neighbour_distances(found.centres);
-    return Units{std::move(found.centres), std::move(widths)};
+    Eigen::VectorXd apart = neighbour_distances(found.centres);
+    return Units{std::move(found.centres), std::move(apart)};
   });
+}
+
+/// What units of this width factor predict of the fold's held-out rows, a column per λ.
+Eigen::MatrixXd path_on(const Units& units, double factor, const Fold& fold) {
+  const Eigen::VectorXd widths = factor * units.apart;
+  const RidgePath path(gaussian_units(fold.train_x, units.centres, widths), fold.train_y);
+  const Eigen::MatrixXd held_out = gaussian_units(fold.test_x, units.centres, widths);
+  Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(kLambdas.size()));
+  for (Eigen::Index i = 0; i < predicted.cols(); ++i) {
+    const Eigen::VectorXd weights = path.weights(kLambdas[static_cast<std::size_t>(i)]);
+    predicted.col(i) = (held_out * weights).array() + path.offset(weights);
+  }
+  return predicted;
 }
 
 }  // namespace
@@ -136,23 +151,23 @@ Eigen::MatrixXd gaussian_units(const data::SampleMatrix& samples, const data::Sa
 
 Result<Choice> choose_radial_basis(std::span<const Fold> folds, const MethodOptions& options,
                                    const ProgressSink& progress) {
-  const Trial along_the_path = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
+  constexpr auto kPaths = static_cast<Eigen::Index>(kLambdas.size());
+  const Trial of_each_width = [&](const Fold& fold, std::size_t trial) -> Result<Eigen::MatrixXd> {
     const auto units = place_units(fold.train_x, kCentres[trial], options.seed);
     if (!units) return failure(units.error());
-    const RidgePath path(gaussian_units(fold.train_x, units->centres, units->widths), fold.train_y);
-    const Eigen::MatrixXd held_out = gaussian_units(fold.test_x, units->centres, units->widths);
-    Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(kLambdas.size()));
-    for (Eigen::Index i = 0; i < predicted.cols(); ++i) {
-      const Eigen::VectorXd weights = path.weights(kLambdas[i]);
-      predicted.col(i) = (held_out * weights).array() + path.offset(weights);
+    Eigen::MatrixXd predicted(fold.test_x.rows(), kPaths * static_cast<Eigen::Index>(kUnitWidthFactors.size()));
+    for (std::size_t i = 0; i < kUnitWidthFactors.size(); ++i) {
+      predicted.middleCols(static_cast<Eigen::Index>(i) * kPaths, kPaths) = path_on(*units, kUnitWidthFactors[i], fold);
     }
     return predicted;
   };
-  const auto errors = held_out_errors(folds, kCentres.size(), along_the_path, options, progress);
+  const auto errors = held_out_errors(folds, kCentres.size(), of_each_width, options, progress);
   if (!errors) return failure(errors.error());
   const Least least = least_of(*errors);
   Choice choice;
-  choice.parameters = {{"centres", static_cast<double>(kCentres[least.trial])}, {"lambda", kLambdas[least.candidate]}};
+  choice.parameters = {{"centres", static_cast<double>(kCentres[least.trial])},
+                       {"width factor", kUnitWidthFactors[static_cast<std::size_t>(least.candidate / kPaths)]},
+                       {"lambda", kLambdas[static_cast<std::size_t>(least.candidate % kPaths)]}};
   return choice;
 }
 
@@ -160,12 +175,13 @@ Result<Fit> fit_radial_basis(const FitInput& set, const HyperParameters& paramet
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   auto units = place_units(set.x, static_cast<int>(value_of(parameters, "centres")), options.seed);
   if (!units) return failure(units.error());
+  const Eigen::VectorXd widths = value_of(parameters, "width factor") * units->apart;
   const double lambda = value_of(parameters, "lambda");
-  const RidgePath path(gaussian_units(set.x, units->centres, units->widths), set.y);
+  const RidgePath path(gaussian_units(set.x, units->centres, widths), set.y);
   const Eigen::VectorXd weights = path.weights(lambda);
   return Fit{.function = ExpansionModel{.centres = std::move(units->centres),
                                         .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),
-                                        .widths = std::move(units->widths),
+                                        .widths = widths,
                                         .weights = weights,
                                         .b = path.offset(weights)},
              .effective_parameters = path.effective_parameters(lambda)};

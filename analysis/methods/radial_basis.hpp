@@ -16,8 +16,9 @@ namespace gyrotherm::methods {
 // Jin et al. 2008 and Yu et al. 2012 (refs. 8 and 10 of the paper) and what Ding et al., Sensors 14 (2014) 18711,
 // compare theirs with.
 //
-// ŷ = w_0 + Σ_{k=1}^{K} w_k exp(−‖z − c_k‖²/(2 s_k²)); c_k by k-means++ and Lloyd, s_k the mean distance to the two
-// nearest centres, w by ridge regression.
+// ŷ = w_0 + Σ_{k=1}^{K} w_k exp(−‖z − c_k‖²/(2 s_k²)); c_k by k-means++ and Lloyd, s_k a factor times the mean
+// distance to the two nearest centres, w by ridge regression. Where a bias follows a plane, units as narrow as their
+// distances only step from centre to centre; wide ones lie in each other and bend little.
 
 /// Centres of clusters of samples.
 struct KMeans {
@@ -36,7 +37,8 @@ struct KMeans {
 [[nodiscard]] Eigen::MatrixXd gaussian_units(const data::SampleMatrix& samples, const data::SampleMatrix& centres,
                                              const Eigen::VectorXd& widths);
 
-/// Chooses "centres", K of 10, 20, 40, 80, and "lambda" of 10⁻¹⁰ … 10⁻² in steps of two decades, by held-out error.
+/// Chooses "centres", K of 10, 20, 40, 80, "width factor" of 1, 2, 4, 8, 16, and "lambda" of 10⁻¹⁰ … 10⁻² in steps of
+/// two decades, by held-out error.
 [[nodiscard]] ChooseFunction choose_radial_basis;
 
 /// The effective parameters are the trace for these centres; that they were placed is not counted. Fails with usage if

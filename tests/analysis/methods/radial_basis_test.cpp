@@ -129,14 +129,26 @@ TEST(OrthogonalLeastSquares, PassesOverACandidateThatIsACopy) {
 }
 
 TEST(RadialBasisNetwork, FitsWhatIsASumOfItsOwnUnits) {
-  data::Samples samples{data::normal_matrix(200, 2, 5), {}, data::letters(2)};
-  const auto found = k_means(samples.x, 10, 1);
-  const Eigen::VectorXd widths = neighbour_distances(found->centres), weights = data::normal_vector(10, 6);
-  samples.y = (gaussian_units(samples.x, found->centres, widths) * weights).array() + 0.25;
-  const auto fit = fit_radial_basis(samples.set(), {{"centres", 10}, {"lambda", 1e-14}}, {.seed = 1});
-  ASSERT_TRUE(fit);
-  EXPECT_LT((value_of(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-7);
-  EXPECT_NEAR(fit->effective_parameters, 11, 1e-3);
+  for (const double factor : {1.0, 1.5}) {
+    data::Samples samples{data::normal_matrix(200, 2, 5), {}, data::letters(2)};
+    const auto found = k_means(samples.x, 10, 1);
+    const Eigen::VectorXd widths = factor * neighbour_distances(found->centres), weights = data::normal_vector(10, 6);
+    samples.y = (gaussian_units(samples.x, found->centres, widths) * weights).array() + 0.25;
+    const HyperParameters parameters = {{"centres", 10}, {"width factor", factor}, {"lambda", 1e-14}};
+    const auto fit = fit_radial_basis(samples.set(), parameters, {.seed = 1});
+    ASSERT_TRUE(fit);
+    EXPECT_LT((value_of(fit->function, samples.x) - samples.y).cwiseAbs().maxCoeff(), 1e-6) << factor;
+    EXPECT_NEAR(fit->effective_parameters, 11, 1e-3);
+  }
+}
+
+/// On a plane the widest units err least where they were not shown it.
+TEST(RadialBasisNetwork, ChoosesWideUnitsForAPlane) {
+  data::Samples samples{data::normal_matrix(200, 3, 7), {}, data::letters(3)};
+  samples.y = samples.x.col(0) - 0.5 * samples.x.col(2) + 0.01 * data::normal_vector(200, 8);
+  const auto choice = choose_radial_basis(folds_of(samples, 4), {}, {});
+  ASSERT_TRUE(choice);
+  EXPECT_GE(value_of(choice->parameters, "width factor"), 4);
 }
 
 TEST(RadialBasisNetwork, ChoosesAmongThoseThatTheFoldsCanCarry) {

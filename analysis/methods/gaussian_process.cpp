@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/kernel_methods.hpp"
+#include "analysis/methods/ridge_u.hpp"
 #include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 
@@ -55,6 +57,12 @@ constexpr std::size_t kAscents = 3;
 constexpr Eigen::Index kMostSamples = 400;  // for the likelihood
 constexpr int kMostEvaluations = 80;
 
+constexpr double kJitter = 1e-8;  // of the kernel of samples that nearly repeat each other
+
+tl::unexpected<Fault> not_definite() {
+  return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
+}
+
 double between(double low, double high, std::mt19937_64& generator) {
   return low * std::pow(high / low, uniform(generator));
 }
@@ -86,9 +94,9 @@ Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y
   return ascents[best];
 }
 
-/// Every k-th row.
-std::vector<Eigen::Index> thinned(Eigen::Index rows) {
-  const Eigen::Index step = (rows + kMostSamples - 1) / kMostSamples;
+/// Every k-th row, such that at most so many remain.
+std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
+  const Eigen::Index step = (rows + most - 1) / most;
   std::vector<Eigen::Index> kept;
   for (Eigen::Index row = 0; row < rows; row += step) kept.push_back(row);
   return kept;
@@ -104,10 +112,45 @@ std::string particulars_of(const Covariance& covariance, const std::vector<data:
   std::ranges::sort(sorted);
   return fmt::format(
       "predictive standard deviation, in the target's STD: {:.3g} in the median and {:.3g} at most over the training "
-      "clusters beside a noise of {:.3g}, {:.3g} far from them; lengths, in each input's STD: {}; likelihood of {} "
-      "clusters",
+      "clusters beside a noise of {:.3g}, {:.3g} far from them beside the plane's; lengths, in each input's STD: {}; "
+      "likelihood of {} clusters",
       sorted(sorted.size() / 2), sorted(sorted.size() - 1), covariance.noise, covariance.signal,
       fmt::join(lengths, ", "), samples);
+}
+
+/// A⁻¹ of the plane's prior.
+Eigen::MatrixXd prior_precision(const FitInput& set, double variance) {
+  const Eigen::Index inputs = set.x.cols();
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(inputs, inputs) / (kWidestSlope * kWidestSlope);
+  if (set.input_covariance.size() > 0) precision += static_cast<double>(set.x.rows()) / variance * set.input_covariance;
+  return precision;
+}
+
+/// What the plane of ridge-u leaves of the target.
+Eigen::VectorXd beside_the_plane(const FitInput& set) {
+  const PenalisedPlane plane = plane_of(set);
+  return set.y - ((set.x * plane.weights).array() + plane.b).matrix();
+}
+
+Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& covariance,
+                                         const Eigen::MatrixXd& precision_of_slope) {
+  const data::SampleMatrix centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all);
+  const Eigen::Index inputs = set.x.cols(), count = centres.rows();
+  Eigen::MatrixXd kernel = covariance_matrix(covariance, centres, centres);
+  kernel.diagonal().array() += kJitter * covariance.signal * covariance.signal;
+  Eigen::MatrixXd features(set.x.rows(), inputs + count);
+  features << set.x, covariance_matrix(covariance, set.x, centres);
+  Eigen::MatrixXd precision = features.transpose() * features / (covariance.noise * covariance.noise);
+  precision.topLeftCorner(inputs, inputs) += precision_of_slope;
+  precision.bottomRightCorner(count, count) += kernel;
+  const Eigen::LLT<Eigen::MatrixXd> whole(precision), of_kernel(kernel);
+  if (whole.info() != Eigen::Success || of_kernel.info() != Eigen::Success) return not_definite();
+  return PredictiveVariance{.centres = centres,
+                            .lengths = covariance.lengths,
+                            .signal = covariance.signal,
+                            .noise = covariance.noise,
+                            .posterior = whole.solve(Eigen::MatrixXd::Identity(inputs + count, inputs + count)),
+                            .precision = of_kernel.solve(Eigen::MatrixXd::Identity(count, count))};
 }
 
 }  // namespace
@@ -139,9 +182,7 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   const Eigen::MatrixXd signal = covariance_matrix(covariance, x, x);
   Eigen::MatrixXd factor = signal;
   factor.diagonal().array() += variance;
-  if (!svm::factor_cholesky(factor)) {
-    return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
-  }
+  if (!svm::factor_cholesky(factor)) return not_definite();
   Eigen::MatrixXd alpha = y;
   svm::solve_cholesky(factor, alpha);
   Likelihood likelihood{.log_value = -0.5 * y.dot(alpha.col(0)) - factor.diagonal().array().log().sum() -
@@ -189,28 +230,33 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double mean = set.y.mean();
   const Eigen::VectorXd y = set.y.array() - mean;
-  const auto kept = thinned(set.x.rows());
-  const auto ascent = best_ascent(set.x(kept, Eigen::all), y(kept), options);
+  const auto kept = thinned(set.x.rows(), kMostSamples);
+  const auto ascent = best_ascent(set.x(kept, Eigen::all), beside_the_plane(set)(kept), options);
   if (!ascent) return failure(ascent.error());
   const Covariance& covariance = ascent->covariance;
   const double variance = covariance.noise * covariance.noise;
+  const Eigen::MatrixXd precision = prior_precision(set, variance);
+  const Eigen::MatrixXd prior_times_x = precision.llt().solve(set.x.transpose());
 
   Eigen::MatrixXd factor = covariance_matrix(covariance, set.x, set.x);
+  factor.noalias() += set.x * prior_times_x;
   factor.diagonal().array() += variance;
-  if (!svm::factor_cholesky(factor)) {
-    return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
-  }
+  if (!svm::factor_cholesky(factor)) return not_definite();
   Eigen::MatrixXd alpha = y;
   svm::solve_cholesky(factor, alpha);
   const Eigen::VectorXd diagonal = svm::inverse_diagonal(factor);
   const Eigen::VectorXd deviation = (variance - variance * variance * diagonal.array()).max(0).sqrt();
+  auto stored = variance_from(set, covariance, precision);
+  if (!stored) return failure(stored.error());
   return Fit{.function = ExpansionModel{.centres = set.x,
                                         .lengths = covariance.lengths,
                                         .widths = Eigen::VectorXd::Ones(set.x.rows()),
                                         .weights = covariance.signal * covariance.signal * alpha.col(0),
-                                        .b = mean},
+                                        .b = mean,
+                                        .slope = prior_times_x * alpha.col(0)},
              .effective_parameters = static_cast<double>(y.size()) - variance * diagonal.sum(),
-             .particulars = particulars_of(covariance, set.terms, deviation, kept.size())};
+             .particulars = particulars_of(covariance, set.terms, deviation, kept.size()),
+             .variance = std::move(*stored)};
 }
 
 }  // namespace gyrotherm::methods

@@ -44,9 +44,13 @@ struct LsSvm {
 /// The effective parameters are the trace; the particulars name the closed-form leave-one-out error.
 [[nodiscard]] FitFunction fit_ls_svm;
 
-// Gaussian process regression (Rasmussen and Williams 2006): squared-exponential covariance with one length per input,
-// which says which inputs matter, and a noise, all by marginal likelihood. One of the two modern methods beside the
-// paper's; the only one here that gives a standard deviation with each prediction.
+// Gaussian process regression (Rasmussen and Williams 2006): a plane, and of what it leaves a squared-exponential
+// covariance with one length per input, which says which inputs matter, and a noise. One of the two modern methods
+// beside the paper's; the only one here that gives a standard deviation with each prediction.
+//
+// The plane's slope has the prior N(0, A), A⁻¹ = n C/σ_n² + I/kWidestSlope², C the covariance of the inputs that the
+// thermometers' uncertainty makes: its posterior mean is the plane of ridge-u (ridge_u.hpp), so that what the process
+// learns lasts while the thermometers drift, and far from what was seen it goes on as a plane.
 
 /// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
 struct Covariance {
@@ -84,12 +88,20 @@ struct Ascent {
 [[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
                                               const Eigen::VectorXd& y, int most);
 
-/// Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal likelihood of its training
-/// samples, and held-out samples choose nothing. The likelihood is climbed from three starts, one in the middle and two
-/// at random (quick: from the middle alone), on every k-th sample such that at most 400 remain; the function is then
-/// made from all. The prediction falls back to the training mean far from what was seen. The effective parameters are
-/// the trace; the particulars name the lengths and the predictive standard deviation. Fails with numeric if no start
-/// has a positive definite covariance.
+/// How steep the plane of a Gaussian process may be, in STDs of the target per STD of an input, where the thermometers'
+/// uncertainty does not say.
+inline constexpr double kWidestSlope = 100;
+
+/// How many samples the stored variance of a Gaussian process rests on.
+inline constexpr Eigen::Index kVarianceCentres = 60;
+
+/// Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal likelihood of what the plane
+/// of ridge-u leaves of its training samples, and held-out samples choose nothing. The likelihood is climbed from three
+/// starts, one in the middle and two at random (quick: from the middle alone), on every k-th sample such that at most
+/// 400 remain; the function, plane and Gaussians together, is then made from all, its variance from every k-th such
+/// that at most kVarianceCentres remain. The prediction goes on as a plane far from what was seen. The effective
+/// parameters are the trace; the particulars name the lengths and the predictive standard deviation. Fails with numeric
+/// if no start has a positive definite covariance.
 [[nodiscard]] FitFunction fit_gaussian_process;
 
 }  // namespace gyrotherm::methods

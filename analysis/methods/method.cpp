@@ -33,7 +33,8 @@ Eigen::VectorXd value(const ExpansionModel& expansion, const data::SampleMatrix&
     return rows.array().rowwise() / expansion.lengths.array();
   };
   const svm::GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
-  return sum.at(in_lengths(scaled)).array() + expansion.b;
+  const Eigen::VectorXd gaussians = sum.at(in_lengths(scaled)).array() + expansion.b;
+  return expansion.slope.size() == 0 ? gaussians : Eigen::VectorXd(gaussians + scaled * expansion.slope);
 }
 
 Eigen::VectorXd value(const NetworkModel& network, const data::SampleMatrix& scaled) {
@@ -45,7 +46,7 @@ int numbers(const SvrModel& svr) { return static_cast<int>(svr.support_vectors.s
 int numbers(const LinearModel& linear) { return static_cast<int>((linear.weights.array() != 0).count()) + 1; }
 int numbers(const ExpansionModel& expansion) {
   return static_cast<int>(expansion.centres.size() + expansion.lengths.size() + expansion.widths.size() +
-                          expansion.weights.size()) +
+                          expansion.weights.size() + expansion.slope.size()) +
          1;
 }
 int numbers(const NetworkModel& network) {
@@ -136,9 +137,10 @@ constexpr std::array kMethods = {
            .title = "Gaussian process regression",
            .citation = "Rasmussen, Williams, MIT Press (2006)",
            .inputs = "temperature-gradient-rate",
-           .compared_on = {"multi-point-t"},
+           .compared_on = {"multi-point-t", "temperatures"},
            .choose = choose_nothing,
-           .fit = fit_gaussian_process},
+           .fit = fit_gaussian_process,
+           .weighs_uncertainty = true},
 };
 
 }  // namespace
@@ -149,6 +151,16 @@ Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& sca
 
 int numbers_in(const Function& function) {
   return std::visit([](const auto& form) { return numbers(form); }, function);
+}
+
+Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
+  const Covariance covariance{.lengths = variance.lengths, .signal = variance.signal, .noise = variance.noise};
+  const Eigen::MatrixXd kernel = covariance_matrix(covariance, scaled, variance.centres);
+  Eigen::MatrixXd features(scaled.rows(), scaled.cols() + kernel.cols());
+  features << scaled, kernel;
+  const Eigen::VectorXd known = (features * variance.posterior).cwiseProduct(features).rowwise().sum();
+  const Eigen::VectorXd seen = (kernel * variance.precision).cwiseProduct(kernel).rowwise().sum();
+  return (known.array() + (variance.signal * variance.signal - seen.array()).max(0)).max(0);
 }
 
 std::span<const Method> methods() { return kMethods; }

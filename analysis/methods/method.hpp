@@ -40,14 +40,32 @@ struct LinearModel {
   double b{};
 };
 
-/// f(z) = Σ_k w_k exp(−½ Σ_j ((z_j − c_kj)/(l_j s_k))²) + b.
+/// f(z) = Σ_k w_k exp(−½ Σ_j ((z_j − c_kj)/(l_j s_k))²) + a·z + b.
 struct ExpansionModel {
   data::SampleMatrix centres;  ///< k × inputs, scaled
   Eigen::RowVectorXd lengths;  ///< l, > 0, one per input; ones unless the method weighs its inputs
   Eigen::VectorXd widths;      ///< s, > 0, one per centre
   Eigen::VectorXd weights;     ///< w, one per centre
   double b{};
+  Eigen::VectorXd slope = {};  ///< a, one per input; empty: there is no plane
 };
+
+/// The variance of what a Gaussian process predicts, in units of the target's variance: of its plane and of what m of
+/// its samples say of the rest, φ(z)ᵀSφ(z) + σ_f² − k(z)ᵀK⁻¹k(z), φ = (z, k(z)),
+/// k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), K = k at the c (the deterministic training conditional of
+/// Quiñonero-Candela and Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939: with all samples as c it is the exact one).
+/// Noise of one target is not in it.
+struct PredictiveVariance {
+  data::SampleMatrix centres;  ///< c, m × inputs, scaled
+  Eigen::RowVectorXd lengths;  ///< l, > 0, one per input
+  double signal{};             ///< σ_f, > 0
+  double noise{};              ///< σ_n, of one target, ≥ 0
+  Eigen::MatrixXd posterior;   ///< S, (inputs + m) × (inputs + m)
+  Eigen::MatrixXd precision;   ///< K⁻¹, m × m
+};
+
+/// The variance of f at each row. `scaled` has the function's number of inputs.
+[[nodiscard]] Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
 /// f(z) = Σ_k v_k tanh(w_k·z + u_k) + b.
 struct NetworkModel {
@@ -117,6 +135,7 @@ struct Fit {
   Function function;
   double effective_parameters{};  ///< trace of the matrix from targets to fitted values, or the method's nearest to it
   std::string particulars = {};   ///< in words, what else is worth knowing; may be empty
+  std::optional<PredictiveVariance> variance = {};  ///< of a method that knows it
 };
 
 /// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty

@@ -39,6 +39,14 @@ Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs) {
   return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
 }
 
+Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs) {
+  if (!model.variance) {
+    return failure(FaultKind::usage, "standard deviation", fmt::format("a model of {} does not know it", model.method));
+  }
+  const Eigen::VectorXd variance = variance_of(*model.variance, apply(model.scaling, inputs));
+  return Prediction{predict(model, inputs), model.target_std_deg_per_h * variance.cwiseSqrt()};
+}
+
 int stored_numbers(const Model& model) {
   const auto inputs = static_cast<int>(model.terms.size());
   constexpr int kPerInput = 2, kOfTarget = 2;  // mean and STD each

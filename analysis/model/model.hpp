@@ -56,6 +56,7 @@ struct Model {
   double effective_parameters{};              ///< of the function; see Fit
   double residual_std_deg_per_h{};  ///< √(RSS/(n − p)) in-sample, p the effective parameters; NaN if p ≥ n
   std::string particulars;          ///< see Fit
+  std::optional<methods::PredictiveVariance> variance;  ///< see Fit; of the full function, if it has been reduced
   std::optional<ReducedSetSummary> reduction;  ///< of vectors; the figures below are those of the full function
   std::vector<TrainingRecord> trained_on;
   Selection selection;                ///< multi-point only
@@ -81,6 +82,16 @@ struct Model {
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters);
 /// Predicted bias of each row of unscaled inputs (rows × terms), °/h; NaN where an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs);
+
+/// A predicted bias of each row and the standard deviation of it as far as the model knows: of the function, without
+/// the noise of a mean and without what the thermometers do after the training; °/h.
+struct Prediction {
+  Eigen::VectorXd bias_deg_per_h;
+  Eigen::VectorXd std_deg_per_h;
+};
+/// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
+/// variance.
+[[nodiscard]] Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs);
 
 /// What is done with inputs beyond the range in which a model was trained.
 ///

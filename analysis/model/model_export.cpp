@@ -104,7 +104,7 @@ static double function_of(const double z[]) {
     }
     sum = added(sum, weight[i] * exp(@narrowness@ * square), &rest);
   }
-  return sum + rest;
+@plane@  return sum + rest;
 }
 )";
 
@@ -119,6 +119,9 @@ static double function_of(const double z[]) {
   }
   return sum + rest;
 }
+)";
+
+constexpr const char* kPlane = R"(  for (int k = 0; k < @inputs@; ++k) sum = added(sum, slope[k] * z[k], &rest);
 )";
 
 std::string count(Eigen::Index number) { return fmt::format("{}", number); }
@@ -136,7 +139,8 @@ std::string text_of(const methods::SvrModel& svr) {
   const double sigma = svr.parameters.sigma;
   return kAdd +
          c_filled(kGaussians,
-                  {{"scaled", "z"},
+                  {{"plane", ""},
+                   {"scaled", "z"},
                    {"scaled_k", "z[k]"},
                    {"narrowness", "narrowness"},
                    {"tables", fmt::format("static const double narrowness = {};\n", c_number(-0.5 / (sigma * sigma))) +
@@ -147,15 +151,20 @@ std::string text_of(const methods::SvrModel& svr) {
 }
 
 std::string text_of(const methods::ExpansionModel& expansion) {
-  if (expansion.weights.size() == 0) return constant(expansion.b);
+  const bool plane = expansion.slope.size() > 0;
+  if (expansion.weights.size() == 0) {
+    return plane ? text_of(methods::LinearModel{expansion.slope, expansion.b}) : constant(expansion.b);
+  }
   const data::SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
   return kAdd + c_filled(kGaussians,
-                         {{"scaled", "z / length"},
+                         {{"plane", plane ? c_filled(kPlane, {{"inputs", count(centres.cols())}}) : ""},
+                          {"scaled", "z / length"},
                           {"scaled_k", "z[k] / length[k]"},
                           {"narrowness", "narrowness[i]"},
                           {"tables", c_vector("length", expansion.lengths.transpose()) + c_table("centre", centres) +
-                                         c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights)},
+                                         c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights) +
+                                         (plane ? c_vector("slope", expansion.slope) : "")},
                           {"terms", count(expansion.weights.size())},
                           {"inputs", count(centres.cols())},
                           {"b", c_number(expansion.b)}});
@@ -173,7 +182,9 @@ std::string text_of(const methods::NetworkModel& network) {
 
 double weights_of(const methods::LinearModel& linear) { return linear.weights.lpNorm<1>(); }
 double weights_of(const methods::SvrModel& svr) { return svr.beta.lpNorm<1>(); }
-double weights_of(const methods::ExpansionModel& expansion) { return expansion.weights.lpNorm<1>(); }
+double weights_of(const methods::ExpansionModel& expansion) {
+  return expansion.weights.lpNorm<1>() + expansion.slope.lpNorm<1>();
+}
 double weights_of(const methods::NetworkModel& network) { return network.out.lpNorm<1>(); }
 
 /// Tables and "static double function_of(const double z[])".

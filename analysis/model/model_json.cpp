@@ -121,6 +121,9 @@ void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion
   form("widths", expansion.widths);
   form("weights", expansion.weights);
   form("centres", Rows{expansion.centres, inputs});
+  form.if_there("slope", expansion.slope.size() > 0, expansion.slope);
+  form.expect("slope", expansion.slope.size() == 0 || expansion.slope.size() == inputs,
+              "expected one number per input");
   form.expect("lengths", (expansion.lengths.array() > 0).all(), "expected numbers above 0");
   form.expect("lengths", expansion.lengths.size() == inputs, "expected one number per input");
   form.expect("widths", (expansion.widths.array() > 0).all(), "expected numbers above 0");
@@ -135,6 +138,21 @@ void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Ei
   form("weights", Rows{network.weights, inputs});
   form.expect("offsets", network.offsets.size() == network.weights.rows(), "expected one number per hidden unit");
   form.expect("out", network.out.size() == network.weights.rows(), "expected one number per hidden unit");
+}
+
+/// Rows of as many numbers as there are columns where they are written.
+void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& variance, Eigen::Index inputs) {
+  form("lengths", variance.lengths);
+  form("signal", positive(variance.signal));
+  form("noise", not_negative(variance.noise));
+  form("centres", Rows{variance.centres, inputs});
+  const Eigen::Index count = variance.centres.rows();
+  form("posterior", Rows{variance.posterior, inputs + count});
+  form("precision", Rows{variance.precision, count});
+  form.expect("lengths", variance.lengths.size() == inputs && (variance.lengths.array() > 0).all(),
+              "expected one number above 0 per input");
+  form.expect("posterior", variance.posterior.rows() == inputs + count, "expected a square matrix");
+  form.expect("precision", variance.precision.rows() == count, "expected a square matrix");
 }
 
 /// One of the four functions; "form" says which.
@@ -216,6 +234,10 @@ void describe(auto& form, Like<Model> auto& model) {
   form("particulars", model.particulars);
   form.object("function", [&](auto& function) {
     describe_function(function, model.function, static_cast<Eigen::Index>(model.terms.size()));
+  });
+  form.object_if_there("variance", model.variance.has_value(), [&](auto& variance) {
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) model.variance.emplace();
+    describe_variance(variance, *model.variance, static_cast<Eigen::Index>(model.terms.size()));
   });
   form.if_there("selection", !model.selection.terms.empty(), model.selection);
   form.if_there("residual_std_deg_per_h", std::isfinite(model.residual_std_deg_per_h),

@@ -37,6 +37,7 @@ Model assemble(const Preparation& preparation, methods::Fit fit) {
   model.function = std::move(fit.function);
   model.effective_parameters = fit.effective_parameters;
   model.particulars = std::move(fit.particulars);
+  model.variance = std::move(fit.variance);
   model.terms = preparation.terms;
   model.scaling = preparation.scaling;
   model.target_mean_deg_per_h = preparation.target_mean_deg_per_h;

@@ -130,6 +130,70 @@ TEST(GaussianProcess, GivesAnInputThatMeansNothingALongLength) {
   EXPECT_NE(fit->particulars.find("predictive standard deviation"), std::string::npos);
 }
 
+/// The samples with errors of their thermometers, A's the largest.
+FitInput in_error(const data::Samples& samples) {
+  Eigen::MatrixXd covariance = Eigen::VectorXd::LinSpaced(samples.x.cols(), 0.05, 0.01).asDiagonal();
+  return {samples.x, samples.y, samples.terms, covariance};
+}
+
+/// The process by the whole covariance of all samples, plane and Gaussians, with nothing left out.
+struct DensePosterior {
+  Eigen::VectorXd mean, variance;
+};
+DensePosterior dense(const FitInput& set, const PredictiveVariance& of, const data::SampleMatrix& at) {
+  const Covariance covariance{.lengths = of.lengths, .signal = of.signal, .noise = of.noise};
+  const Eigen::Index inputs = set.x.cols();
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(inputs, inputs) / (kWidestSlope * kWidestSlope);
+  precision += static_cast<double>(set.x.rows()) / (of.noise * of.noise) * set.input_covariance;
+  const Eigen::MatrixXd prior = precision.inverse();
+  Eigen::MatrixXd whole = covariance_matrix(covariance, set.x, set.x) + set.x * prior * set.x.transpose();
+  whole.diagonal().array() += of.noise * of.noise;
+  const Eigen::MatrixXd across = covariance_matrix(covariance, at, set.x) + at * prior * set.x.transpose();
+  const Eigen::MatrixXd own = covariance_matrix(covariance, at, at) + at * prior * at.transpose();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(whole);
+  const double mean = set.y.mean();
+  return {(across * factor.solve((set.y.array() - mean).matrix())).array() + mean,
+          (own - across * factor.solve(across.transpose())).diagonal()};
+}
+
+TEST(GaussianProcess, KnowsMeanAndVarianceOfTheWholePosterior) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(seed);
+    const data::Samples samples = data::bent_samples(kVarianceCentres, 3, 0.1, seed);
+    const data::SampleMatrix at = 2 * data::normal_matrix(40, 3, seed + 99);
+    const auto fit = fit_gaussian_process(in_error(samples), {}, {});
+    ASSERT_TRUE(fit && fit->variance);
+    const DensePosterior expected = dense(in_error(samples), *fit->variance, at);
+    EXPECT_LT((value_of(fit->function, at) - expected.mean).cwiseAbs().maxCoeff(), 1e-6);
+    const Eigen::VectorXd variance = variance_of(*fit->variance, at);
+    EXPECT_LT(((variance - expected.variance).array() / expected.variance.array()).abs().maxCoeff(), 1e-3);
+  }
+}
+
+/// Sixty of many samples say nearly as much.
+TEST(GaussianProcess, ItsStoredVarianceIsNotBelowTheWholeOne) {
+  const data::Samples samples = data::bent_samples(300, 2, 0.1, 8);
+  const auto fit = fit_gaussian_process(in_error(samples), {}, {});
+  ASSERT_TRUE(fit && fit->variance);
+  EXPECT_LE(fit->variance->centres.rows(), kVarianceCentres);
+  const data::SampleMatrix at = data::normal_matrix(100, 2, 9);
+  const Eigen::VectorXd whole = dense(in_error(samples), *fit->variance, at).variance,
+                        stored = variance_of(*fit->variance, at);
+  EXPECT_GT((stored.array() / whole.array()).minCoeff(), 0.9);
+  EXPECT_LT(stored.mean(), 4 * whole.mean());
+}
+
+TEST(GaussianProcess, GoesOnAsAPlane) {
+  data::Samples samples{data::normal_matrix(200, 2, 3), {}, data::letters(2)};
+  samples.y = samples.x.col(0) - 0.5 * samples.x.col(1) + 0.05 * data::normal_vector(200, 4);
+  const auto fit = fit_gaussian_process(samples.set(), {}, {});
+  ASSERT_TRUE(fit);
+  const data::SampleMatrix far = (data::SampleMatrix(2, 2) << 30, 0, 0, -30).finished();
+  const Eigen::VectorXd there = value_of(fit->function, far);
+  EXPECT_NEAR(there(0), 30, 1);
+  EXPECT_NEAR(there(1), 15, 1);
+}
+
 TEST(GaussianProcess, IsThePosteriorMeanOfAllSamples) {
   const data::Samples samples = data::bent_samples(450, 2, 0.1, 5);  // more than the likelihood is asked of
   const auto fit = fit_gaussian_process(samples.set(), {}, {});

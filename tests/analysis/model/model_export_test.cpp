@@ -117,6 +117,12 @@ Model small_expansion_model() {
   return model;
 }
 
+Model small_bent_plane_model() {
+  Model model = small_expansion_model();
+  std::get<methods::ExpansionModel>(model.function).slope = Eigen::Vector2d{-2.5, 1.0 / 3};
+  return model;
+}
+
 Model small_network_model() {
   Model model = data::small_svr_model();
   model.function = methods::NetworkModel{.weights = (data::SampleMatrix(2, 2) << 0.5, -1, 1.0 / 7, 2).finished(),
@@ -163,8 +169,9 @@ Model trained_model() {
 }
 
 std::vector<Model> models() {
-  return {data::small_svr_model(), small_linear_model(), small_expansion_model(), small_network_model(),
-          model_of_products(),     model_of_lags(),      model_without_vectors(), trained_model()};
+  return {data::small_svr_model(),  small_linear_model(),    small_expansion_model(),
+          small_bent_plane_model(), small_network_model(),   model_of_products(),
+          model_of_lags(),          model_without_vectors(), trained_model()};
 }
 
 std::vector<std::string> names_of(const Model& model) {

@@ -13,6 +13,7 @@
 #include "analysis/methods/radial_basis.hpp"
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/svr.hpp"
+#include "analysis/methods/svr_linear.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
 
@@ -71,6 +72,14 @@ constexpr std::array kMethods = {
            .choose = choose_svr,
            .fit = fit_svr,
            .filter = filter_bias},
+    Method{.name = "svr-linear",
+           .title = "PSO-SVM beside a plane",
+           .citation = "after Li et al. (2015) and Fuller (1987)",
+           .inputs = "temperatures",
+           .compared_on = {"multi-point-t"},
+           .choose = choose_svr_linear,
+           .fit = fit_svr_linear,
+           .weighs_uncertainty = true},
     Method{.name = "lsf",
            .title = "Least-squares polynomial",
            .citation = "Guo et al., Chin. Opt. Lett. 4 (2006) 576",

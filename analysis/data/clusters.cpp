@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "core/quantity.hpp"
 
@@ -36,9 +35,13 @@ std::vector<Span> cut(const Dataset& dataset, double length_s) {
   return spans;
 }
 
+bool has_each_second(const Dataset& dataset, const Span& span, double length_s) {
+  return dataset.imported || span.count == std::llround(length_s);
+}
+
 bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
-  if (!dataset.imported && span.count != std::llround(length_s)) return false;
-  return dataset.temperature_c.middleRows(span.first, span.count).allFinite() &&
+  return has_each_second(dataset, span, length_s) &&
+         dataset.temperature_c.middleRows(span.first, span.count).allFinite() &&
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
 }
 
@@ -81,14 +84,20 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   }
 }
 
-/// A run starts in balance: the time before its first cluster is infinite.
-void remember_history(Clusters& clusters) {
-  const Eigen::Index rows = clusters.start_s.size();
-  clusters.history.temperature_c = clusters.temperature_c;
+/// Of these spans, the kept ones among them. A run starts in balance: the time before its first cluster is infinite.
+void remember_history(Clusters& clusters, const Dataset& dataset, const std::vector<Span>& spans,
+                      const std::vector<Span>& kept) {
+  const auto rows = static_cast<Eigen::Index>(spans.size());
+  clusters.history.temperature_c.resize(rows, dataset.temperature_c.cols());
   clusters.history.elapsed_s.setConstant(rows, std::numeric_limits<double>::infinity());
-  clusters.history.elapsed_s.tail(rows - 1) = clusters.start_s.tail(rows - 1) - clusters.start_s.head(rows - 1);
-  clusters.moments.resize(static_cast<std::size_t>(rows));
-  std::iota(clusters.moments.begin(), clusters.moments.end(), Eigen::Index{0});
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const Span& span = spans[static_cast<std::size_t>(k)];
+    clusters.history.temperature_c.row(k) = dataset.temperature_c.middleRows(span.first, span.count).colwise().mean();
+    if (k > 0)
+      clusters.history.elapsed_s(k) = static_cast<double>(span.number - spans[k - 1].number) * clusters.length_s;
+    const std::size_t next = clusters.moments.size();
+    if (next < kept.size() && span.first == kept[next].first) clusters.moments.push_back(k);
+  }
 }
 
 bool has_history(const Clusters& clusters) {
@@ -137,20 +146,22 @@ Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);
   const Eigen::Index complete = number_of(span_s, length_s);
 
-  std::vector<Span> kept;
+  std::vector<Span> kept, remembered;
   int dropped_rest = 0;
   for (const Span& span : cut(dataset, length_s)) {
-    if (span.number >= complete)
+    if (span.number >= complete) {
       dropped_rest += static_cast<int>(span.count);
-    else if (is_whole(dataset, span, length_s))
-      kept.push_back(span);
+      continue;
+    }
+    if (has_each_second(dataset, span, length_s)) remembered.push_back(span);
+    if (is_whole(dataset, span, length_s)) kept.push_back(span);
   }
   if (kept.empty()) return none();
 
   Clusters clusters = with_rows(static_cast<Eigen::Index>(kept.size()), dataset.thermometers, length_s);
   for (std::size_t k = 0; k < kept.size(); ++k) fill(clusters, static_cast<Eigen::Index>(k), dataset, kept[k]);
   fill_rates(clusters, kept);
-  remember_history(clusters);
+  remember_history(clusters, dataset, remembered, kept);
   clusters.dropped_rest = dropped_rest;
   clusters.dropped_gaps = static_cast<int>(complete - static_cast<Eigen::Index>(kept.size()));
   return clusters;

@@ -93,8 +93,8 @@ using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen
 [[nodiscard]] std::vector<Term> all_gradients(const std::vector<std::string>& names);
 
 /// The values of the terms, clusters × terms, unscaled. Lags are those of the clusters' whole runs, however few of the
-/// clusters are looked at; a cluster that was dropped is a longer step (lag.hpp). Fails with usage if a thermometer is
-/// not in the clusters, or a lag is asked for and the history is not known.
+/// clusters are looked at; a cluster without a thermometer's mean is a longer step (lag.hpp). Fails with usage if a
+/// thermometer is not in the clusters, or a lag is asked for and the history is not known.
 [[nodiscard]] Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& clusters);
 
 /// The rank of the terms as polynomials of the temperatures, their rates and lags (13 gradients that contain all of A

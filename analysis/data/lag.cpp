@@ -17,8 +17,12 @@ double FirstOrderLag::push(double temperature_c, double elapsed_s) {
 Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
   FirstOrderLag lag(time_constant_s);
   Eigen::VectorXd values(history.elapsed_s.size());
+  double elapsed_s = 0;  // since a temperature was known
   for (Eigen::Index k = 0; k < values.size(); ++k) {
-    values(k) = lag.push(history.temperature_c(k, thermometer), history.elapsed_s(k));
+    const double temperature_c = history.temperature_c(k, thermometer);
+    elapsed_s += history.elapsed_s(k);
+    values(k) = std::isnan(temperature_c) ? temperature_c : lag.push(temperature_c, elapsed_s);
+    if (!std::isnan(temperature_c)) elapsed_s = 0;
   }
   return values;
 }

@@ -24,14 +24,15 @@ class FirstOrderLag {
   double followed_c_ = std::numeric_limits<double>::quiet_NaN();  ///< F; NaN before the first temperature
 };
 
-/// The temperatures of whole runs, one run after the other, a row per cluster: what lags are made of where a part of
-/// the clusters is looked at.
+/// The temperatures of whole runs, one run after the other, a row per cluster, of those too in which another reading is
+/// missing: what lags are made of where a part of the clusters is looked at.
 struct TemperatureHistory {
   Eigen::VectorXd elapsed_s;      ///< since the cluster before it in its run; infinite for the first of a run
-  Eigen::MatrixXd temperature_c;  ///< clusters × thermometers
+  Eigen::MatrixXd temperature_c;  ///< clusters × thermometers; NaN where one of its readings is missing
 };
 
-/// The lag of one thermometer in each row of the history, K: 0 in the first of each run.
+/// The lag of one thermometer in each row of the history, K: 0 in the first of each run that has its temperature, NaN
+/// where that is not known, which is a longer step.
 [[nodiscard]] Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermometer,
                                      double time_constant_s);
 

@@ -134,23 +134,28 @@ Eigen::VectorXd beside_the_plane(const FitInput& set) {
 
 Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& covariance,
                                          const Eigen::MatrixXd& precision_of_slope) {
-  const data::SampleMatrix centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all);
-  const Eigen::Index inputs = set.x.cols(), count = centres.rows();
-  Eigen::MatrixXd kernel = covariance_matrix(covariance, centres, centres);
-  kernel.diagonal().array() += kJitter * covariance.signal * covariance.signal;
-  Eigen::MatrixXd features(set.x.rows(), inputs + count);
-  features << set.x, covariance_matrix(covariance, set.x, centres);
-  Eigen::MatrixXd precision = features.transpose() * features / (covariance.noise * covariance.noise);
-  precision.topLeftCorner(inputs, inputs) += precision_of_slope;
-  precision.bottomRightCorner(count, count) += kernel;
-  const Eigen::LLT<Eigen::MatrixXd> whole(precision), of_kernel(kernel);
-  if (whole.info() != Eigen::Success || of_kernel.info() != Eigen::Success) return not_definite();
-  return PredictiveVariance{.centres = centres,
+  PredictiveVariance stored{.centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all),
                             .lengths = covariance.lengths,
                             .signal = covariance.signal,
-                            .noise = covariance.noise,
-                            .posterior = whole.solve(Eigen::MatrixXd::Identity(inputs + count, inputs + count)),
-                            .precision = of_kernel.solve(Eigen::MatrixXd::Identity(count, count))};
+                            .noise = covariance.noise};
+  const Eigen::Index inputs = set.x.cols(), count = stored.centres.rows();
+  const double signal = covariance.signal * covariance.signal;
+  Eigen::MatrixXd kernel = covariance_matrix(covariance, stored.centres, stored.centres);
+  kernel.diagonal().array() += kJitter * signal;
+  const Eigen::LLT<Eigen::MatrixXd> of_kernel(kernel);
+  if (of_kernel.info() != Eigen::Success) return not_definite();
+  stored.root = of_kernel.matrixL();
+
+  const Eigen::MatrixXd features = features_of(stored, set.x);
+  const auto untold = (signal - features.rightCols(count).rowwise().squaredNorm().array()).max(0);
+  const Eigen::VectorXd weights = (untold + covariance.noise * covariance.noise).inverse();
+  Eigen::MatrixXd precision = features.transpose() * weights.asDiagonal() * features;
+  precision.topLeftCorner(inputs, inputs) += precision_of_slope;
+  precision.bottomRightCorner(count, count).diagonal().array() += 1;
+  const Eigen::LLT<Eigen::MatrixXd> whole(precision);
+  if (whole.info() != Eigen::Success) return not_definite();
+  stored.posterior = whole.solve(Eigen::MatrixXd::Identity(inputs + count, inputs + count));
+  return stored;
 }
 
 }  // namespace

@@ -162,13 +162,18 @@ int numbers_in(const Function& function) {
   return std::visit([](const auto& form) { return numbers(form); }, function);
 }
 
-Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
+Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
   const Covariance covariance{.lengths = variance.lengths, .signal = variance.signal, .noise = variance.noise};
   const Eigen::MatrixXd kernel = covariance_matrix(covariance, scaled, variance.centres);
   Eigen::MatrixXd features(scaled.rows(), scaled.cols() + kernel.cols());
-  features << scaled, kernel;
+  features << scaled, variance.root.triangularView<Eigen::Lower>().solve(kernel.transpose()).transpose();
+  return features;
+}
+
+Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
+  const Eigen::MatrixXd features = features_of(variance, scaled);
   const Eigen::VectorXd known = (features * variance.posterior).cwiseProduct(features).rowwise().sum();
-  const Eigen::VectorXd seen = (kernel * variance.precision).cwiseProduct(kernel).rowwise().sum();
+  const Eigen::VectorXd seen = features.rightCols(variance.centres.rows()).rowwise().squaredNorm();
   return (known.array() + (variance.signal * variance.signal - seen.array()).max(0)).max(0);
 }
 

@@ -51,18 +51,21 @@ struct ExpansionModel {
 };
 
 /// The variance of what a Gaussian process predicts, in units of the target's variance: of its plane and of what m of
-/// its samples say of the rest, φ(z)ᵀSφ(z) + σ_f² − k(z)ᵀK⁻¹k(z), φ = (z, k(z)),
-/// k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), K = k at the c (the deterministic training conditional of
-/// Quiñonero-Candela and Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939: with all samples as c it is the exact one).
-/// Noise of one target is not in it.
+/// its samples say of the rest, φ(z)ᵀSφ(z) + σ_f² − |w(z)|², φ = (z, w(z)), w(z) = L⁻¹k(z),
+/// k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), LLᵀ = k at the c. What the m samples do not say of the others counts
+/// as their noise (the fully independent training conditional of Quiñonero-Candela and Rasmussen, J. Mach. Learn. Res.
+/// 6 (2005) 1939: with all samples as c it is the exact one). Noise of one target is not in it.
 struct PredictiveVariance {
-  data::SampleMatrix centres;  ///< c, m × inputs, scaled
-  Eigen::RowVectorXd lengths;  ///< l, > 0, one per input
-  double signal{};             ///< σ_f, > 0
-  double noise{};              ///< σ_n, of one target, ≥ 0
-  Eigen::MatrixXd posterior;   ///< S, (inputs + m) × (inputs + m)
-  Eigen::MatrixXd precision;   ///< K⁻¹, m × m
+  data::SampleMatrix centres;   ///< c, m × inputs, scaled
+  Eigen::RowVectorXd lengths;   ///< l, > 0, one per input
+  double signal{};              ///< σ_f, > 0
+  double noise{};               ///< σ_n, of one target, ≥ 0
+  Eigen::MatrixXd posterior{};  ///< S, (inputs + m) × (inputs + m)
+  Eigen::MatrixXd root{};       ///< L, m × m, lower triangular, its diagonal above 0
 };
+
+/// φ at each row, rows × (inputs + m).
+[[nodiscard]] Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
 /// The variance of f at each row. `scaled` has the function's number of inputs.
 [[nodiscard]] Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
@@ -109,8 +112,7 @@ struct MethodOptions {
   std::uint64_t seed = 1;       ///< of methods that start at random
   double tight_gap = 0;         ///< > 0: the support vector methods try for this relative gap first
   bool quick = false;           ///< a try: methods that search long search less
-  /// Standard uncertainties, K, of the clusters' thermometers; none: data::kAssumedUncertaintyK each. Only for methods
-  /// that weigh them.
+  /// Standard uncertainties, K, of the clusters' thermometers. Only for methods that weigh them.
   std::vector<double> thermometer_uncertainty_k = {};
 };
 

@@ -148,11 +148,12 @@ void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& varia
   form("centres", Rows{variance.centres, inputs});
   const Eigen::Index count = variance.centres.rows();
   form("posterior", Rows{variance.posterior, inputs + count});
-  form("precision", Rows{variance.precision, count});
+  form("root", Rows{variance.root, count});
   form.expect("lengths", variance.lengths.size() == inputs && (variance.lengths.array() > 0).all(),
               "expected one number above 0 per input");
   form.expect("posterior", variance.posterior.rows() == inputs + count, "expected a square matrix");
-  form.expect("precision", variance.precision.rows() == count, "expected a square matrix");
+  form.expect("root", variance.root.rows() == count && (variance.root.diagonal().array() > 0).all(),
+              "expected a square matrix, its diagonal above 0");
 }
 
 /// One of the four functions; "form" says which.

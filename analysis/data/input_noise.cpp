@@ -76,7 +76,7 @@ Result<void> add(const Quantity& quantity, double error, const std::vector<Term>
 Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, const Clusters& clusters,
                                              const std::vector<double>& uncertainty_k) {
   const auto wrong = [](std::string what) { return failure(FaultKind::usage, "uncertainty", std::move(what)); };
-  if (!uncertainty_k.empty() && uncertainty_k.size() != clusters.thermometers.size()) {
+  if (uncertainty_k.size() != clusters.thermometers.size()) {
     return wrong(
         fmt::format("{} thermometers have {} uncertainties", clusters.thermometers.size(), uncertainty_k.size()));
   }
@@ -88,9 +88,7 @@ Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, con
     for (const Factor& factor : term.factors) {
       for (const auto& [quantity, sign] : parts_of(factor)) {
         const auto at = std::ranges::find(clusters.thermometers, quantity.first) - clusters.thermometers.begin();
-        const auto place = static_cast<std::size_t>(at);
-        const double u = place < uncertainty_k.size() ? uncertainty_k[place] : kAssumedUncertaintyK;
-        errors[quantity] = u * reach_of(quantity, clusters.length_s);
+        errors[quantity] = uncertainty_k[static_cast<std::size_t>(at)] * reach_of(quantity, clusters.length_s);
       }
     }
   }

@@ -11,11 +11,8 @@
 
 namespace gyrotherm::data {
 
-/// What a thermometer's uncertainty is taken to be where none is stated, K.
-inline constexpr double kAssumedUncertaintyK = 0.05;
-
 /// The covariance of the inputs that thermometers of these standard uncertainties (K, one per thermometer of the
-/// clusters; or none: kAssumedUncertaintyK each) make, averaged over the clusters, terms × terms, unscaled:
+/// clusters) make, averaged over the clusters, terms × terms, unscaled:
 /// Σ_q u_q² E[d_q d_qᵀ], d_q = ∂terms/∂q (GUM §5.1.2 for each cluster). It is the penalty of errors in variables: the
 /// expectation of ‖y − (X + E)w‖²/n is ‖y − Xw‖²/n + wᵀ·covariance·w (Fuller, Measurement Error Models (1987), §1.2).
 ///
@@ -25,8 +22,8 @@ inline constexpr double kAssumedUncertaintyK = 0.05;
 /// an error stays the same over a run: of a constant error rates and lags would show nothing, of one that changes with
 /// the temperature as much as this.
 ///
-/// Fails with usage if there are neither no uncertainties nor one per thermometer, one is not above 0, or as evaluate.
+/// Fails with usage if there is not one uncertainty per thermometer, one is not above 0, or as evaluate.
 [[nodiscard]] Result<Eigen::MatrixXd> input_covariance(const std::vector<Term>& terms, const Clusters& clusters,
-                                                       const std::vector<double>& uncertainty_k = {});
+                                                       const std::vector<double>& uncertainty_k);
 
 }  // namespace gyrotherm::data

@@ -287,12 +287,13 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (!context) return failure(context.error());
 
   const svm::TuningOptions tuning_options = tuning_options_of(options);
+  const ThermometersInUse thermometers = thermometers_in_use(datasets.front());
   EstimatorOptions estimator{**method,
                              {},
                              {.tuning = tuning_options,
                               .seed = tuning_options.swarm.seed,
                               .quick = options.quick,
-                              .thermometer_uncertainty_k = options.thermometer_uncertainty_k}};
+                              .thermometer_uncertainty_k = thermometers.uncertainty_k}};
   auto choice = choose(context->splits, estimator, progress);
   if (!choice) return failure(choice.error());
   estimator.parameters = choice->parameters;
@@ -315,9 +316,8 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   auto uncertainty = uncertainty_of(*model, {datasets, context->records, model->leave_cycle_out_residual});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
-  if ((*method)->weighs_uncertainty && options.thermometer_uncertainty_k.empty()) {
-    choice->warnings.push_back(
-        fmt::format("the rig states no uncertainty of its thermometers: {} K is taken", data::kAssumedUncertaintyK));
+  if ((*method)->weighs_uncertainty && thermometers.assumed) {
+    choice->warnings.push_back("the record does not say how uncertain its thermometers are: 0.05 K is taken");
   }
   collect_warnings(*model, *context, choice->warnings, datasets, clusters);
   return model;

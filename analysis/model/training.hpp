@@ -28,8 +28,6 @@ struct TrainingOptions {
   bool nested = false;        ///< also Model.nested_leave_cycle_out
   bool quick = false;         ///< a swarm of 8 particles and 6 iterations
   svm::TuningOptions tuning;  ///< its choice is for the support vector methods alone
-  /// Standard uncertainties, K, of the records' thermometers; none: data::kAssumedUncertaintyK each, and a warning.
-  std::vector<double> thermometer_uncertainty_k;
   std::string program_version;
 };
 

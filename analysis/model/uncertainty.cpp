@@ -310,6 +310,17 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
   return result;
 }
 
+ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
+  ThermometersInUse all;
+  for (const std::string& name : dataset.thermometers) {
+    const record::ThermometerUncertainty said = said_of(dataset, name);
+    const double u = std::hypot(value_of(said.calibration).value_or(0), value_of(said.drift_in_a_year).value_or(0));
+    all.uncertainty_k.push_back(u > 0 ? u : kDriftInAYear_k);
+    all.assumed = all.assumed || !(u > 0);
+  }
+  return all;
+}
+
 Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);

@@ -15,10 +15,10 @@
 namespace gyrotherm::model {
 
 /// ∂b/∂T, °/h per K: a row per cluster, a column per thermometer of the clusters, for an error of a thermometer that is
-/// constant in time (a rate does not see it). Of a model of any method, by the central difference of `predict` over
-/// ± 1 mK. An input beyond the trained range is taken at its nearer end, and the model's slope there is what counts,
-/// not the 0 of what is clamped. NaN where an input is not known. Fails with usage if the clusters lack a thermometer
-/// that the model needs.
+/// constant in time (neither a rate nor a lag sees it). Of a model of any method, by the central difference of
+/// `predict` over ± 1 mK. An input beyond the trained range is taken at its nearer end, and the model's slope there is
+/// what counts, not the 0 of what is clamped. NaN where an input is not known. Fails with usage if the clusters lack a
+/// thermometer that the model needs.
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
 /// Mean and greatest of the columns of sensitivities(), of the thermometers that a model asks for at all.
@@ -58,6 +58,14 @@ struct TrainedOn {
 /// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt 1′; scale factor 10 ppm.
 /// Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
+
+/// How well the thermometers of a record are known in a year of use, K: of each, the root sum square of its calibration
+/// and the drift of a year where the record says them. Where it says nothing of one, `assumed`: 0.05 K.
+struct ThermometersInUse {
+  std::vector<double> uncertainty_k;
+  bool assumed{};  ///< any of them
+};
+[[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
 
 /// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a

@@ -24,7 +24,8 @@ TEST(InputCovariance, OfTemperaturesIsTheirVariances) {
 
 TEST(InputCovariance, OfARateAndALagIsThatOfTheLastMean) {
   const Clusters clusters = pick(run(), {5, 6, 7});
-  const Eigen::MatrixXd covariance = *input_covariance({rate_term("A"), lag_term(600, "A")}, clusters);
+  const Eigen::MatrixXd covariance =
+      *input_covariance({rate_term("A"), lag_term(600, "A")}, clusters, std::vector<double>(8, 0.05));
   EXPECT_NEAR(covariance(0, 0), std::pow(0.05 * 60 / 100, 2), 1e-15);
   EXPECT_NEAR(covariance(1, 1), std::pow(0.05 * std::exp(-100.0 / 600), 2), 1e-15);
   EXPECT_EQ(covariance(0, 1), 0);
@@ -57,9 +58,9 @@ TEST(InputCovariance, IsWhatErrorsOfTheThermometersMake) {
 
 TEST(InputCovariance, NamesWhatIsWrong) {
   for (const std::vector<double>& u :
-       {std::vector<double>{0.1}, std::vector<double>(8, 0.0), std::vector<double>(8, NAN)})
+       {std::vector<double>{}, std::vector<double>{0.1}, std::vector<double>(8, 0.0), std::vector<double>(8, NAN)})
     EXPECT_EQ(input_covariance({temperature_term("A")}, run(), u).error().where, "uncertainty");
-  EXPECT_FALSE(input_covariance({temperature_term("Z")}, run()));
+  EXPECT_FALSE(input_covariance({temperature_term("Z")}, run(), std::vector<double>(8, 0.05)));
 }
 
 }  // namespace

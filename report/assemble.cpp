@@ -164,10 +164,23 @@ ReportedModel model_of(const model::TrainedModel& trained) {
                          .support_vectors = static_cast<int>(svr.support_vectors.rows()),
                          .certified_gap = svr.relative_gap,
                          .kkt_violation = svr.kkt_violation,
-                         .folds = model.folds};
+                         .folds = model.folds,
+                         .uncertainty = model.uncertainty};
   for (const model::TrainingRecord& record : model.trained_on)
     reported.trained_on.push_back({record.run_id, record.profile_name, record.simulated, record.clusters});
   return reported;
+}
+
+std::optional<ReportedUncertainty> uncertainty_of(const model::Model& model) {
+  if (!model.uncertainty) return std::nullopt;
+  const model::CombinedUncertainty all = combined(model.uncertainty->budget.rows);
+  double squares = 0;
+  for (const model::Sensitivity& one : model.uncertainty->sensitivities) squares += one.rms * one.rms;
+  return ReportedUncertainty{all.standard_deg_per_h, all.coverage_factor, all.expanded_deg_per_h, std::sqrt(squares)};
+}
+
+ReportedVerification verification_of(const model::Verification& verification) {
+  return {verification.compensated, verification.to_truth, verification.coverage};
 }
 
 ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
@@ -179,11 +192,13 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
                      .citation = {},
                      .in_sample = trained.rate.compensated,
                      .leave_cycle_out = model.leave_cycle_out,
-                     .random = trained.random.compensated,
-                     .random_to_truth = trained.random.to_truth,
                      .nested = model.nested_leave_cycle_out,
+                     .random = verification_of(trained.random),
+                     .later = {},
+                     .uncertainty = uncertainty_of(model),
                      .stored_numbers = stored_numbers(model),
                      .effective_parameters = known_or_nan(model.effective_parameters)};
+  std::ranges::transform(trained.later, std::back_inserter(row.later), verification_of);
   if (const auto method = methods::find_method(model.method)) {
     row.title = (*method)->title;
     row.citation = (*method)->citation;
@@ -198,6 +213,19 @@ std::vector<ReportedMethod> methods_of(const model::Qualification& qualification
   for (const model::TrainedModel& trained : qualification.comparison.models)
     rows.push_back(method_of(name_of_compared(trained.model), trained));
   return rows;
+}
+
+/// Raw bias and floor of a record are the same whichever model verified it.
+std::vector<ReportedLaterRun> later_of(const ReportSource& source) {
+  std::vector<ReportedLaterRun> all;
+  const std::vector<model::Verification>& verified = source.qualification.models.multi_point.later;
+  assert(verified.size() == source.later.size());
+  for (std::size_t k = 0; k < verified.size(); ++k) {
+    const data::Dataset& dataset = source.later[k].recorded.dataset;
+    all.push_back({source.later[k].name, dataset.profile_name, dataset.run_id, source.later[k].record_sha256,
+                   verified[k].floor, verified[k].raw});
+  }
+  return all;
 }
 
 void add_segments(std::vector<ReportedSegment>& all, const char* run,
@@ -250,12 +278,14 @@ Report make_report(const ReportSource& source) {
       .leave_cycle_out = per_model(models, [](const auto& m) { return m.model.leave_cycle_out; }),
       .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
       .models = per_model(models, model_of),
+      .later = later_of(source),
       .methods = methods_of(source.qualification),
       .recommendation = source.qualification.recommendation,
       .warnings = warnings_of(source),
       .segments = {},
       .program_version = source.program_version,
-      .seed = source.seed};
+      .seed = source.seed,
+      .days_later = source.days_later};
   report.rig.is_virtual = report.rig.is_virtual || rate.dataset.simulated || random.dataset.simulated;
   add_segments(report.segments, "rate", models, &model::TrainedModel::rate);
   add_segments(report.segments, "random", models, &model::TrainedModel::random);

@@ -137,6 +137,7 @@ void describe(auto& form, Like<ReportedModel> auto& model) {
   form("effective_parameters", model.effective_parameters);
   form("residual_std_deg_per_h", model.residual_std_deg_per_h);
   form("trained_on", model.trained_on);
+  form("uncertainty", model.uncertainty);
 }
 
 /// The tuning of a model stands apart from it in the file.
@@ -168,6 +169,29 @@ void describe_tuning(auto& form, Like<ReportedModel> auto& model) {
   form("warnings", model.tuning.warnings);
 }
 
+void describe(auto& form, Like<ReportedUncertainty> auto& uncertainty) {
+  form("u_deg_per_h", uncertainty.standard_deg_per_h);
+  form("k", uncertainty.coverage_factor);
+  form("U_deg_per_h", uncertainty.expanded_deg_per_h);
+  form("sensitivity_deg_per_h_per_k", uncertainty.sensitivity_deg_per_h_per_k);
+}
+
+void describe(auto& form, Like<ReportedVerification> auto& verification) {
+  describe(form, verification.figures);
+  form("to_truth", verification.to_truth);
+  form("coverage", verification.coverage);
+}
+
+void describe(auto& form, Like<ReportedLaterRun> auto& run) {
+  form("name", run.name);
+  form("profile", run.profile);
+  form("run_id", run.run_id);
+  form("record_sha256", run.record_sha256);
+  form("noise_floor_deg_per_h", run.floor.deg_per_h);
+  form("noise_floor_error_deg_per_h", run.floor.error_deg_per_h);
+  form("raw", run.raw);
+}
+
 void describe(auto& form, Like<ReportedMethod> auto& method) {
   form("name", method.name);
   form("inputs", method.inputs);
@@ -178,7 +202,8 @@ void describe(auto& form, Like<ReportedMethod> auto& method) {
   form("leave_cycle_out", method.leave_cycle_out);
   form("nested_leave_cycle_out", method.nested);
   form("random", method.random);
-  form("random_to_truth", method.random_to_truth);
+  form("later", method.later);
+  form("uncertainty", method.uncertainty);
   form("stored_numbers", method.stored_numbers);
   form("effective_parameters", method.effective_parameters);
 }
@@ -218,6 +243,7 @@ void describe_clusters(auto& form, Like<Report> auto& report) {
 void describe_provenance(auto& form, Like<Report> auto& report) {
   form("program_version", report.program_version);
   form("seed", report.seed);
+  form("days_later", report.days_later);
   form("rig_sha256", report.rig.sha256);
   form("gyro_model_sha256", report.rig.gyro_model_sha256);
   const auto of_run = [&](const char* key, auto& run) {
@@ -266,6 +292,7 @@ void describe(auto& form, Like<Report> auto& report) {
       tuning.object(key, [&](auto& form_of_one) { describe_tuning(form_of_one, model); });
     });
   });
+  form("later", report.later);
   form("methods", report.methods);
   form("recommendation", report.recommendation);
   form("warnings", report.warnings);

@@ -137,6 +137,28 @@ struct ReportedModel {
   int support_vectors{};
   double certified_gap{}, kkt_violation{};
   std::string folds;
+  std::optional<model::Uncertainty> uncertainty;  ///< with the budget of a mean over 1 h
+};
+
+/// What the budget of a mean over 1 h comes to.
+struct ReportedUncertainty {
+  double standard_deg_per_h{}, coverage_factor{}, expanded_deg_per_h{};  ///< u, k, U = k·u
+  double sensitivity_deg_per_h_per_k{};  ///< to its thermometers: root sum of squares, each by its root mean square
+};
+
+/// How a method does on a record that it was not trained on.
+struct ReportedVerification {
+  data::Figures figures;
+  std::optional<model::ErrorToTruth> to_truth;  ///< a virtual rig's
+  std::optional<model::Coverage> coverage;      ///< of the intervals that its own budget gives
+};
+
+/// A record of the same gyro, made later than the two of the experiment: whether a model lasts.
+struct ReportedLaterRun {
+  std::string name;  ///< "30 days later", or the record's file
+  std::string profile, run_id, record_sha256;
+  data::NoiseFloor floor;
+  data::Figures raw;
 };
 
 /// A method on the same records as the others.
@@ -145,10 +167,12 @@ struct ReportedMethod {
   std::string inputs, method;
   std::string title;     ///< "PSO-SVM"
   std::string citation;  ///< of its published form
-  data::Figures in_sample, leave_cycle_out, random;
-  std::optional<model::ErrorToTruth> random_to_truth;  ///< a virtual rig's
+  data::Figures in_sample, leave_cycle_out;
   std::optional<data::Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
-  int stored_numbers{};                 ///< its size in a navigation computer; 0: not known
+  ReportedVerification random;
+  std::vector<ReportedVerification> later;  ///< in the order of Report.later
+  std::optional<ReportedUncertainty> uncertainty;
+  int stored_numbers{};  ///< its size in a navigation computer; 0: not known
   double effective_parameters = kNotKnown;
 };
 
@@ -172,12 +196,14 @@ struct Report {
   model::PerModel<data::Figures> leave_cycle_out;
   model::PerModel<std::optional<data::Figures>> nested_leave_cycle_out;
   model::PerModel<ReportedModel> models;
+  std::vector<ReportedLaterRun> later;
   std::vector<ReportedMethod> methods;   ///< the three models, and all that are compared with them
   model::Recommendation recommendation;  ///< by its rule, of `methods`
   std::vector<std::string> warnings;
   std::vector<ReportedSegment> segments;
   std::string program_version;
   std::uint64_t seed{};
+  std::uint64_t days_later{};  ///< virtual rig: of both runs
 };
 
 /// "PASS", "FAIL" or "no limit".
@@ -215,12 +241,21 @@ struct ReportSourceRun {
   std::string profile_sha256;
 };
 
+/// A later record of the same gyro.
+struct ReportSourceLater {
+  std::string name;
+  const data::RecordedRun& recorded;
+  std::string record_sha256;
+};
+
 struct ReportSource {
   ReportedRig rig;
   ReportSourceRun rate, random;
+  std::vector<ReportSourceLater> later;       ///< those that verify_later() was given, in its order
   const model::Qualification& qualification;  ///< of exactly these records; its three models are SVRs
   std::string program_version;
   std::uint64_t seed{};
+  std::uint64_t days_later{};  ///< virtual rig: of both runs
 };
 
 /// The report without limits. Asserts that models are SVRs, and that verifications fit their clusters.

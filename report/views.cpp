@@ -160,8 +160,9 @@ std::string identity_section(const Report& report) {
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
          definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
          definition("Verification", run_row(report.random)) + definition("Zero of the bias", zero_of(report)) +
-         definition("Program",
-                    "gyrotherm " + plot::escaped(report.program_version) + ", seed " + std::to_string(report.seed)) +
+         definition("Program", "gyrotherm " + plot::escaped(report.program_version) + ", seed " +
+                                   std::to_string(report.seed) +
+                                   (report.days_later > 0 ? fmt::format(", {} days later", report.days_later) : "")) +
          "</dl>\n";
 }
 
@@ -472,12 +473,13 @@ std::string methods_section(const Report& report) {
                   .style = "small"};
   std::map<std::string, std::size_t> sources;
   for (const ReportedMethod& row : report.methods) {
+    const data::Figures& random = row.random.figures;
     table.rows.push_back(
         {plot::escaped(row.inputs), method_name(row, sources), plot::format_bias(row.in_sample.std),
          plot::format_bias(row.leave_cycle_out.std), row.nested ? plot::format_bias(row.nested->std) : "–",
-         "<b>" + plot::format_bias(row.random.std) + "</b>", format_std_error(row.random),
-         plot::format_bias(row.random.mean), plot::format_bias(row.random.max_abs),
-         format_truth(row.random_to_truth, &data::Figures::rmse), plot::decimal(row.effective_parameters, 0),
+         "<b>" + plot::format_bias(random.std) + "</b>", format_std_error(random), plot::format_bias(random.mean),
+         plot::format_bias(random.max_abs), format_truth(row.random.to_truth, &data::Figures::rmse),
+         plot::decimal(row.effective_parameters, 0),
          row.stored_numbers > 0 ? std::to_string(row.stored_numbers) : "–"});
   }
   return html_of(table) + sources_note(sources);
@@ -565,6 +567,8 @@ void add_results(Page& page, const Report& report) {
   page.figure("figure-8-program");
   page.section("Methods side by side");
   page.add(methods_section(report));
+  page.section("Uncertainty");
+  page.add(uncertainty_html(report));
 }
 
 void add_appendix(Page& page, const Report& report) {

@@ -26,6 +26,10 @@ struct ReportFigure {
 /// The figures that a laboratory reports of the rate run's bias, before and after compensation, as tables of the page.
 [[nodiscard]] std::string characterisation_html(const Report& report);
 
+/// How uncertain the compensated bias is, and whether each model lasts: the budget of multi-point with temperature, and
+/// a row for each method, as tables of the page.
+[[nodiscard]] std::string uncertainty_html(const Report& report);
+
 /// The calibration report as one self-contained HTML page: no script, no network, figures inline, made to be printed
 /// too. `figures` as all_figures(report) gives them.
 [[nodiscard]] std::string html_of(const Report& report, const std::vector<ReportFigure>& figures);

@@ -118,18 +118,39 @@ Result<Candidate> candidate_of(const NamedModel& named, const data::RecordedRun&
 
 std::string name_of_compared(const Model& model) { return fmt::format("{}-{}", model.method, model.inputs); }
 
+Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
+                         const std::vector<data::RecordedRun>& records) {
+  std::vector<std::string> run_ids{rate.run_id, random.run_id};
+  for (const data::RecordedRun& run : records) {
+    if (std::ranges::count(run_ids, run.dataset.run_id) > 0)
+      return failure(FaultKind::usage, run.dataset.path,
+                     "a further or later record must be neither the rate run nor the random run nor given twice");
+    run_ids.push_back(run.dataset.run_id);
+  }
+  return {};
+}
+
 Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
                            const std::vector<data::RecordedRun>& further) {
-  std::vector<std::string> run_ids{rate.run_id, random.run_id};
-  const auto refused = [](const data::RecordedRun& run, const char* why) {
-    return failure(FaultKind::usage, run.dataset.path, why);
-  };
-  for (const data::RecordedRun& run : further) {
-    if (std::ranges::count(run_ids, run.dataset.run_id) > 0)
-      return refused(run, "a further record must be neither the rate run nor the random run nor given twice");
+  if (auto apart = check_apart(rate, random, further); !apart) return apart;
+  for (const data::RecordedRun& run : further)
     if (run.dataset.profile_name == rate.profile_name)
-      return refused(run, "a further record must be of another program than the rate run");
-    run_ids.push_back(run.dataset.run_id);
+      return failure(FaultKind::usage, run.dataset.path,
+                     "a further record must be of another program than the rate run");
+  return {};
+}
+
+Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later) {
+  std::vector<TrainedModel*> all;
+  for_each_model(trained.models, [&](const char*, TrainedModel& model) { all.push_back(&model); });
+  for (TrainedModel& model : trained.comparison.models) all.push_back(&model);
+  for (TrainedModel* one : all) {
+    one->later.clear();
+    for (const data::RecordedRun& run : later) {
+      auto verified = verify(one->model, run.dataset, run.clusters);
+      if (!verified) return failure(verified.error());
+      one->later.push_back(std::move(*verified));
+    }
   }
   return {};
 }

@@ -40,11 +40,12 @@ void describe(auto& form, const PerModel<T>& of) {
   for_each_model(of, [&](const char* key, const T& value) { form(key, value); });
 }
 
-/// A model of the rate run, and how it does on both.
+/// A model of the rate run, and how it does on both and later.
 struct TrainedModel {
   Model model;
   Verification rate, random;
-  double training_s{};  ///< wall time
+  double training_s{};                   ///< wall time
+  std::vector<Verification> later = {};  ///< on each of the later records, as verify_later() found
 };
 
 struct QualificationOptions {
@@ -86,7 +87,15 @@ struct Qualification {
 /// What the report calls a compared model: "linear-multi-point-t".
 [[nodiscard]] std::string name_of_compared(const Model& model);
 
-/// Fails with usage if a further record is the rate run, the random run or given twice, or of the rate run's program.
+/// Verifies every model that was trained on records of the same gyro that were made later: whether a model lasts is not
+/// seen on the day of its training. Fails like verify().
+[[nodiscard]] Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later);
+
+/// Fails with usage if a record is the rate run, the random run or given twice.
+[[nodiscard]] Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
+                                       const std::vector<data::RecordedRun>& records);
+
+/// Fails with usage as check_apart() does, or if a further record is of the rate run's program.
 [[nodiscard]] Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
                                          const std::vector<data::RecordedRun>& further);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <string>
@@ -22,6 +23,7 @@
 #include "core/sha256.hpp"
 #include "report/report.hpp"
 #include "report/views.hpp"
+#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -29,6 +31,7 @@ namespace {
 struct QualifyArguments {
   std::string rig, out, rate_profile, random_profile;
   std::vector<std::string> further;  ///< records
+  std::vector<std::string> later;    ///< days, or records
   model::QualificationOptions training;
   std::uint64_t days_later{};
 };
@@ -72,11 +75,12 @@ class Timings {
   bool running_ = false;
 };
 
-/// One of the two runs: its plan, its record, and what came of it.
+/// One of the runs: its plan, its record, and what came of it.
 struct Run {
-  std::string stage;  ///< "rate" or "random"
+  std::string stage;  ///< "rate", "random", "30 days later"
   std::string path;
   profile::Profile profile;
+  std::uint64_t days_later{};
   data::RecordedRun recorded;
   std::string sha256;  ///< of the record's rows as `export` writes them
 };
@@ -88,6 +92,29 @@ bool belongs(const record::RunInfo& info, const profile::Profile& profile, const
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
          info.program_version == GYROTHERM_VERSION &&
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
+}
+
+/// The random program once more, so many days after the others; or a record that is there.
+Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const Run& random) {
+  std::uint64_t days{};
+  const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), days);
+  const bool is_number = error == std::errc{} && end == what.data() + what.size();
+  if (!is_number && !std::filesystem::exists(what))
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("\"{}\" is neither a number of days nor a record", what));
+  if (!is_number) return Run{.stage = what, .path = what, .profile = {}, .recorded = {}, .sha256 = {}};
+  if (!rig.simulated)
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("{} days cannot be waited for on a real rig; name the record of a later run", days));
+  if (days < 1 || days > simulator::kMostDaysLater - random.days_later)
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("{} days, expected 1 to {}", days, simulator::kMostDaysLater - random.days_later));
+  return Run{.stage = fmt::format("{} days later", days),
+             .path = fmt::format("{}-{}-days-later.db", random.path.substr(0, random.path.size() - 3), days),
+             .profile = random.profile,
+             .days_later = random.days_later + days,
+             .recorded = {},
+             .sha256 = {}};
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
@@ -125,13 +152,14 @@ Result<void> check_accept(const profile::Profile& profile, const std::string& fi
 }
 
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
-                     const std::string& out) {
+                     const QualifyArguments& options) {
   auto read = read_profile(profile, &rig);
   if (!read) return failure(read.error());
   if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
   return Run{.stage = stage,
-             .path = fmt::format("{}/{}.db", out, stage),
+             .path = fmt::format("{}/{}.db", options.out, stage),
              .profile = std::move(*read),
+             .days_later = options.days_later,
              .recorded = {},
              .sha256 = {}};
 }
@@ -203,14 +231,19 @@ report::ReportedRig reported(const rig::RigFile& rig) {
   return reported;
 }
 
-report::Report report_of(const rig::RigFile& rig, const Run& rate, const Run& random,
+report::Report report_of(const rig::RigFile& rig, const Run& rate, const Run& random, const std::vector<Run>& later,
                          const model::Qualification& qualification, std::uint64_t seed) {
+  std::vector<report::ReportSourceLater> after;
+  for (const Run& run : later)
+    after.push_back({std::filesystem::path(run.stage).filename().string(), run.recorded, run.sha256});
   report::Report report = report::make_report({.rig = reported(rig),
                                                .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
                                                .random = {random.recorded, random.sha256, sha256(random.profile.text)},
+                                               .later = std::move(after),
                                                .qualification = qualification,
                                                .program_version = GYROTHERM_VERSION,
-                                               .seed = seed});
+                                               .seed = seed,
+                                               .days_later = random.days_later});
   std::vector<report::Limit> limits;
   for (const Run* run : {&rate, &random})
     for (const profile::AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
@@ -241,6 +274,22 @@ std::string result_table(const report::Report& report, const model::Qualificatio
          fmt::format("recommended: {}{}\n", found.recommended.empty() ? "" : found.recommended + ", ", found.statement);
 }
 
+/// What is left on the later runs; nothing if there are none.
+std::string later_table(const report::Report& report) {
+  if (report.later.empty()) return "";
+  std::string text = fmt::format("{:<39} {:>20}", "RMSE, °/h (in their intervals of 95 %)", "random");
+  for (const report::ReportedLaterRun& run : report.later) text += fmt::format(" {:>20}", run.name);
+  const auto cell = [](const report::ReportedVerification& found) {
+    const std::string share = found.coverage ? fmt::format(" ({:5.1f} %)", 100 * found.coverage->seen) : "";
+    return fmt::format(" {:>20}", fmt::format("{:.5f}{}", found.figures.rmse, share));
+  };
+  for (const report::ReportedMethod& method : report.methods) {
+    text += fmt::format("\n{:<39}{}", fmt::format("{:<13} {}", method.method, method.inputs), cell(method.random));
+    for (const report::ReportedVerification& later : method.later) text += cell(later);
+  }
+  return text + "\n";
+}
+
 /// Writes the report and says what came out.
 Result<Exit> conclude(Console& console, const QualifyArguments& options, const report::Report& report,
                       const model::Qualification& qualification, Timings& timings) {
@@ -250,7 +299,7 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const r
   timings.end();
   if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
     return failure(written.error());
-  console.data(console.json ? json : result_table(report, qualification));
+  console.data(console.json ? json : result_table(report, qualification) + later_table(report));
   console.say(timings.describe() + folder + "/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
@@ -261,11 +310,16 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const r
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
   if (!rig) return failure(rig.error());
-  auto rate =
-      plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), *rig, options.out);
+  auto rate = plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), *rig, options);
   if (!rate) return failure(rate.error());
-  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), *rig, options.out);
+  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), *rig, options);
   if (!random) return failure(random.error());
+  std::vector<Run> later;
+  for (const std::string& what : options.later) {
+    auto planned = plan_later(what, *rig, *random);
+    if (!planned) return failure(planned.error());
+    later.push_back(std::move(*planned));
+  }
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -276,21 +330,30 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
                             options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
-  for (auto* run : {&*rate, &*random}) {
+  std::vector<Run*> all{&*rate, &*random};
+  std::ranges::transform(later, std::back_inserter(all), [](Run& run) { return &run; });
+  for (Run* run : all) {
+    if (run->profile.text.empty()) continue;  // a record that is there
     timings.begin("record " + run->stage);
-    if (auto recorded = record(console, *run, *rig, {.seed = seed, .days_later = options.days_later}); !recorded)
+    if (auto recorded = record(console, *run, *rig, {.seed = seed, .days_later = run->days_later}); !recorded)
       return failure(recorded.error());
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
-  for (auto* run : {&*rate, &*random})
+  for (Run* run : all)
     if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
+  std::vector<data::RecordedRun> after;
+  for (const Run& run : later) after.push_back(run.recorded);
+  if (auto apart = model::check_apart(rate->recorded.dataset, random->recorded.dataset, after); !apart)
+    return failure(apart.error());
   const auto further = load_further(console, options.further, *rate, *random);
   if (!further) return failure(further.error());
-  const auto trained = train_all(console, options, *rate, *random, *further, timings);
+  auto trained = train_all(console, options, *rate, *random, *further, timings);
   if (!trained) return failure(trained.error());
+  if (!after.empty()) timings.begin("verify later");
+  if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
   timings.begin("report");
-  return conclude(console, options, report_of(*rig, *rate, *random, *trained, seed), *trained, timings);
+  return conclude(console, options, report_of(*rig, *rate, *random, later, *trained, seed), *trained, timings);
 }
 
 }  // namespace
@@ -316,6 +379,11 @@ void add_qualify(Program& program) {
   command.add_option("--further", options.further,
                      "further records of this gyro, of another program than the rate run: a model is recommended on "
                      "them, by rule (docs/evaluation.md), and never on the run that the report quotes");
+  command
+      .add_option("--verify-later", options.later,
+                  "also verify every model later: 30,365 makes the random run once more on a virtual gyro that is so "
+                  "many days older; or records of later runs of this gyro")
+      ->delimiter(',');
   command.add_option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
   command.add_option("--random-profile", options.random_profile, "instead of profiles/random.toml");
 }

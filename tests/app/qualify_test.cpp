@@ -61,6 +61,36 @@ TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }
 
+/// The same gyro later: made by the virtual rig, or recorded before.
+TEST(Qualify, VerifiesEveryModelLater) {
+  const Folder folder;
+  const auto out = folder / "out";
+  ASSERT_EQ(
+      gyrotherm_with("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --days-later 365 --out " +
+                     (folder / "year.db"))
+          .exit_code,
+      0);
+  const auto ran = gyrotherm_with("qualify --out " + out + kSmall + " --verify-later 30," + (folder / "year.db"));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("30 days later"), std::string::npos) << ran.out;
+  const auto report = report_in(out);
+  ASSERT_EQ(report["later"].size(), 2);
+  EXPECT_EQ(report["later"][0]["name"], "30 days later");
+  EXPECT_EQ(report["later"][1]["name"], "year.db");
+  EXPECT_NE(report["later"][0]["record_sha256"], report["provenance"]["random"]["record_sha256"]);
+  for (const auto& method : report["methods"]) {
+    ASSERT_EQ(method["later"].size(), 2) << method["name"];
+    for (const auto& later : method["later"]) {
+      EXPECT_GT(later["rmse_deg_per_h"].get<double>(), 0);
+      EXPECT_GT(later["coverage"]["seen"].get<double>(), 0);
+      EXPECT_TRUE(later["to_truth"].is_object());
+    }
+  }
+  for (const auto* wrong : {"0", "99999", "x"})
+    EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --verify-later " + wrong).exit_code, 2) << wrong;
+  EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --verify-later " + out + "/random.db").exit_code, 2);
+}
+
 TEST(Qualify, OneSeedGivesOneReportWhateverTheThreads) {
   const Folder folder;
   ASSERT_EQ(gyrotherm_with("qualify --seed 3 --threads 1 --out " + (folder / "a") + kSmall).exit_code, 0);

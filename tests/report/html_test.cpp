@@ -141,6 +141,16 @@ TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
       << "what is not known is a dash";
 }
 
+TEST(HtmlReport, GivesTheBudgetAndWhetherEachModelLasts) {
+  const SyntheticExperiment experiment;
+  const Report report = experiment.report();
+  const std::string html = html_of(report, all_figures(report));
+  EXPECT_NE(html.find("thermometer drift A"), std::string::npos);
+  EXPECT_NE(html.find("<b>assumed</b>"), std::string::npos);
+  EXPECT_NE(html.find("30 days later: RMSE"), std::string::npos);
+  EXPECT_NE(html.find("Combined: U ="), std::string::npos);
+}
+
 TEST(HtmlReport, OfARecordWithoutHoldsIsStillAReport) {
   Report report = SyntheticExperiment().report();
   report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(data::Dataset{});

@@ -233,6 +233,20 @@ TEST(ReportFile, ReadsBackWhatWasWritten) {
             experiment.qualification.models.multi_point.random.raw.effective.of_std);
   EXPECT_EQ(report->rate.noise.holds.curve.size(), experiment.report().rate.noise.holds.curve.size());
   EXPECT_EQ(report->rate.noise.compensated_holds.fit.coefficients.size(), 5U);
+  ASSERT_EQ(report->later.size(), 1U);
+  EXPECT_EQ(report->later.front().name, "30 days later");
+  for (const ReportedMethod& method : report->methods) ASSERT_EQ(method.later.size(), 1U) << method.name;
+  const auto& later = report->methods[2].later.front();
+  EXPECT_EQ(later.figures.rmse, experiment.qualification.models.multi_point_t.later.front().compensated.rmse);
+  EXPECT_EQ(later.coverage->seen, 0.93);
+  EXPECT_EQ(report->methods[2].random.coverage->nominal, 0.95);
+  ASSERT_TRUE(report->models.multi_point_t.uncertainty);
+  EXPECT_EQ(report->models.multi_point_t.uncertainty->budget.rows[1].of, "A");
+  EXPECT_EQ(report->models.multi_point_t.uncertainty->budget.rows[0].degrees_of_freedom, 120);
+  ASSERT_TRUE(report->methods[2].uncertainty);
+  EXPECT_NEAR(report->methods[2].uncertainty->standard_deg_per_h, 5e-4, 1e-12) << "√(3² + 4²)·10⁻⁴";
+  EXPECT_NEAR(report->methods[2].uncertainty->sensitivity_deg_per_h_per_k, 0.01, 1e-12);
+  EXPECT_FALSE(report->methods[0].uncertainty) << "a model that says nothing of it";
   EXPECT_TRUE(report->methods.back().nested.has_value());
   EXPECT_FALSE(report->methods.front().nested.has_value());
 }

@@ -149,6 +149,7 @@ model::Verification verification(const data::RecordedRun& run, double left_over,
   v.holds = figures_of(v.residual_deg_per_h(holds), run.clusters, holds);
   v.to_truth = {.figures = figures_of(left_over * run.clusters.bias_deg_per_h, run.clusters), .mean_removed = false};
   v.floor = {0.00187, 836, 0.00006, "Hadamard deviation at τ = 100 s of the raw bias in the last hour of 24 holds"};
+  v.coverage = model::Coverage{0.95, 0.93, 150, 60, 0.0041};
   v.effective_parameters = 40;
   v.expected_in_sample_std = expected_in_sample_std(v.floor, trained_on_this ? 40 : 0, v.compensated.count);
   if (!trained_on_this) v.outside = {model::Outside::clamp, 3, "A-B", 0.042};
@@ -230,7 +231,24 @@ model::TrainedModel linear_model(const model::Model& like) {
   trained.model.nested_leave_cycle_out = data::Figures{0.0039, 0, 0.0039, 0.013, 200};
   trained.rate.compensated = {0.0037, 0, 0.0037, 0.012, 200};
   trained.random.compensated = {0.0030, -0.0002, 0.0030, 0.011, 150};
+  trained.later = {trained.random};
   return trained;
+}
+
+/// One known and one assumed source.
+model::Uncertainty some_uncertainty() {
+  return {.budget = {.averaging_s = 3600,
+                     .rows = {{.source = model::Source::angle_random_walk,
+                               .standard_uncertainty = 3e-4,
+                               .degrees_of_freedom = 120},
+                              {.source = model::Source::thermometer_drift,
+                               .of = "A",
+                               .evaluation = model::Evaluation::b,
+                               .standard_uncertainty = 0.05,
+                               .sensitivity = 0.008,
+                               .assumed = true}}},
+          .sensitivities = {{"A", 0.006, 0.008, 0.011}, {"B", -0.006, 0.006, 0.007}},
+          .added_noise_deg_per_h = 1e-5};
 }
 
 }  // namespace
@@ -239,11 +257,14 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated) {
   Noise rate_noise(1234567890), random_noise(987654321);
   rate = make_run(rate_legs(stretch), "0123456789abcdef0123456789abcdef", simulated, true, rate_noise);
   random = make_run(random_legs(stretch), "fedcba9876543210fedcba9876543210", simulated, false, random_noise);
+  later = random;
+  later.dataset.run_id = "00112233445566778899aabbccddeeff";
   auto& [three_point, multi_point, multi_point_t] = qualification.models;
   for (const auto& [trained, on_rate, on_random] :
        {std::tuple{&three_point, 0.14, 0.33}, {&multi_point, 0.05, 0.12}, {&multi_point_t, 0.01, 0.03}}) {
     trained->rate = verification(rate, on_rate, true, rate_noise);
     trained->random = verification(random, on_random, false, random_noise);
+    trained->later = {verification(later, 1.2 * on_random, false, random_noise)};
   }
   const std::vector<data::Term> pairs = {gradient("A", "B"), gradient("A", "G"), gradient("A", "H"),
                                          gradient("D", "E")};
@@ -255,6 +276,7 @@ SyntheticExperiment::SyntheticExperiment(int stretch, bool simulated) {
   multi_point.model.selection = {pairs, 0.90, 4, false, "4 pairs exceed 0.90"};
   multi_point_t.model = make_model("multi-point-t", with_temperature, rate, multi_point_t.rate, 0.0037);
   multi_point_t.model.tuning.warnings = {"log2 C = 12 lies on the edge of its box"};
+  multi_point_t.model.uncertainty = some_uncertainty();
   multi_point_t.model.warnings = multi_point_t.model.tuning.warnings;
   qualification.comparison.models = {linear_model(multi_point_t.model)};
   qualification.recommendation = model::recommend(
@@ -273,6 +295,7 @@ Report SyntheticExperiment::report() const {
                                        .thermometers = {{"A", "t1", "none"}}},
                                .rate = {rate, std::string(64, 'a'), std::string(64, 'b')},
                                .random = {random, std::string(64, 'c'), std::string(64, 'd')},
+                               .later = {{"30 days later", later, std::string(64, 'f')}},
                                .qualification = qualification,
                                .program_version = "0.1.0",
                                .seed = 1});

@@ -14,7 +14,7 @@ class SyntheticExperiment {
   /// With one limit, which is met.
   [[nodiscard]] Report report() const;
 
-  data::RecordedRun rate, random;
+  data::RecordedRun rate, random, later;
   model::Qualification qualification;
 };
 

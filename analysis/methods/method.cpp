@@ -12,6 +12,7 @@
 #include "analysis/methods/network.hpp"
 #include "analysis/methods/radial_basis.hpp"
 #include "analysis/methods/ridge_u.hpp"
+#include "analysis/methods/state_space.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/methods/svr_linear.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
@@ -114,6 +115,14 @@ constexpr std::array kMethods = {
            .compared_on = {"thermal-history"},
            .choose = choose_nothing,
            .fit = fit_ridge_u,
+           .weighs_uncertainty = true},
+    Method{.name = "state-space",
+           .title = "State space of a few real poles",
+           .citation = "Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413",
+           .inputs = "lag-bank",
+           .compared_on = {},
+           .choose = choose_state_space,
+           .fit = fit_state_space,
            .weighs_uncertainty = true},
     Method{.name = "bpnn",
            .title = "Back-propagation network",

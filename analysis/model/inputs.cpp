@@ -118,6 +118,17 @@ Result<Terms> thermal_history(const data::Dataset& dataset) {
   });
 }
 
+/// Among which a state-space model finds its own: octaves from less than the fastest body of a gyro to five hours.
+constexpr std::array kBankS = {300, 600, 1200, 2400, 4800, 9600, 19200};
+
+Result<Terms> lag_bank(const data::Dataset& dataset) {
+  auto terms = of_each<data::temperature_term>(dataset);
+  if (!terms) return terms;
+  for (const int time_constant_s : kBankS)
+    for (const std::string& name : dataset.gradients) terms->push_back(data::lag_term(time_constant_s, name));
+  return terms;
+}
+
 constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"multi-point-t", gradients, true},
                                Word{"three-point", three_points},
@@ -129,7 +140,8 @@ constexpr std::array kWords = {Word{"multi-point", gradients, true},
                                Word{"polynomial", polynomial},
                                Word{"temperature-gradient-rate", temperature_gradient_rate},
                                Word{"physics", physics},
-                               Word{"thermal-history", thermal_history}};
+                               Word{"thermal-history", thermal_history},
+                               Word{"lag-bank", lag_bank}};
 
 bool contains(const Terms& terms, const data::Term& term) { return std::ranges::count(terms, term) > 0; }
 

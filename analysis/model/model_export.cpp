@@ -16,6 +16,7 @@
 
 #include "analysis/model/lag_export.hpp"
 #include "analysis/model/tracking_export.hpp"
+#include "analysis/model/uncertainty_export.hpp"
 #include "core/quantity.hpp"
 #include "core/random.hpp"
 
@@ -410,7 +411,7 @@ typedef struct {
 void @name@_start(@name@_stream *stream);
 int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOMETERS], double *bias_deg_per_h);
 
-@tracking@/* Predicts for a few known temperatures. 0 if what comes out is what it should be, else 1. */
+@uncertainty@@tracking@/* Predicts for a few known temperatures. 0 if what comes out is what it should be, else 1. */
 int @name@_self_test(void);
 
 #ifdef __cplusplus
@@ -505,10 +506,10 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
   return result;
 }
 
-@tracking@@test_mean@@test_before@@test_lag@@test_bias@static const int test_result[] = {@test_result@};
+@uncertainty@@tracking@@test_mean@@test_before@@test_lag@@test_bias@static const int test_result[] = {@test_result@};
 
 int @name@_self_test(void) {
-  for (int i = 0; i < (int)(sizeof test_result / sizeof test_result[0]); ++i) {
+@test_uncertainty@  for (int i = 0; i < (int)(sizeof test_result / sizeof test_result[0]); ++i) {
     double bias;
     if (@name@_predict(test_mean[i], test_before[i], @lag_tested@&bias) != test_result[i]) return 1;
     if (!(fabs(bias - test_bias[i]) <= @tolerance@)) return 1;
@@ -637,8 +638,12 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
   const TrackingInC tracking = noise ? tracking_in_c(*noise, seconds_of(model), name) : TrackingInC{};
   Words of_header = header_words(model, name, names, rates), of_source = source_words(model, name, names, rates);
-  of_header.insert({"tracking", tracking.declarations});
-  of_source.insert({{"tracking", tracking.definitions}, {"test_tracking", tracking.test}});
+  const UncertaintyInC uncertainty = uncertainty_in_c(model, name);
+  of_header.insert({{"tracking", tracking.declarations}, {"uncertainty", uncertainty.declarations}});
+  of_source.insert({{"tracking", tracking.definitions},
+                    {"test_tracking", tracking.test},
+                    {"uncertainty", uncertainty.definitions},
+                    {"test_uncertainty", uncertainty.test}});
   return CProgram{c_filled(kHeader, of_header), c_filled(kSource, of_source)};
 }
 

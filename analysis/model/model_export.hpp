@@ -25,7 +25,9 @@ struct CProgram {
 ///   NAME_predict  from the thermometers' means of the last cluster length and those of the one before (for rates), as
 ///                 `predict` does it, in double, inputs outside the trained range clamped to it as Outside::clamp does;
 ///   NAME_push     the same from a reading a second, in a struct of fixed size, as CompensationStream does it;
-///   NAME_self_test  0 if the values that this program predicted for a few means come out again.
+///   NAME_self_test  0 if the values that this program predicted for a few means come out again;
+/// where the model has a budget,
+///   NAME_uncertainty  U of a mean of compensated bias over the cluster length;
 /// and, where the noise of what it leaves is given,
 ///   NAME_track     the bias that is left, from a compensated rate a second while at rest, as RestTracker does it.
 /// Each tells in its return value what was outside or missing. They agree with `predict` to c_tolerance_deg_per_h.

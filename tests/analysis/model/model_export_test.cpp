@@ -267,6 +267,49 @@ TEST(CExport, ItsSelfTestFindsAWrongTable) {
   EXPECT_EQ(place.run("./program < /dev/null"), 1);
 }
 
+/// Prints the uncertainty of a model whose self-test has passed.
+constexpr const char* kUncertaintyDriver = R"(#include <stdio.h>
+#include "gyro.h"
+
+int main(void) {
+  if (gyro_self_test() != 0) return 1;
+  printf("%.17g\n", gyro_uncertainty());
+  return 0;
+}
+)";
+
+TEST(CExport, SaysHowUncertainItsMeansAre) {
+  if (!has_gcc()) GTEST_SKIP() << "gcc is not installed";
+  const Workplace place;
+  const Model model = data::small_svr_model();
+  auto program = *to_c(model, "gyro");
+  place.write("gyro.h", program.header);
+  place.write("gyro.c", program.source);
+  place.write("main.c", kUncertaintyDriver);
+  const std::string compile = std::string(kCompile) + " gyro.c main.c -o program -lm";
+  ASSERT_EQ(place.run(compile), 0);
+  ASSERT_EQ(place.run("./program > out"), 0);
+  double expanded{};
+  place.read("out") >> expanded;
+  const CombinedUncertainty known = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  EXPECT_EQ(expanded, known.expanded_deg_per_h) << "to the bit";
+  EXPECT_NE(program.source.find("thermometer drift A (assumed) */"), std::string::npos) << program.source;
+  const std::string returns = "return " + c_number(known.expanded_deg_per_h);
+  const auto at = program.source.find(returns);
+  ASSERT_NE(at, std::string::npos);
+  place.write("gyro.c", program.source.replace(at, returns.size(), "return 2.0 * " + returns.substr(7)));
+  ASSERT_EQ(place.run(compile), 0);
+  EXPECT_EQ(place.run("./program > out"), 1) << "the self-test finds a wrong U";
+}
+
+TEST(CExport, OfAModelWithoutABudgetSaysNothingOfUncertainty) {
+  Model model = data::small_svr_model();
+  model.uncertainty.reset();
+  const auto program = *to_c(model, "gyro");
+  EXPECT_EQ(program.header.find("gyro_uncertainty"), std::string::npos);
+  EXPECT_EQ(program.source.find("gyro_uncertainty"), std::string::npos);
+}
+
 /// Reads rates and whether the gyro is at rest, a line each, and answers with what is left of the bias.
 constexpr const char* kTrackingDriver = R"(#include <stdio.h>
 #include <stdlib.h>

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/uncertainty_export.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "analysis/model/budget.hpp"
+#include "analysis/model/model_export.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr const char* kDeclarations =
+    R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds, inside
+   the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
+double @name@_uncertainty(void);
+
+)";
+
+constexpr const char* kDefinitions = R"(/* Standard uncertainty by source, in degrees per hour. */
+static const double contribution[] = {
+@contributions@};
+
+double @name@_uncertainty(void) { return @expanded@; }
+
+)";
+
+constexpr const char* kTest = R"(  double square = 0.0;
+  for (int i = 0; i < (int)(sizeof contribution / sizeof contribution[0]); ++i) {
+    square += contribution[i] * contribution[i];
+  }
+  if (!(fabs(@k@ * sqrt(square) - @name@_uncertainty()) <= 1e-12 * @name@_uncertainty())) return 1;
+)";
+
+/// "  0.0003, /* angle random walk */"
+std::string line_of(const BudgetRow& row) {
+  const std::string what =
+      fmt::format("{}{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of, row.assumed ? " (assumed)" : "");
+  return fmt::format("  {}, /* {} */\n", c_number(contribution_deg_per_h(row)), c_comment(what));
+}
+
+}  // namespace
+
+UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name) {
+  if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return {};
+  const double seconds = static_cast<double>(std::max(1LL, std::llround(model.cluster_length_s)));
+  const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, seconds).rows;
+  const CombinedUncertainty all = combined(rows);
+  std::string contributions;
+  for (const BudgetRow& row : rows) contributions += line_of(row);
+  const std::map<std::string, std::string, std::less<>> words = {{"name", std::string(name)},
+                                                                 {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
+                                                                 {"k", c_number(all.coverage_factor)},
+                                                                 {"contributions", contributions},
+                                                                 {"expanded", c_number(all.expanded_deg_per_h)}};
+  return {.declarations = c_filled(kDeclarations, words),
+          .definitions = c_filled(kDefinitions, words),
+          .test = c_filled(kTest, words)};
+}
+
+}  // namespace gyrotherm::model

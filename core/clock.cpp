@@ -29,7 +29,7 @@ Instant SteadyClock::now() const {
   return {since_boot() - origin_, std::chrono::system_clock::now().time_since_epoch()};
 }
 
-Instant VirtualClock::now() const { return {elapsed_, kVirtualEpoch + elapsed_}; }
+Instant VirtualClock::now() const { return {elapsed_, kVirtualEpoch + later_ + elapsed_}; }
 
 std::string civil_time(Duration utc) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(utc).count();

@@ -33,15 +33,16 @@ class SteadyClock final : public Clock {
   Duration origin_;  ///< when the run began, since the machine was started
 };
 
-/// A clock that moves only when told. Its UTC starts at kVirtualEpoch, so that dry runs are reproducible.
+/// A clock that moves only when told. Its UTC starts at kVirtualEpoch or so much later, so that dry runs are
+/// reproducible.
 class VirtualClock final : public Clock {
  public:
-  explicit VirtualClock(Duration already = {}) : elapsed_(already) {}
+  explicit VirtualClock(Duration already = {}, Duration later = {}) : elapsed_(already), later_(later) {}
   [[nodiscard]] Instant now() const override;
   void advance(Duration by) { elapsed_ += by; }
 
  private:
-  Duration elapsed_;
+  Duration elapsed_, later_;
 };
 
 /// The UTC at which every virtual clock starts: 2026-01-01T00:00:00Z.

@@ -242,8 +242,8 @@ class RealRig final : public AssembledRig {
 /// Those to virtual instruments of its own, which serve on loopback.
 class LoopbackWires final : public Wires {
  public:
-  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already)
-      : instruments_(std::move(instruments)), clock_(already - kSecond) {}
+  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
+      : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     return make_modbus(local(instruments_->chamber_port()), map.link.modbus);
@@ -332,7 +332,9 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point});
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
-  return std::make_unique<VirtualRig>(file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already));
+  const auto later = std::chrono::days(start.seed.days_later);
+  return std::make_unique<VirtualRig>(file,
+                                      std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later));
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

@@ -17,7 +17,9 @@ TEST(DaysLater, AModelOfTodayIsJudgedToTheTruthOfNextYear) {
   ASSERT_EQ(now.exit_code, 0) << now.err;
   const auto later = gyrotherm_with(run + "--days-later 365 --out " + (folder / "later.db"));
   ASSERT_EQ(later.exit_code, 0) << later.err;
-  EXPECT_EQ(record::read_record(folder / "later.db")->info.days_later, 365u);
+  const auto info = record::read_record(folder / "later.db")->info;
+  EXPECT_EQ(info.days_later, 365u);
+  EXPECT_EQ(info.started_utc - record::read_record(folder / "now.db")->info.started_utc, std::chrono::days(365));
   const auto model = folder / "m.json";
   const auto trained =
       gyrotherm_with("train " + (folder / "now.db") + " --method linear --inputs seven-point --out " + model);

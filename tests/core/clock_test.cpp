@@ -24,6 +24,12 @@ TEST(VirtualClock, MovesOnlyWhenTold) {
   EXPECT_EQ(clock.now().utc, kVirtualEpoch + seconds(5));
 }
 
+TEST(VirtualClock, StartsSoMuchLater) {
+  const VirtualClock clock(hours(3), hours(24));
+  EXPECT_EQ(clock.now().since_start, hours(3));
+  EXPECT_EQ(clock.now().utc, kVirtualEpoch + hours(27));
+}
+
 TEST(VirtualClock, GoesOnFromWhatARunHasLastedAlready) {
   EXPECT_EQ(VirtualClock(hours(3)).now().since_start, hours(3));
 }

@@ -74,6 +74,19 @@ std::string stabilised_table(const Characterisation& result) {
   return table("Bias at each stabilised temperature, °/h", "Set point", "Block", rows);
 }
 
+std::string minutes(const Measured& seconds) {
+  return std::isfinite(seconds.value) ? plot::decimal(seconds.value / 60, 0) + "&nbsp;min" : "not within this hold";
+}
+
+std::string warm_up_note(const model::WarmUp& found) {
+  return fmt::format(
+      "<p>Warm-up at {}, if the gyro was switched on with the run: {} before compensation (to within {}&nbsp;°/h of "
+      "the "
+      "hold’s final bias), {} after.</p>\n",
+      celsius(found.set_point_c, 0), minutes(found.seconds.before), plot::format_bias(found.within.before.value),
+      minutes(found.seconds.after));
+}
+
 }  // namespace
 
 std::string characterisation_html(const Report& report) {
@@ -84,6 +97,7 @@ std::string characterisation_html(const Report& report) {
                           "a standard uncertainty of this record’s noise alone",
                           plot::escaped(run.profile)));
   if (!result.stabilised.empty()) html += stabilised_table(result);
+  if (result.warm_up) html += warm_up_note(*result.warm_up);
   return html + fmt::format(
                     "<p class=\"note\">Stabilised: {}. Ramp and gradient each stand beside a straight line in the "
                     "temperature; they are not independent of each other, for a ramp makes a gradient. Hysteresis "

@@ -189,6 +189,43 @@ std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
   return all;
 }
 
+/// The end of the last mean over kRows clusters of the first hold that is farther from the final bias than chance alone
+/// takes it, 3 standard deviations; from the start of the hold.
+void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& last,
+                   double floor_deg_per_h, Measured BeforeAfter::*which, const Eigen::VectorXd& bias) {
+  constexpr std::size_t kRows = 10;
+  const Measured& settled = last.bias.*which;
+  const double within = 3 * std::hypot(floor_deg_per_h / std::sqrt(static_cast<double>(kRows)), settled.u);
+  (warm_up.within.*which).value = within;
+  const double start_s = subject.clusters.start_s(hold.front()), length_s = subject.clusters.length_s;
+  const double last_hour_s = subject.clusters.start_s(hold.back()) + length_s - data::kQuietSeconds;
+  double seconds = 0;
+  for (std::size_t k = 0; k + kRows <= hold.size(); ++k) {
+    const RowNumbers rows(hold.begin() + static_cast<std::ptrdiff_t>(k),
+                          hold.begin() + static_cast<std::ptrdiff_t>(k + kRows));
+    const double end_s = subject.clusters.start_s(rows.back()) + length_s;
+    if (std::abs(bias(rows).mean() - settled.value) <= within) continue;  // not so of a NaN
+    if (end_s > last_hour_s) return;
+    seconds = end_s - start_s;
+  }
+  (warm_up.seconds.*which).value = seconds;
+}
+
+std::optional<WarmUp> warm_up_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
+  if (stabilised.empty() || stabilised.front().segment != subject.clusters.segment(0)) return std::nullopt;
+  const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset.segments);
+  if (!std::isfinite(floor.deg_per_h)) return std::nullopt;
+  const StabilisedBias& last = stabilised.front();
+  RowNumbers hold;
+  for (Eigen::Index k = 0; k < subject.clusters.start_s.size(); ++k)
+    if (subject.clusters.segment(k) == last.segment && subject.clusters.last_segment(k) == last.segment)
+      hold.push_back(k);
+  WarmUp warm_up{.set_point_c = last.set_point_c, .within = {}, .seconds = {}};
+  find_settling(warm_up, subject, hold, last, floor.deg_per_h, &BeforeAfter::before, subject.before);
+  find_settling(warm_up, subject, hold, last, floor.deg_per_h, &BeforeAfter::after, subject.after);
+  return warm_up;
+}
+
 std::string statement_of(const Characterisation& result) {
   if (result.stabilised.empty()) return "no hold of 1.5 h or more: no stabilised temperature";
   return fmt::format("last hour of {} hold{} of 1.5 h or more", result.stabilised.size(),
@@ -251,8 +288,30 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   }
   result.hysteresis = loop_of(subject);
   result.retrace = retrace_of(result.stabilised);
+  result.warm_up = warm_up_of(subject, result.stabilised);
   result.statement = statement_of(result);
   return result;
+}
+
+std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& starts) {
+  constexpr std::size_t kFewestStarts = 3;
+  std::map<long, std::vector<BeforeAfter>> by_set_point;  // in steps of kSameSetPointK
+  for (const Characterisation& start : starts)
+    if (start.warm_up)
+      by_set_point[std::lround(start.warm_up->set_point_c / kSameSetPointK)].push_back(start.stabilised.front().bias);
+  const auto std_of = [](const std::vector<BeforeAfter>& biases, Measured BeforeAfter::*which) {
+    Eigen::VectorXd values(std::ssize(biases));
+    for (std::size_t k = 0; k < biases.size(); ++k) values(static_cast<Eigen::Index>(k)) = (biases[k].*which).value;
+    return data::figures_of(values).std;
+  };
+  std::vector<TurnOn> all;
+  for (const auto& [step, biases] : by_set_point)
+    if (biases.size() >= kFewestStarts)
+      all.push_back({.set_point_c = static_cast<double>(step) * kSameSetPointK,
+                     .starts = static_cast<int>(biases.size()),
+                     .std_before_deg_per_h = std_of(biases, &BeforeAfter::before),
+                     .std_after_deg_per_h = std_of(biases, &BeforeAfter::after)});
+  return all;
 }
 
 }  // namespace gyrotherm::model

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a laboratory reports of a gyro's bias in a thermal test, before and after compensation, each figure with its
 /// standard uncertainty: the lists of IEEE Std 647 and 952 as far as a fixed gyro in a chamber can give them (bias at
-/// each stabilised temperature; sensitivity to temperature, to its ramp and to a gradient; hysteresis; retrace).
+/// each stabilised temperature; sensitivity to temperature, to its ramp and to a gradient; hysteresis; retrace;
+/// warm-up; turn-on to turn-on).
 #pragma once
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,6 +85,34 @@ void describe(auto& form, Like<Retrace> auto& retrace) {
   describe(form, retrace.change);
 }
 
+/// How a gyro that was switched on with the run comes to its final bias, in the record's first hold.
+struct WarmUp {
+  double set_point_c{};
+  BeforeAfter within;  ///< °/h: nearer than this, a mean over 1000 s counts as final; its u is not given
+  BeforeAfter
+      seconds;  ///< after which it stays so near; its u is not given. Not known if it comes there in the last hour
+};
+
+void describe(auto& form, Like<WarmUp> auto& warm_up) {
+  form("set_point_c", warm_up.set_point_c);
+  form("within_deg_per_h", warm_up.within);
+  form("seconds", warm_up.seconds);
+}
+
+/// How much the final biases of several starts at one set point differ, °/h (type A).
+struct TurnOn {
+  double set_point_c{};
+  int starts{};
+  double std_before_deg_per_h{}, std_after_deg_per_h{};
+};
+
+void describe(auto& form, Like<TurnOn> auto& turn_on) {
+  form("set_point_c", turn_on.set_point_c);
+  form("starts", turn_on.starts);
+  form("std_before_deg_per_h", turn_on.std_before_deg_per_h);
+  form("std_after_deg_per_h", turn_on.std_after_deg_per_h);
+}
+
 struct Characterisation {
   std::string statement;  ///< what it was made of, in words
   std::vector<StabilisedBias> stabilised;
@@ -92,6 +122,8 @@ struct Characterisation {
   BeforeAfter of_gradient;                  ///< °/h per K, beside a straight line in temperature
   std::vector<HysteresisPoint> hysteresis;  ///< by rising temperature
   std::vector<Retrace> retrace;
+  std::optional<WarmUp>
+      warm_up;  ///< nothing if the record does not begin with a stabilised hold, or has no noise floor
 };
 
 void describe(auto& form, Like<Characterisation> auto& result) {
@@ -103,6 +135,7 @@ void describe(auto& form, Like<Characterisation> auto& result) {
   form("gradient_deg_per_h_per_k", result.of_gradient);
   form("hysteresis_deg_per_h", result.hysteresis);
   form("retrace_deg_per_h", result.retrace);
+  form("warm_up", result.warm_up);
 }
 
 /// Characterises a record; `residual_deg_per_h` is what a model leaves of each cluster, NaN where it refuses. What the
@@ -111,6 +144,11 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 /// what is left of it after is the gyro's own, or the model's failure.
 [[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual_deg_per_h);
+
+/// Of three or more starts at one set point: the standard deviation of the biases at the end of the records' first
+/// holds. The records are characterised by one model. A row for each set point at which there are as many, by rising
+/// set point.
+[[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& starts);
 
 /// The widest point of a loop, before or after compensation; null if there is none.
 [[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);

@@ -59,6 +59,11 @@ std::string describe(const model::BetweenRuns& between) {
       between.expanded_deg_per_h);
 }
 
+std::string describe(const model::TurnOn& turn_on) {
+  return fmt::format("turn-on at {:g} °C, {} starts: std of the final bias {:.5f} → {:.5f} °/h\n", turn_on.set_point_c,
+                     turn_on.starts, turn_on.std_before_deg_per_h, turn_on.std_after_deg_per_h);
+}
+
 /// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
 std::string describe_noise(const data::HoldNoise& noise) {
   std::string text = fmt::format("  {}\n", noise.statement);
@@ -96,6 +101,15 @@ std::string describe(const model::Characterisation& result) {
   if (!result.retrace.empty())
     text += describe("retrace, last", fmt::format("°/h at {:g} °C", result.retrace.back().set_point_c).c_str(),
                      result.retrace.back().change);
+  if (result.warm_up) {
+    const auto minutes = [](const model::Measured& seconds) {
+      return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
+    };
+    const model::WarmUp& found = *result.warm_up;
+    text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on with the run\n",
+                        "warm-up", minutes(found.seconds.before), minutes(found.seconds.after),
+                        found.within.before.value, found.within.after.value, found.set_point_c);
+  }
   return text;
 }
 
@@ -180,6 +194,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   const auto noise = noise_to_track(console, *model, options.tracking, options.unverified);
   if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
+  std::vector<model::Characterisation> starts;
   for (const auto& run : options.runs) {
     const auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
     if (!recorded) return failure(recorded.error());
@@ -197,9 +212,12 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     console.data(console.json ? json(run, *verification, behaviour, tracked)
                               : describe(run, *verification, behaviour, tracked));
     verifications.push_back(std::move(*verification));
+    starts.push_back(behaviour.characterisation);
   }
   if (const auto between = between_runs(verifications))
     console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
+  for (const model::TurnOn& turn_on : model::turn_on_of(starts))
+    console.data(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;
 }
 

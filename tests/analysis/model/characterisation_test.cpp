@@ -47,6 +47,48 @@ TEST(Characterisation, ReadsBackTheSensitivitiesThatTheBiasWasMadeWith) {
   EXPECT_NEAR(of_gradient.of_gradient.before.value, 4e-3, 1e-8);
 }
 
+Eigen::VectorXd noise_of(const Eigen::VectorXd& like, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal(0, 0.0019);
+  return Eigen::VectorXd::NullaryExpr(like.size(), [&] { return normal(generator); });
+}
+
+/// 0.05 °/h at the switching on, a time constant of 10 min: within 0.002 °/h of its end after 32 min.
+TEST(Characterisation, SaysHowLongTheGyroWarmsUp) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    MadeToOrder run;
+    const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 600).exp();
+    const Characterisation result = run.found(warm_up + noise_of(warm_up, seed));
+    ASSERT_TRUE(result.warm_up);
+    EXPECT_EQ(result.warm_up->set_point_c, 20);
+    EXPECT_NEAR(result.warm_up->within.before.value, 0.002, 0.0004);
+    EXPECT_NEAR(result.warm_up->seconds.before.value, 1900 + 500, 700) << "half a mean over 1000 s is added";
+  }
+}
+
+TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
+  MadeToOrder run;
+  const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 7200).exp();
+  const Characterisation result = run.found(warm_up + noise_of(warm_up, 1));
+  ASSERT_TRUE(result.warm_up);
+  EXPECT_TRUE(std::isnan(result.warm_up->seconds.before.value));
+}
+
+TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
+  MadeToOrder run;
+  std::vector<Characterisation> starts;
+  for (const double turn_on : {-0.002, 0.0, 0.002})
+    starts.push_back(run.found(noise_of(run.temperature_c, 7).array() + turn_on));
+  EXPECT_TRUE(turn_on_of({starts[0], starts[1]}).empty()) << "two are too few";
+  const auto found = turn_on_of(starts);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().set_point_c, 20);
+  EXPECT_EQ(found.front().starts, 3);
+  EXPECT_NEAR(found.front().std_before_deg_per_h, 0.002, 1e-12);
+  EXPECT_NEAR(found.front().std_after_deg_per_h, 0, 1e-12);
+}
+
 TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
   MadeToOrder run;
   const Characterisation result = run.found(1e-3 * run.temperature_c);

@@ -14,8 +14,8 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr const char* kDeclarations =
-    R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds, inside
-   the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
+    R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds,
+   inside the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
 double @name@_uncertainty(void);
 
 )";

@@ -102,8 +102,9 @@ struct Qualification {
 /// Recommends among all that was trained, by records of programs that it has not seen (recommendation.hpp): each
 /// further record, predicted by the model of the rate run, and the rate run, predicted by the same method trained on
 /// the further records alone. Nothing of what is judged had a part in scaling, selection, tuning or fitting; the random
-/// run, which the headline quotes, is not asked at all. Without further records nothing is trained and nothing
-/// recommended. Fails as check_further() does, with interrupted, or as verify() does.
+/// run, which the headline quotes, is not asked at all. Added to each squared error is what a year's drift of the
+/// thermometers will make of the model (drift_in_a_year_deg_per_h). Without further records nothing is trained and
+/// nothing recommended. Fails as check_further() does, with interrupted, or as verify() does.
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,

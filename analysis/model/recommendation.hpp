@@ -15,7 +15,7 @@ struct Candidate {
   std::string name;      ///< "multi_point_t", "linear-seven-point"
   int stored_numbers{};  ///< its size in a navigation computer: what "simple" means
   /// The mean squared error of each held-out record of another program than was learnt from, (°/h)², by a model whose
-  /// parameters were chosen without it.
+  /// parameters were chosen without it; and what is known to come to that in use.
   std::vector<double> held_out_mse;
 };
 

@@ -321,6 +321,16 @@ ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
   return all;
 }
 
+double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset) {
+  if (!model.uncertainty) return 0;
+  double squares = 0;
+  for (const Sensitivity& one : model.uncertainty->sensitivities) {
+    const double drift_k = value_of(said_of(dataset, one.thermometer).drift_in_a_year).value_or(kDriftInAYear_k);
+    squares += std::pow(one.rms * drift_k, 2);
+  }
+  return std::sqrt(squares);
+}
+
 Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);

@@ -67,6 +67,11 @@ struct ThermometersInUse {
 };
 [[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
 
+/// The standard uncertainty that a year's drift of the thermometers adds to the compensated bias, °/h: root sum of
+/// squares of each one's drift, as the record says it or 0.05 K, by the root mean square of the model's sensitivity to
+/// it. 0 of a model that says nothing of its uncertainty.
+[[nodiscard]] double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset);
+
 /// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts

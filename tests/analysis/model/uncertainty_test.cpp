@@ -225,6 +225,18 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
 
+TEST_F(UncertaintyOfAModel, KnowsWhatAYearOfDriftAdds) {
+  double squares = 0;
+  for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);
+  EXPECT_NEAR(drift_in_a_year_deg_per_h(model_, dataset_), 0.05 * std::sqrt(squares), 1e-15) << "nothing is said";
+  data::Dataset said = dataset_;
+  said.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}});
+  EXPECT_NEAR(drift_in_a_year_deg_per_h(model_, said), 0.02 * std::sqrt(squares), 1e-15);
+  Model silent = model_;
+  silent.uncertainty.reset();
+  EXPECT_EQ(drift_in_a_year_deg_per_h(silent, dataset_), 0);
+}
+
 /// An error of the row's distribution, in its unit.
 double drawn(const BudgetRow& row, std::mt19937_64& random) {
   const double half_width = std::numbers::sqrt3 * row.standard_uncertainty;

@@ -183,6 +183,13 @@ ReportedVerification verification_of(const model::Verification& verification) {
   return {verification.compensated, verification.to_truth, verification.coverage};
 }
 
+/// Of the runs that the model has not seen.
+std::optional<model::BetweenRuns> between_runs_of(const model::TrainedModel& trained) {
+  std::vector<model::Verification> unseen = trained.later;
+  unseen.push_back(trained.random);
+  return between_runs(unseen);
+}
+
 ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
   const model::Model& model = trained.model;
   ReportedMethod row{.name = std::move(name),
@@ -195,6 +202,7 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
                      .nested = model.nested_leave_cycle_out,
                      .random = verification_of(trained.random),
                      .later = {},
+                     .between_runs = between_runs_of(trained),
                      .uncertainty = uncertainty_of(model),
                      .stored_numbers = stored_numbers(model),
                      .effective_parameters = known_or_nan(model.effective_parameters)};

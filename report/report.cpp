@@ -203,6 +203,7 @@ void describe(auto& form, Like<ReportedMethod> auto& method) {
   form("nested_leave_cycle_out", method.nested);
   form("random", method.random);
   form("later", method.later);
+  form("between_runs", method.between_runs);
   form("uncertainty", method.uncertainty);
   form("stored_numbers", method.stored_numbers);
   form("effective_parameters", method.effective_parameters);

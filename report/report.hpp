@@ -170,7 +170,8 @@ struct ReportedMethod {
   data::Figures in_sample, leave_cycle_out;
   std::optional<data::Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
   ReportedVerification random;
-  std::vector<ReportedVerification> later;  ///< in the order of Report.later
+  std::vector<ReportedVerification> later;         ///< in the order of Report.later
+  std::optional<model::BetweenRuns> between_runs;  ///< of the random run and the later ones
   std::optional<ReportedUncertainty> uncertainty;
   int stored_numbers{};  ///< its size in a navigation computer; 0: not known
   double effective_parameters = kNotKnown;

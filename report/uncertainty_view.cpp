@@ -49,7 +49,7 @@ std::string budget_table(const model::Uncertainty& uncertainty) {
       plot::format_bias(all.expanded_deg_per_h), plot::decimal(all.coverage_factor, 2),
       plot::format_bias(all.standard_deg_per_h), nu);
   return table(fmt::format("Budget of one mean over {} h, compensated by multi-point with temperature",
-                           plot::significant(uncertainty.budget.averaging_s / 3600)),
+                           plot::decimal(uncertainty.budget.averaging_s / 3600, 0)),
                header({"Source", "Type", "Distribution", "Differs", ""}, {"u", "∂b, °/h per unit", "°/h", "ν"}), rows);
 }
 

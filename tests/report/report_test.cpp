@@ -240,6 +240,8 @@ TEST(ReportFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(later.figures.rmse, experiment.qualification.models.multi_point_t.later.front().compensated.rmse);
   EXPECT_EQ(later.coverage->seen, 0.93);
   EXPECT_EQ(report->methods[2].random.coverage->nominal, 0.95);
+  ASSERT_TRUE(report->methods[2].between_runs);
+  EXPECT_EQ(report->methods[2].between_runs->runs, 2);
   ASSERT_TRUE(report->models.multi_point_t.uncertainty);
   EXPECT_EQ(report->models.multi_point_t.uncertainty->budget.rows[1].of, "A");
   EXPECT_EQ(report->models.multi_point_t.uncertainty->budget.rows[0].degrees_of_freedom, 120);

@@ -8,6 +8,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -107,16 +108,34 @@ std::vector<Channel> all_channels(const RunInfo& info) {
   return channels;
 }
 
+constexpr const char *kNormal = "normal", *kRectangular = "rectangular";
+
+std::string day_or_nothing(const std::optional<std::chrono::sys_days>& day) { return day ? format_day(*day) : ""; }
+
+/// NaN is NULL in the file.
+double kelvins_or_nothing(const std::optional<Kelvins>& kelvins) {
+  return kelvins ? kelvins->value : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Nothing where the file has none, or a number that no uncertainty can be.
+std::optional<Kelvins> uncertainty_in(double kelvins) {
+  return std::isfinite(kelvins) && kelvins >= 0 ? std::optional(Kelvins{kelvins}) : std::nullopt;
+}
+
 Result<void> write_channels(Database& database, const RunInfo& info) {
   auto insert = database.prepare(
-      "INSERT INTO channel(position, name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due)"
-      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      "INSERT INTO channel(position, name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due,"
+      " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated)"
+      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!insert) return failure(insert.error());
   std::size_t position = 0;
   for (const Channel& channel : all_channels(info)) {
+    const ThermometerUncertainty& known = channel.uncertainty;
     const auto done = insert->run(position++, channel.name, channel.unit, channel.instrument, channel.unit_under_test,
                                   channel.offset.value, fmt::format("{}", fmt::join(channel.polynomial, " ")),
-                                  channel.certificate, channel.due ? format_day(*channel.due) : std::string());
+                                  channel.certificate, day_or_nothing(channel.due),
+                                  kelvins_or_nothing(known.calibration), known.rectangular ? kRectangular : kNormal,
+                                  kelvins_or_nothing(known.drift_in_a_year), day_or_nothing(known.calibrated));
     if (!done) return done;
   }
   return {};
@@ -146,54 +165,6 @@ void take_whole(std::uint64_t& number, std::string_view text) {
   std::from_chars(text.data(), text.data() + text.size(), number);
 }
 
-// How well the thermometers are known is a list, a text per thermometer, in their order: "0.005 rectangular 0.05
-// 2026-01-17" are calibration and its distribution, drift in a year, and the calibration's day; "-" is what is not
-// said.
-
-constexpr const char* kUncertaintyList = "thermometer_uncertainty";
-constexpr const char* kNotSaid = "-";
-
-std::string text_of_uncertainty(const ThermometerUncertainty& uncertainty) {
-  const auto number = [](const std::optional<Kelvins>& value) {
-    return value ? fmt::format("{}", value->value) : std::string(kNotSaid);
-  };
-  return fmt::format("{} {} {} {}", number(uncertainty.calibration), uncertainty.rectangular ? "rectangular" : "normal",
-                     number(uncertainty.drift_in_a_year),
-                     uncertainty.calibrated ? format_day(*uncertainty.calibrated) : kNotSaid);
-}
-
-/// Nothing where the text is no number, or none that an uncertainty can be.
-std::optional<Kelvins> uncertainty_in(std::string_view text) {
-  double value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  return whole && std::isfinite(value) && value >= 0 ? std::optional(Kelvins{value}) : std::nullopt;
-}
-
-ThermometerUncertainty thermometer_uncertainty_of(std::string_view text) {
-  std::array<std::string_view, 4> words;
-  for (auto& word : words) {
-    const auto end = std::min(text.find(' '), text.size());
-    word = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return {.calibration = uncertainty_in(words[0]),
-          .rectangular = words[1] == "rectangular",
-          .drift_in_a_year = uncertainty_in(words[2]),
-          .calibrated = parse_day(words[3])};
-}
-
-/// Of each thermometer; no text at all where nothing is said of any.
-std::vector<std::string> uncertainties_of(const std::vector<Channel>& thermometers) {
-  std::vector<std::string> texts;
-  bool said = false;
-  for (const Channel& channel : thermometers) {
-    said = said || channel.uncertainty != ThermometerUncertainty{};
-    texts.push_back(text_of_uncertainty(channel.uncertainty));
-  }
-  return said ? texts : std::vector<std::string>{};
-}
-
 void take(RunInfo& info, std::string_view key, const Statement& row) {
   for (const auto& [name, text] : kTexts)
     if (key == name) info.*text = row.text(1);
@@ -211,8 +182,8 @@ void take(RunInfo& info, std::string_view key, const Statement& row) {
 
 Result<void> read_channels(Database& database, RunInfo& info) {
   constexpr const char* kChannels =
-      "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due FROM channel"
-      " ORDER BY position";
+      "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due,"
+      " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated FROM channel ORDER BY position";
   return database.each_row(kChannels, [&](const Statement& row) {
     if (is_own_column(row.text(0))) {
       const bool is_gyro = !row.text(3).empty();
@@ -226,7 +197,11 @@ Result<void> read_channels(Database& database, RunInfo& info) {
                                  .certificate = std::string(row.text(6)),
                                  .due = parse_day(row.text(7)),
                                  .unit = std::string(row.text(1)),
-                                 .unit_under_test = std::string(row.text(3))});
+                                 .unit_under_test = std::string(row.text(3)),
+                                 .uncertainty = {.calibration = uncertainty_in(row.real(8)),
+                                                 .rectangular = row.text(9) == kRectangular,
+                                                 .drift_in_a_year = uncertainty_in(row.real(10)),
+                                                 .calibrated = parse_day(row.text(11))}});
   });
 }
 
@@ -239,11 +214,8 @@ Result<void> read_segments(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  std::size_t thermometer = 0;
   return database.each_row("SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
-    if (list == kUncertaintyList && thermometer < info.thermometers.size())
-      info.thermometers[thermometer++].uncertainty = thermometer_uncertainty_of(row.text(1));
     if (list == "cycles") info.cycles.emplace_back(row.text(1));
     if (list == "gradients") info.gradients.emplace_back(row.text(1));
     if (list == "three_point") info.three_point.emplace_back(row.text(1));
@@ -258,8 +230,7 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
       .and_then([&] { return write_segments(database, info.segments); })
       .and_then([&] { return write_list(database, "cycles", info.cycles); })
       .and_then([&] { return write_list(database, "gradients", info.gradients); })
-      .and_then([&] { return write_list(database, "three_point", info.three_point); })
-      .and_then([&] { return write_list(database, kUncertaintyList, uncertainties_of(info.thermometers)); });
+      .and_then([&] { return write_list(database, "three_point", info.three_point); });
 }
 
 Result<RunInfo> read_run_info(Database& database) {

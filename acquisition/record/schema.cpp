@@ -23,7 +23,8 @@ constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL, instrument TEXT NOT NULL,
                      unit_under_test TEXT NOT NULL, offset_k REAL NOT NULL, polynomial TEXT NOT NULL,
-                     certificate TEXT NOT NULL, due TEXT NOT NULL);
+                     certificate TEXT NOT NULL, due TEXT NOT NULL, calibration_uncertainty_k REAL,
+                     distribution TEXT NOT NULL, drift_k_per_year REAL, calibrated TEXT NOT NULL);
 CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL,
                     head TEXT NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,

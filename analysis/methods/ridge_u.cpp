@@ -18,6 +18,9 @@ Eigen::MatrixXd root_of(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
   return eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
+/// A direction that counts for less than this part of the greatest is rounding: terms that depend on each other.
+constexpr double kRelative = 1e-9;
+
 }  // namespace
 
 PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const Eigen::Ref<const Eigen::VectorXd>& y,
@@ -35,7 +38,9 @@ PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const
       std::sqrt(static_cast<double>(z.rows())) * root_of(covariance);
   Eigen::VectorXd target = Eigen::VectorXd::Zero(kept + inputs);
   target.head(kept) = rotated.head(kept);
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whole(stacked);
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> whole(stacked.rows(), stacked.cols());
+  whole.setThreshold(kRelative);
+  whole.compute(stacked);
   const Eigen::MatrixXd basis = whole.householderQ() * Eigen::MatrixXd::Identity(kept + inputs, whole.rank());
   PenalisedPlane plane;
   plane.weights = whole.solve(target);

@@ -23,8 +23,8 @@ struct PenalisedPlane {
 };
 
 /// Minimises ‖y − Zw − b‖² + n wᵀCw, b free, by an orthogonal decomposition of the rows of Z above those of √(nC): no
-/// square of a condition number. C is symmetric and not negative; where neither it nor Z tells directions apart, the
-/// shortest w is taken.
+/// square of a condition number. C is symmetric and not negative; where neither it nor Z tells directions apart but by
+/// rounding, the shortest w is taken: an input that is clamped at the end of its range then moves little.
 [[nodiscard]] PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z,
                                              const Eigen::Ref<const Eigen::VectorXd>& y,
                                              const Eigen::Ref<const Eigen::MatrixXd>& covariance);

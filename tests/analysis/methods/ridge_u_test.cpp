@@ -88,6 +88,18 @@ TEST(RidgeU, DependsOnWhatItsTermsSpanAlone) {
   EXPECT_LT((*predict(*plain, clusters) - *predict(*turned, clusters)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+/// Twenty-eight gradients of eight thermometers, and one of these: weights that cancel each other are large ones as
+/// soon as one input is moved to the end of its range.
+TEST(RidgeU, OfTermsThatDependOnEachOtherHasSmallWeights) {
+  const data::Dataset dataset = data::make_synthetic_run({});
+  model::TrainingOptions options;
+  options.method = "ridge-u";
+  options.inputs = "gradients,A";
+  const auto model = train({dataset}, {*make_clusters(dataset)}, options);
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_LT(std::get<LinearModel>(model->function).weights.lpNorm<Eigen::Infinity>(), 3);
+}
+
 constexpr const char* kAssumed = "the record does not say how uncertain its thermometers are: 0.05 K is taken";
 
 TEST(RidgeU, IsTheClosedFormOnRawTemperatures) {

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What bias tracking is worth against the truth: a linear model is trained on each virtual gyro's rate run, its random
+/// run is tracked, and the true bias of that run is had by living the virtual laboratory through it again.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/record.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/verification.hpp"
+#include "analysis/tracking/assessment.hpp"
+#include "sequencer/run/resume.hpp"
+#include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_laboratory.hpp"
+
+namespace gyrotherm::bench {
+namespace {
+
+struct Options {
+  std::string folder, inputs = "multi-point-t", method = "linear";
+  int gyros = 10;
+};
+
+/// The true bias in each recorded second of a run on a virtual rig, °/h. Fails with numeric if the pulses that come out
+/// are not the record's.
+Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::string& path) {
+  const auto parameters = simulator::parse_laboratory(record.info.rig_text, path, record.info.gyro_model_text);
+  if (!parameters) return failure(parameters.error());
+  simulator::VirtualLaboratory laboratory(*parameters,
+                                          {.gyro = record.info.seed, .run = run::run_number(record.info.profile_text)});
+  laboratory.switch_on(true);
+  laboratory.command({record.chamber_set_point_c.front()});
+  laboratory.step();  // preparing took a second
+  Eigen::VectorXd bias(static_cast<Eigen::Index>(record.slot.size()));
+  for (std::size_t i = 0; i < record.slot.size(); ++i) {
+    bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias().value;
+    const auto before = laboratory.pulses();
+    laboratory.command({record.chamber_set_point_c[i]});
+    laboratory.step();
+    if (laboratory.pulses() - before == std::llround(record.gyro[i])) continue;
+    return failure(FaultKind::numeric, path, fmt::format("second {} comes out otherwise", record.slot[i]));
+  }
+  return bias;
+}
+
+/// What a model trained on one run leaves of another, and what truly is left of its bias, a row per cluster.
+struct Residual {
+  tracking::BiasNoise noise;
+  data::Clusters clusters;
+  Eigen::VectorXd measured, truth;
+};
+
+Result<model::Model> train_on(const std::string& path, const Options& options) {
+  const auto dataset = data::load_dataset(path);
+  if (!dataset) return failure(dataset.error());
+  const auto clusters = data::make_clusters(*dataset);
+  if (!clusters) return failure(clusters.error());
+  model::TrainingOptions training;
+  training.inputs = options.inputs;
+  training.method = options.method;
+  return model::train({*dataset}, {*clusters}, training);
+}
+
+/// Over a whole run the measured bias is the true one, turn-on and wander included, but for the angle random walk.
+Result<void> check_truth(const tracking::BiasNoise& noise, const data::Clusters& measured, const data::Clusters& truth,
+                         const std::string& path) {
+  constexpr double kSigmas = 6, kSecondsPerHour = 3600;
+  const double hours = static_cast<double>(measured.start_s.size()) * measured.length_s / kSecondsPerHour;
+  const double apart = (measured.bias_deg_per_h - truth.bias_deg_per_h).mean();
+  if (std::abs(apart) < kSigmas * noise.angle_random_walk_deg_per_sqrt_h / std::sqrt(hours)) return {};
+  return failure(
+      FaultKind::numeric, path,
+      fmt::format("the laboratory's true bias is not all of it: the measured one lies {:.2g} °/h off", apart));
+}
+
+Result<Residual> residual_of(const std::string& rate, const std::string& random, const Options& options) {
+  const auto model = train_on(rate, options);
+  if (!model) return failure(model.error());
+  if (!model->residual_noise) return failure(FaultKind::usage, rate, "is too short to say how its residual wanders");
+  const auto record = record::read_record(random);
+  if (!record) return failure(record.error());
+  const auto bias = true_bias(*record, random);
+  if (!bias) return failure(bias.error());
+  const data::Dataset measured = data::make_dataset(*record, random);
+  data::Dataset truth = measured;
+  truth.bias_deg_per_h = *bias;
+  const auto clusters = data::make_clusters(measured), of_truth = data::make_clusters(truth);
+  if (!clusters || !of_truth) return failure(clusters ? of_truth.error() : clusters.error());
+  const auto verification = verify(*model, measured, *clusters);
+  if (!verification) return failure(verification.error());
+  if (const auto good = check_truth(*model->residual_noise, *clusters, *of_truth, random); !good)
+    return failure(good.error());
+  const Eigen::VectorXd predicted = clusters->bias_deg_per_h - verification->residual_deg_per_h;
+  return Residual{*model->residual_noise, *clusters, verification->residual_deg_per_h,
+                  of_truth->bias_deg_per_h - predicted};
+}
+
+/// The root of the mean of squares.
+struct Mean {
+  double sum{};
+  int count{};
+  void add(double value) {
+    sum += value * value;
+    ++count;
+  }
+  [[nodiscard]] double root() const { return std::sqrt(sum / count); }
+};
+
+/// Over all gyros.
+struct Means {
+  Mean next_hour, next_hour_to_truth, to_truth, hour_deviation;
+};
+
+int measure(const Options& options) {
+  std::vector<std::pair<std::string, Means>> means;
+  fmt::print("gyro\tdenoiser\tlate s\tnext hour\tto truth\tnow to truth\tshuffled\tADEV hour\n");
+  for (int gyro = 0; gyro < options.gyros; ++gyro) {
+    const auto path = [&](const char* run) { return fmt::format("{}/{}-{}.db", options.folder, run, gyro); };
+    const auto residual = residual_of(path("rate"), path("random"), options);
+    if (!residual) {
+      fmt::print(stderr, "{}\n", text(residual.error()));
+      return 1;
+    }
+    const auto& clusters = residual->clusters;
+    const auto assessment = judge(residual->noise, tracking::evenly_spaced(residual->measured, clusters),
+                                  clusters.length_s, tracking::evenly_spaced(residual->truth, clusters));
+    if (means.empty()) {
+      for (const auto& figures : assessment.denoisers) means.emplace_back(figures.name, Means{});
+    }
+    for (std::size_t i = 0; i < means.size(); ++i) {
+      const tracking::DenoiserFigures& f = assessment.denoisers[i];
+      fmt::print("{}\t{}\t{:.0f}\t{:.5f}\t{:.5f}\t{:.5f}\t{:.3f}\t{:.5f}\n", gyro, f.name, f.latency_s,
+                 f.next_hour_rmse, f.next_hour_rmse_to_truth, f.rmse_to_truth, f.shuffled_gain, f.allan_hour);
+      means[i].second.next_hour.add(f.next_hour_rmse);
+      means[i].second.next_hour_to_truth.add(f.next_hour_rmse_to_truth);
+      means[i].second.to_truth.add(f.rmse_to_truth);
+      means[i].second.hour_deviation.add(f.allan_hour);
+    }
+    const tracking::Consistency& c = assessment.consistency;
+    fmt::print("{}\tinnovations: NIS {:.3f} ({:.3f} to {:.3f}), Ljung-Box p {:.4f}; N {:.3g} B {:.3g} K {:.3g}\n", gyro,
+               c.mean_square, c.low, c.high, c.whiteness.probability, residual->noise.angle_random_walk_deg_per_sqrt_h,
+               residual->noise.instability_deg_per_h, residual->noise.rate_random_walk_deg_per_h_per_sqrt_h);
+    std::fflush(stdout);
+  }
+  for (const auto& [name, mean] : means) {
+    fmt::print("all\t{}\t\t{:.5f}\t{:.5f}\t{:.5f}\t\t{:.5f}\n", name, mean.next_hour.root(),
+               mean.next_hour_to_truth.root(), mean.to_truth.root(), mean.hour_deviation.root());
+  }
+  return 0;
+}
+
+int main_of(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Bias tracking against the true bias of virtual gyros; FOLDER has rate-N.db and random-N.db of each."};
+  app.add_option("folder", options.folder)->required();
+  app.add_option("--gyros", options.gyros, "gyros 0 … N − 1");
+  app.add_option("--inputs", options.inputs);
+  app.add_option("--method", options.method);
+  CLI11_PARSE(app, argc, argv);
+  return measure(options);
+}
+
+}  // namespace
+}  // namespace gyrotherm::bench
+
+int main(int argc, char** argv) { return gyrotherm::bench::main_of(argc, argv); }

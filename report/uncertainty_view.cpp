@@ -42,7 +42,8 @@ std::string budget_table(const model::Uncertainty& uncertainty) {
   std::string rows;
   for (const BudgetRow& row : uncertainty.budget.rows) rows += budget_row(row);
   const model::CombinedUncertainty all = combined(uncertainty.budget.rows);
-  const std::string nu = std::isfinite(all.degrees_of_freedom) ? plot::decimal(all.degrees_of_freedom, 0) : "∞";
+  const std::string nu =  // cut, as k is taken for it
+      std::isfinite(all.degrees_of_freedom) ? plot::decimal(std::floor(all.degrees_of_freedom), 0) : "∞";
   rows += fmt::format(
       "<tr><td colspan=\"7\"><b>Combined: U = {}&nbsp;°/h, k = {}</b></td><td class=\"n\"><b>{}</b></td>"
       "<td class=\"n\">{}</td></tr>\n",

@@ -49,8 +49,8 @@ struct LsSvm {
 // beside the paper's; the only one here that gives a standard deviation with each prediction.
 //
 // The plane's slope has the prior N(0, A), A⁻¹ = n C/σ_n² + I/kWidestSlope², C the covariance of the inputs that the
-// thermometers' uncertainty makes: its posterior mean is the plane of ridge-u (ridge_u.hpp), so that what the process
-// learns lasts while the thermometers drift, and far from what was seen it goes on as a plane.
+// thermometers' uncertainty makes: without the Gaussians the plane would be that of ridge-u (ridge_u.hpp), so that what
+// the process learns lasts while the thermometers drift, and far from what was seen it goes on as a plane.
 
 /// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
 struct Covariance {

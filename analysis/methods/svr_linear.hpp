@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Support vectors beside a plane: ε-SVR whose kernel is a linear one and a Gaussian one.
+/// Support vectors beside a plane: ridge-u's plane, then Gaussian ε-SVR on what it leaves.
 #pragma once
 
 #include "analysis/methods/method.hpp"
@@ -7,14 +7,14 @@
 namespace gyrotherm::methods {
 
 // A Gaussian kernel learns the path that its training walked: beyond it the function falls back to a constant, and the
-// thermometers' errors are weighed by nothing. With z·z′ beside it the plane is carried by the linear part, which goes
-// on where the path ends, and what is left for the support vectors is the bend.
+// thermometers' errors are weighed by nothing. A plane goes on where the path ends, and what is left for the support
+// vectors is the bend.
 //
-// The linear part is ridge-u's plane (ridge_u.hpp), so that its input noise is that of the certificate in closed form:
-// to add u² Σ(∂f/∂T_i)² to the loss, or to train on jittered copies of the inputs, is the same to first order (Bishop,
-// Neural Comput. 7 (1995) 108), and only the closed form is exact, has nothing to draw and no copy to solve for. It is
-// fitted first and the support vectors to what it leaves, which is the solution with both kernels in the limit of a
-// plane that costs nothing beside its penalty: their weight against each other is not searched.
+// The plane is ridge-u's (ridge_u.hpp), so that its input noise is that of the certificate in closed form: to add
+// u² Σ(∂f/∂T_i)² to the loss, or to train on jittered copies of the inputs, is the same to first order (Bishop, Neural
+// Comput. 7 (1995) 108), and only the closed form is exact, has nothing to draw and no copy to solve for. Plane and
+// support vectors are fitted one after the other and not together: their weight against each other is not searched
+// (docs/decisions/0019-the-plane-carries-the-certificate.md).
 
 /// Chooses C, sigma and epsilon by tune_svr on what the plane of each fold's training rows leaves of the fold, in units
 /// of what it leaves of them.

@@ -25,6 +25,7 @@ constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;
 constexpr double kSameSetPointK = 0.5;
 constexpr int kFewestClusters = 3;
+constexpr double kWarmUpMeanSeconds = 1000;
 
 /// The record with what all parts ask of it.
 struct Subject {
@@ -189,20 +190,21 @@ std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
   return all;
 }
 
-/// The end of the last mean over kRows clusters of the first hold that is farther from the final bias than chance alone
-/// takes it, 3 standard deviations; from the start of the hold.
-void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& last,
+/// The end of the last mean over kWarmUpMeanSeconds of the first hold that is farther from the final bias than chance
+/// alone takes it, 3 standard deviations; from the start of the hold.
+void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& first,
                    double floor_deg_per_h, Measured BeforeAfter::*which, const Eigen::VectorXd& bias) {
-  constexpr std::size_t kRows = 10;
-  const Measured& settled = last.bias.*which;
-  const double within = 3 * std::hypot(floor_deg_per_h / std::sqrt(static_cast<double>(kRows)), settled.u);
+  const double length_s = subject.clusters.length_s;
+  const auto count = static_cast<std::size_t>(std::max(1.0, std::round(kWarmUpMeanSeconds / length_s)));
+  const Measured& settled = first.bias.*which;
+  const double within = 3 * std::hypot(floor_deg_per_h / std::sqrt(static_cast<double>(count)), settled.u);
   (warm_up.within.*which).value = within;
-  const double start_s = subject.clusters.start_s(hold.front()), length_s = subject.clusters.length_s;
+  const double start_s = subject.clusters.start_s(hold.front());
   const double last_hour_s = subject.clusters.start_s(hold.back()) + length_s - data::kQuietSeconds;
   double seconds = 0;
-  for (std::size_t k = 0; k + kRows <= hold.size(); ++k) {
+  for (std::size_t k = 0; k + count <= hold.size(); ++k) {
     const RowNumbers rows(hold.begin() + static_cast<std::ptrdiff_t>(k),
-                          hold.begin() + static_cast<std::ptrdiff_t>(k + kRows));
+                          hold.begin() + static_cast<std::ptrdiff_t>(k + count));
     const double end_s = subject.clusters.start_s(rows.back()) + length_s;
     if (std::abs(bias(rows).mean() - settled.value) <= within) continue;  // not so of a NaN
     if (end_s > last_hour_s) return;
@@ -215,14 +217,14 @@ std::optional<WarmUp> warm_up_of(const Subject& subject, const std::vector<Stabi
   if (stabilised.empty() || stabilised.front().segment != subject.clusters.segment(0)) return std::nullopt;
   const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset.segments);
   if (!std::isfinite(floor.deg_per_h)) return std::nullopt;
-  const StabilisedBias& last = stabilised.front();
+  const StabilisedBias& first = stabilised.front();
   RowNumbers hold;
   for (Eigen::Index k = 0; k < subject.clusters.start_s.size(); ++k)
-    if (subject.clusters.segment(k) == last.segment && subject.clusters.last_segment(k) == last.segment)
+    if (subject.clusters.segment(k) == first.segment && subject.clusters.last_segment(k) == first.segment)
       hold.push_back(k);
-  WarmUp warm_up{.set_point_c = last.set_point_c, .within = {}, .seconds = {}};
-  find_settling(warm_up, subject, hold, last, floor.deg_per_h, &BeforeAfter::before, subject.before);
-  find_settling(warm_up, subject, hold, last, floor.deg_per_h, &BeforeAfter::after, subject.after);
+  WarmUp warm_up{.set_point_c = first.set_point_c, .within = {}, .seconds = {}};
+  find_settling(warm_up, subject, hold, first, floor.deg_per_h, &BeforeAfter::before, subject.before);
+  find_settling(warm_up, subject, hold, first, floor.deg_per_h, &BeforeAfter::after, subject.after);
   return warm_up;
 }
 

@@ -37,8 +37,8 @@ void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("after", figures.after);
 }
 
-/// A hold this long is stabilised in its last hour: twice the slowest thermal time constant of a ring laser gyro's
-/// block (39–46 min).
+/// A hold this long is stabilised in its last hour: about twice the slowest thermal time constant of a ring laser
+/// gyro's block (39–46 min).
 inline constexpr double kStabilisedHoldSeconds = 5400;
 
 /// Mean bias over the last hour of a stabilised hold, °/h.
@@ -145,9 +145,9 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 [[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual_deg_per_h);
 
-/// Of three or more starts at one set point: the standard deviation of the biases at the end of the records' first
-/// holds. The records are characterised by one model. A row for each set point at which there are as many, by rising
-/// set point.
+/// Of three or more starts at one set point, records with a warm-up: the standard deviation of the biases at the end of
+/// the records' first holds. The records are characterised by one model. A row for each set point at which there are as
+/// many, by rising set point.
 [[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& starts);
 
 /// The widest point of a loop, before or after compensation; null if there is none.

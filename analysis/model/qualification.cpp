@@ -132,11 +132,9 @@ Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
   return {};
 }
 
-Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
-                           const std::vector<data::RecordedRun>& further) {
-  if (auto apart = check_apart(rate, random, further); !apart) return apart;
+Result<void> check_programs(const std::string& rate_profile, const std::vector<data::RecordedRun>& further) {
   for (const data::RecordedRun& run : further)
-    if (run.dataset.profile_name == rate.profile_name)
+    if (run.dataset.profile_name == rate_profile)
       return failure(FaultKind::usage, run.dataset.path,
                      "a further record must be of another program than the rate run");
   return {};

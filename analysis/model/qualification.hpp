@@ -51,7 +51,7 @@ struct TrainedModel {
 struct QualificationOptions {
   bool quick = false;      ///< a swarm of 8 particles and 6 iterations, for a try
   bool nested = false;     ///< also Model.nested_leave_cycle_out
-  std::uint64_t seed = 0;  ///< of the swarm
+  std::uint64_t seed = 0;  ///< of the swarm and of methods that start at random
   int threads = 0;         ///< 0: all. The result does not depend on it
   std::string program_version;
 };
@@ -71,8 +71,8 @@ struct Comparison {
 /// Called before each method is trained, with its name and its inputs.
 using ComparisonBegins = std::function<void(std::string_view method, std::string_view inputs)>;
 
-/// Trains every method of the table but the models' own, each on the inputs it is published with and on those that the
-/// table names beside them. Fails with interrupted.
+/// Trains every method of the table, each on its default inputs and on those that the table names beside them, but the
+/// three models again. Fails with interrupted.
 [[nodiscard]] Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
                                                 const QualificationOptions& options,
                                                 const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
@@ -95,16 +95,17 @@ struct Qualification {
 [[nodiscard]] Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
                                        const std::vector<data::RecordedRun>& records);
 
-/// Fails with usage as check_apart() does, or if a further record is of the rate run's program.
-[[nodiscard]] Result<void> check_further(const data::Dataset& rate, const data::Dataset& random,
-                                         const std::vector<data::RecordedRun>& further);
+/// Fails with usage if a further record is of the rate run's program.
+[[nodiscard]] Result<void> check_programs(const std::string& rate_profile,
+                                          const std::vector<data::RecordedRun>& further);
 
 /// Recommends among all that was trained, by records of programs that it has not seen (recommendation.hpp): each
 /// further record, predicted by the model of the rate run, and the rate run, predicted by the same method trained on
 /// the further records alone. Nothing of what is judged had a part in scaling, selection, tuning or fitting; the random
 /// run, which the headline quotes, is not asked at all. Added to each squared error is what a year's drift of the
 /// thermometers will make of the model (drift_in_a_year_deg_per_h). Without further records nothing is trained and
-/// nothing recommended. Fails as check_further() does, with interrupted, or as verify() does.
+/// nothing recommended. The further records have passed check_apart() and check_programs(). Fails with interrupted, or
+/// as verify() does.
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,

@@ -43,12 +43,14 @@ JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candida
   return judged;
 }
 
-std::string statement_of(const Recommendation& found, int within) {
+/// `silent`: names of those that have no error.
+std::string statement_of(const Recommendation& found, int within, const std::vector<std::string>& silent) {
   return fmt::format(
       "the fewest stored numbers among {} of {} models within one standard error of the lowest expanded uncertainty "
-      "({}), on {} record{} of programs that {} not learnt from; the headline run had no part in it",
+      "({}), on {} record{} of programs that {} not learnt from; the headline run had no part in it{}",
       within, found.candidates.size(), found.lowest, found.records, found.records == 1 ? "" : "s",
-      found.records == 1 ? "was" : "were");
+      found.records == 1 ? "was" : "were",
+      silent.empty() ? "" : fmt::format("; not judged, for they cannot learn from these: {}", fmt::join(silent, ", ")));
 }
 
 }  // namespace
@@ -57,11 +59,17 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   Recommendation found;
   found.statement = "none: there is no record to choose on beside the one that the headline quotes";
   std::vector<Candidate> finite;
+  std::vector<std::string> silent;
   for (const Candidate& candidate : candidates) {
     assert(candidate.held_out_mse.size() == candidates.front().held_out_mse.size());
-    if (!candidate.held_out_mse.empty() && std::isfinite(mean_of(candidate.held_out_mse))) finite.push_back(candidate);
+    const bool known = !candidate.held_out_mse.empty() && std::isfinite(mean_of(candidate.held_out_mse));
+    known ? finite.push_back(candidate) : silent.push_back(candidate.name);
   }
-  if (finite.empty()) return found;
+  if (finite.empty()) {
+    if (!candidates.empty() && !candidates.front().held_out_mse.empty())
+      found.statement = "none: no model can both be judged on the further records and learn from them";
+    return found;
+  }
   const auto by_error = [](const Candidate& c) { return std::tuple(mean_of(c.held_out_mse), c.stored_numbers); };
   std::ranges::stable_sort(finite, {}, by_error);
   found.lowest = finite.front().name;
@@ -73,7 +81,7 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   }
   found.recommended = simplest->name;
   const auto within = std::ranges::count(found.candidates, true, &JudgedCandidate::within);
-  found.statement = statement_of(found, static_cast<int>(within));
+  found.statement = statement_of(found, static_cast<int>(within), silent);
   return found;
 }
 

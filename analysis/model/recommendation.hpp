@@ -56,11 +56,12 @@ void describe(auto& form, Like<Recommendation> auto& recommendation) {
   form("candidates", recommendation.candidates);
 }
 
-/// Recommends among candidates that were all held out on the same records, at least one of them finite. The lowest has
+/// Recommends among candidates that were all held out on the same records. The lowest has
 /// the least mean squared error over the records, each counting alike. A candidate is within one standard error if the
 /// mean of its differences from the lowest, record by record, is at most their standard error: what all records have in
 /// common, such as a turn-on bias, then favours none. Of those within, the one that stores the fewest numbers is
-/// recommended; of equals, the one of lower error. A candidate whose error is not finite is never recommended. With no
+/// recommended; of equals, the one of lower error. A candidate whose error is not finite is never recommended; the
+/// statement names it. With no
 /// candidate or no record nothing is, and the statement says so.
 [[nodiscard]] Recommendation recommend(const std::vector<Candidate>& candidates);
 

@@ -12,6 +12,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/input_noise.hpp"
 #include "analysis/methods/svr.hpp"
+#include "analysis/methods/svr_linear.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
@@ -142,7 +143,8 @@ Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
 
 /// The one-standard-error rule knows what is simple of C, σ and ε alone.
 Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
-  if (options.tuning.choice == svm::ChoiceRule::best || method.choose == methods::choose_svr) return {};
+  const bool chooses = method.choose == methods::choose_svr || method.choose == methods::choose_svr_linear;
+  if (options.tuning.choice == svm::ChoiceRule::best || chooses) return {};
   return failure(FaultKind::usage, "--choose",
                  fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }
@@ -243,7 +245,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
   if (context.without_input > 0) {
     model.warnings.push_back(
-        fmt::format("clusters without a temperature rate, the first of a run or after a gap, were left out: {} of {}",
+        fmt::format("clusters without all inputs, as the first of a run has no rate, were left out: {} of {}",
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());

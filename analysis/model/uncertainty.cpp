@@ -314,9 +314,9 @@ ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
   ThermometersInUse all;
   for (const std::string& name : dataset.thermometers) {
     const record::ThermometerUncertainty said = said_of(dataset, name);
-    const double u = std::hypot(value_of(said.calibration).value_or(0), value_of(said.drift_in_a_year).value_or(0));
-    all.uncertainty_k.push_back(u > 0 ? u : kDriftInAYear_k);
-    all.assumed = all.assumed || !(u > 0);
+    const auto drift_k = value_of(said.drift_in_a_year);
+    all.uncertainty_k.push_back(std::hypot(value_of(said.calibration).value_or(0), drift_k.value_or(kDriftInAYear_k)));
+    all.assumed = all.assumed || !drift_k;
   }
   return all;
 }

@@ -21,7 +21,7 @@ namespace gyrotherm::model {
 /// thermometer that the model needs.
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
-/// Mean and greatest of the columns of sensitivities(), of the thermometers that a model asks for at all.
+/// Mean, root mean square and greatest of the columns of sensitivities(), of those that are not all 0.
 [[nodiscard]] std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
                                                        const std::vector<std::string>& thermometers);
 
@@ -56,11 +56,13 @@ struct TrainedOn {
 ///   rate, where that is removed.
 /// What the record does not say is assumed, and marked: thermometers 0.02 K of calibration, 0.05 K of drift in a year,
 /// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt 1′; scale factor 10 ppm.
-/// Fails with usage if the clusters lack a thermometer that the model needs.
+/// What thermometers and gyro are is what the first record says. Fails with usage if the clusters lack a thermometer
+/// that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
 
-/// How well the thermometers of a record are known in a year of use, K: of each, the root sum square of its calibration
-/// and the drift of a year where the record says them. Where it says nothing of one, `assumed`: 0.05 K.
+/// How well the thermometers of a record are known in a year of use, K: of each, the root sum square of its
+/// calibration, if the record says it, and of the drift of a year; where the record does not say that, `assumed`: 0.05
+/// K.
 struct ThermometersInUse {
   std::vector<double> uncertainty_k;
   bool assumed{};  ///< any of them

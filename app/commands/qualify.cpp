@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment: two runs, three models, a report.
+/// The whole experiment: two runs, three models and all methods beside them, a report.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -85,6 +85,9 @@ struct Run {
   std::string sha256;  ///< of the record's rows as `export` writes them
 };
 
+/// A run that was recorded before, of whatever program.
+bool is_recorded(const Run& run) { return run.profile.text.empty(); }
+
 /// True if the record at `path` is (part of) this very experiment.
 bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
              const StartOptions& start) {
@@ -164,17 +167,24 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
              .sha256 = {}};
 }
 
-/// Those on which a model is chosen: of the same gyro, and neither of the two that the report quotes.
+/// Those on which a model is chosen. Read before anything moves: a run takes days, and a wrong name is told at once.
 Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
-                                                    const Run& rate, const Run& random) {
+                                                    const profile::Profile& rate) {
   const auto loaded = load_recorded_runs(console, paths, {});
   if (!loaded) return failure(loaded.error());
   std::vector<data::RecordedRun> further;
   for (std::size_t k = 0; k < loaded->datasets.size(); ++k)
     further.push_back({loaded->datasets[k], loaded->clusters[k]});
-  const auto sound = model::check_further(rate.recorded.dataset, random.recorded.dataset, further);
-  if (!sound) return failure(sound.error());
+  if (const auto other = model::check_programs(rate.name, further); !other) return failure(other.error());
   return further;
+}
+
+/// What the runs are held against is neither of the two that the report quotes, and each is one run.
+Result<void> check_apart(const Run& rate, const Run& random, const std::vector<data::RecordedRun>& further,
+                         const std::vector<Run>& later) {
+  std::vector<data::RecordedRun> all = further;
+  for (const Run& run : later) all.push_back(run.recorded);
+  return model::check_apart(rate.recorded.dataset, random.recorded.dataset, all);
 }
 
 Result<model::Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate,
@@ -320,6 +330,10 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
     if (!planned) return failure(planned.error());
     later.push_back(std::move(*planned));
   }
+  const auto further = load_further(console, options.further, rate->profile);
+  if (!further) return failure(further.error());
+  for (Run& run : later)
+    if (auto loaded = is_recorded(run) ? load(console, run) : Result<void>(); !loaded) return failure(loaded.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
@@ -331,9 +345,9 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 
   Timings timings;
   std::vector<Run*> all{&*rate, &*random};
-  std::ranges::transform(later, std::back_inserter(all), [](Run& run) { return &run; });
+  for (Run& run : later)
+    if (!is_recorded(run)) all.push_back(&run);
   for (Run* run : all) {
-    if (run->profile.text.empty()) continue;  // a record that is there
     timings.begin("record " + run->stage);
     if (auto recorded = record(console, *run, *rig, {.seed = seed, .days_later = run->days_later}); !recorded)
       return failure(recorded.error());
@@ -342,14 +356,11 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   timings.begin("read records");
   for (Run* run : all)
     if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
-  std::vector<data::RecordedRun> after;
-  for (const Run& run : later) after.push_back(run.recorded);
-  if (auto apart = model::check_apart(rate->recorded.dataset, random->recorded.dataset, after); !apart)
-    return failure(apart.error());
-  const auto further = load_further(console, options.further, *rate, *random);
-  if (!further) return failure(further.error());
+  if (auto apart = check_apart(*rate, *random, *further, later); !apart) return failure(apart.error());
   auto trained = train_all(console, options, *rate, *random, *further, timings);
   if (!trained) return failure(trained.error());
+  std::vector<data::RecordedRun> after;
+  for (const Run& run : later) after.push_back(run.recorded);
   if (!after.empty()) timings.begin("verify later");
   if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
   timings.begin("report");
@@ -359,11 +370,11 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
 }  // namespace
 
 void add_qualify(Program& program) {
-  auto [command, options] =
-      add_command(program, "qualify",
-                  "The whole experiment: the rate program, the random program, three models, the report. "
-                  "Run again, it goes on where it was.",
-                  "gyrotherm qualify --out out", qualify);
+  auto [command, options] = add_command(
+      program, "qualify",
+      "The whole experiment: the rate program, the random program, three models and all methods, the report. "
+      "Run again, it goes on where it was.",
+      "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for everything that is made")->required();
   command.add_option("--rig", options.rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");

@@ -23,7 +23,7 @@ def error_of(found):
 def with_error(values):
     """Mean and its standard error."""
     mean = statistics.fmean(values)
-    return mean, statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else math.inf
+    return mean, statistics.stdev(values) / math.sqrt(len(values))
 
 
 def thousandths(value, signed=False):
@@ -82,13 +82,16 @@ def recommended_table(gyros):
         for day, floor in enumerate(gyro.floors):
             found = gyro.methods[gyro.recommended][day]
             share = f"{100 * found['coverage']['seen']:.0f} %" if found.get("coverage") else "–"
-            cells.append(f"{thousandths(found['rmse_deg_per_h'])}, {found['rmse_deg_per_h'] / floor:.2f}, {share}")
+            over = f"{found['rmse_deg_per_h'] / floor:.2f}" if floor else "–"
+            cells.append(f"{thousandths(found['rmse_deg_per_h'])}, {over}, {share}")
         lines.append(f"| {number} | {gyro.recommended} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
 def main(paths):
     gyros = [Gyro(path) for path in paths]
+    if len(gyros) < 2 or any(g.days != gyros[0].days for g in gyros):
+        sys.exit("expected reports of two gyros or more, verified later on the same days")
     names = [name for name in gyros[0].methods if all(name in g.methods for g in gyros)]
     names.sort(key=lambda name: statistics.fmean(error_of(g.methods[name][-1]) for g in gyros))
     kind = "SIMULATED, " if any(g.simulated for g in gyros) else ""

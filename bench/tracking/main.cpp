@@ -38,10 +38,11 @@ Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::strin
   laboratory.step();  // preparing took a second
   Eigen::VectorXd bias(static_cast<Eigen::Index>(record.slot.size()));
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias().value;
+    const double wander = laboratory.drift().value;  // of the second to come, turn-on included
     const auto before = laboratory.pulses();
     laboratory.command({record.chamber_set_point_c[i]});
     laboratory.step();
+    bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias().value + wander;
     if (laboratory.pulses() - before == std::llround(record.gyro[i])) continue;
     return failure(FaultKind::numeric, path, fmt::format("second {} comes out otherwise", record.slot[i]));
   }

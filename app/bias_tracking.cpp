@@ -33,7 +33,8 @@ Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, cons
     console.say(fmt::format("warning: {}: the model was trained on it, so that its residual wanders too little",
                             arguments.noise));
   }
-  const auto noise = tracking::noise_of_residual(verification->residual_deg_per_h, recorded->clusters);
+  const auto noise =
+      tracking::noise_of_residual(verification->residual_deg_per_h, recorded->clusters, verification->floor.deg_per_h);
   if (!noise) return failure(noise.error());
   return *noise;
 }

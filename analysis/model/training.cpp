@@ -258,6 +258,17 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   }
 }
 
+/// How what is left of held-out clusters wanders; nothing if they are too few.
+std::optional<tracking::BiasNoise> wander_of(const Model& model, const TrainingContext& context,
+                                             const std::vector<data::Dataset>& datasets) {
+  double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
+    floor_deg_per_h = noise_floor(context.records[i], datasets[i].segments).deg_per_h;
+  const auto noise =
+      tracking::noise_of_residual(model.leave_cycle_out_residual, context.training_set.clusters, floor_deg_per_h);
+  return noise ? std::optional(*noise) : std::nullopt;
+}
+
 /// What held-out clusters say of the recipe, the nested answer too where it is asked for.
 Result<void> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
                             bool nested, const ProgressSink& progress) {
@@ -266,7 +277,6 @@ Result<void> judge_held_out(Model& model, const TrainingContext& context, const 
   if (!residual) return failure(residual.error());
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = figures_of(*residual, clusters);
-  if (const auto noise = tracking::noise_of_residual(*residual, clusters)) model.residual_noise = *noise;
   model.leave_cycle_out_residual = std::move(*residual);
   if (!nested) return {};
   if (estimator.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
@@ -304,6 +314,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (const auto judged = judge_held_out(*model, *context, estimator, options.nested, progress); !judged) {
     return failure(judged.error());
   }
+  model->residual_noise = wander_of(*model, *context, datasets);
   model->program_version = options.program_version;
   model->method = (*method)->name;
   model->inputs = inputs_of(options, **method);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "analysis/data/allan.hpp"
+#include "core/quantity.hpp"
 
 namespace gyrotherm::tracking {
 namespace {
@@ -26,7 +27,7 @@ double rms_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
 }  // namespace
 
 Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
-                                    const data::Clusters& clusters) {
+                                    const data::Clusters& clusters, double floor_deg_per_h) {
   assert(residual_deg_per_h.size() == clusters.start_s.size());
   const auto rates = data::cut_at_gaps(clusters.start_s, residual_deg_per_h, clusters.length_s);
   const data::AllanCurve curve = data::allan_curve(rates);
@@ -38,10 +39,13 @@ Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& res
   }
   using enum data::NoiseTerm;
   const data::AllanFit fit = data::fit_allan(curve, rates, {angle_random_walk, bias_instability, rate_random_walk});
-  if (!of(fit, angle_random_walk).seen) {
-    return failure(FaultKind::usage, "bias tracking", "the residual shows no angle random walk");
+  const double of_floor = floor_deg_per_h * std::sqrt(clusters.length_s / kSecondsPerHour);
+  const double walk = of(fit, angle_random_walk).seen ? of(fit, angle_random_walk).value : of_floor;
+  if (!(walk > 0)) {
+    return failure(FaultKind::usage, "bias tracking",
+                   "the residual shows no angle random walk, and the record has no noise floor");
   }
-  return BiasNoise{.angle_random_walk_deg_per_sqrt_h = of(fit, angle_random_walk).value,
+  return BiasNoise{.angle_random_walk_deg_per_sqrt_h = walk,
                    .instability_deg_per_h = of(fit, bias_instability).value,
                    .rate_random_walk_deg_per_h_per_sqrt_h = of(fit, rate_random_walk).value,
                    .start_deg_per_h = rms_of(residual_deg_per_h)};

@@ -30,9 +30,11 @@ void describe(auto& form, Like<BiasNoise> auto& noise) {
 /// ramps and all: what tracking must follow is the gyro's own wander and what the model does not know, together. Give
 /// it the held-out residual; one of the fit's own clusters lacks what the fit has taken up. N, B and K alone are fitted
 /// (allan.hpp), and one that is not seen is 0: means over 100 s do not tell quantisation from N, and a ramp of the
-/// record is no law for the time after it. The bias at the start is as uncertain as the residual's RMS. Fails with
-/// usage if fewer than five averaging times can be had, or no angle random walk is seen.
+/// record is no law for the time after it. Where no N is seen, since what the model does not know is larger, it is that
+/// of the record's noise floor, the white noise of one mean (°/h; NaN: not known). The bias at the start is as
+/// uncertain as the residual's RMS. Fails with usage if fewer than five averaging times can be had, or there is no N of
+/// either.
 [[nodiscard]] Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
-                                                  const data::Clusters& clusters);
+                                                  const data::Clusters& clusters, double floor_deg_per_h);
 
 }  // namespace gyrotherm::tracking

@@ -100,10 +100,6 @@ void remember_history(Clusters& clusters, const Dataset& dataset, const std::vec
   }
 }
 
-bool has_history(const Clusters& clusters) {
-  return static_cast<Eigen::Index>(clusters.moments.size()) == clusters.start_s.size();
-}
-
 /// One history after the other; none where one is not known.
 void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
   if (!std::ranges::all_of(parts, has_history)) return;
@@ -136,6 +132,10 @@ void each_array(Clusters& to, const Clusters& from, Visit visit) {
 }
 
 }  // namespace
+
+bool has_history(const Clusters& clusters) {
+  return static_cast<Eigen::Index>(clusters.moments.size()) == clusters.temperature_c.rows();
+}
 
 Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   assert(length_s >= 1);

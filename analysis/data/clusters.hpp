@@ -34,6 +34,9 @@ struct Clusters {
   int dropped_gaps{};                 ///< clusters with a missing reading or across a gap
 };
 
+/// Whether it is known where in their runs the clusters lie.
+[[nodiscard]] bool has_history(const Clusters& clusters);
+
 /// Cuts a record into clusters. In our own records a cluster is whole if each of its seconds has every temperature and
 /// the bias; one missing reading drops it. In imported records rows count by their own time, however many there are; a
 /// missing reading or no row at all drops the cluster. Fails with usage if no whole cluster remains.

@@ -134,9 +134,8 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
 }
 
 Result<Eigen::VectorXd> lag_values(const Factor& factor, Eigen::Index column, const Clusters& clusters) {
-  if (static_cast<Eigen::Index>(clusters.moments.size()) != clusters.temperature_c.rows()) {
+  if (!has_history(clusters))
     return failure(FaultKind::usage, place(to_string(factor)), "needs the temperatures of the whole run");
-  }
   return lag_of(clusters.history, column, factor.time_constant_s)(clusters.moments).eval();
 }
 
@@ -156,8 +155,9 @@ using Axis = Factor;
 using Polynomial = std::map<std::vector<Axis>, double>;
 
 Polynomial polynomial_of(const Factor& factor) {
-  if (factor.kind != FactorKind::gradient) return {{{factor}, 1}};
-  return {{{{FactorKind::temperature, factor.first, {}}}, 1}, {{{FactorKind::temperature, factor.second, {}}}, -1}};
+  Polynomial sum;
+  for (const auto& [part, sign] : parts_of(factor)) sum[{part}] = sign;
+  return sum;
 }
 
 Polynomial product(const Polynomial& a, const Polynomial& b) {
@@ -208,6 +208,11 @@ Term operator*(const Term& a, const Term& b) {
 }
 
 bool has_rate(const Term& term) { return std::ranges::count(term.factors, FactorKind::rate, &Factor::kind) > 0; }
+
+std::vector<std::pair<Factor, double>> parts_of(const Factor& factor) {
+  if (factor.kind != FactorKind::gradient) return {{factor, 1}};
+  return {{{FactorKind::temperature, factor.first, {}}, 1}, {{FactorKind::temperature, factor.second, {}}, -1}};
+}
 
 std::vector<Factor> lags_in(const std::vector<Term>& terms) {
   std::set<Factor> lags;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
@@ -61,6 +62,10 @@ void describe(auto& form, Like<Factor> auto& factor) {
 
 /// True if the term needs the rate of a thermometer.
 [[nodiscard]] bool has_rate(const Term& term);
+
+/// A factor as a sum of what is measured or kept, each with its sign: a gradient is the difference of two temperatures,
+/// any other factor is itself.
+[[nodiscard]] std::vector<std::pair<Factor, double>> parts_of(const Factor& factor);
 
 /// The lags that terms are made of, each once, in order.
 [[nodiscard]] std::vector<Factor> lags_in(const std::vector<Term>& terms);

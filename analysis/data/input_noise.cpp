@@ -16,12 +16,6 @@ namespace {
 /// A quantity with an error of its own: a temperature, a rate or a lag, as a factor.
 using Quantity = Factor;
 
-/// A factor as a sum of quantities: (quantity, ±1).
-std::vector<std::pair<Quantity, double>> parts_of(const Factor& factor) {
-  if (factor.kind != FactorKind::gradient) return {{factor, 1}};
-  return {{{FactorKind::temperature, factor.first, {}}, 1}, {{FactorKind::temperature, factor.second, {}}, -1}};
-}
-
 /// The derivative of the term after one quantity, in each cluster; empty if it does not depend on it.
 Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, const Clusters& clusters) {
   Eigen::VectorXd sum;

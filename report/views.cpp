@@ -15,38 +15,11 @@
 
 #include "core/file.hpp"
 #include "plot/svg.hpp"
+#include "report/html_table.hpp"
 
 namespace gyrotherm::report {
 
 namespace {
-
-/// Cells are HTML already: text that comes from data must have passed escaped().
-struct HtmlTable {
-  std::string caption = {};
-  std::vector<std::string> header;
-  std::vector<std::vector<std::string>> rows = {};  ///< each as long as the header
-  std::size_t text_columns = 1;  ///< the first ones are text, set left; the rest are numbers, set right
-  std::string style = {};        ///< a further CSS class
-};
-
-std::string row_of(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
-  std::string row = "<tr>";
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    row += fmt::format("<{0}{1}>{2}</{0}>", tag, k < text_columns ? "" : " class=\"n\"", cells[k]);
-  }
-  return row + "</tr>\n";
-}
-
-std::string html_of(const HtmlTable& table) {
-  std::string html = table.style.empty() ? "<table>\n" : fmt::format("<table class=\"{}\">\n", table.style);
-  if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
-  html += "<thead>" + row_of(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
-  for (const auto& row : table.rows) {
-    assert(row.size() == table.header.size());
-    html += row_of(row, "td", table.text_columns);
-  }
-  return html + "</tbody>\n</table>\n";
-}
 
 template <class T, class Cell>
 std::vector<std::string> cells(std::string head, const model::PerModel<T>& of, Cell cell) {

@@ -216,10 +216,9 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
 
 std::vector<ReportedMethod> methods_of(const model::Qualification& qualification) {
   std::vector<ReportedMethod> rows;
-  for_each_model(qualification.models,
-                 [&](const char* key, const model::TrainedModel& trained) { rows.push_back(method_of(key, trained)); });
-  for (const model::TrainedModel& trained : qualification.comparison.models)
-    rows.push_back(method_of(name_of_compared(trained.model), trained));
+  for_each_trained(qualification, [&](const std::string& name, const model::TrainedModel& trained) {
+    rows.push_back(method_of(name, trained));
+  });
   return rows;
 }
 

@@ -79,11 +79,9 @@ struct NamedModel {
 
 std::vector<NamedModel> all_of(const Qualification& qualification) {
   std::vector<NamedModel> all;
-  for_each_model(qualification.models, [&](const char* key, const TrainedModel& trained) {
-    all.push_back({key, trained});
+  for_each_trained(qualification, [&](const std::string& name, const TrainedModel& trained) {
+    all.push_back({name, trained});
   });
-  for (const TrainedModel& trained : qualification.comparison.models)
-    all.push_back({name_of_compared(trained.model), trained});
   return all;
 }
 
@@ -141,18 +139,20 @@ Result<void> check_programs(const std::string& rate_profile, const std::vector<d
 }
 
 Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later) {
-  std::vector<TrainedModel*> all;
-  for_each_model(trained.models, [&](const char*, TrainedModel& model) { all.push_back(&model); });
-  for (TrainedModel& model : trained.comparison.models) all.push_back(&model);
-  for (TrainedModel* one : all) {
-    one->later.clear();
+  Result<void> done;
+  for_each_trained(trained, [&](const std::string&, TrainedModel& one) {
+    one.later.clear();
     for (const data::RecordedRun& run : later) {
-      auto verified = verify(one->model, run.dataset, run.clusters);
-      if (!verified) return failure(verified.error());
-      one->later.push_back(std::move(*verified));
+      if (!done) return;
+      auto verified = verify(one.model, run.dataset, run.clusters);
+      if (!verified) {
+        done = failure(verified.error());
+        return;
+      }
+      one.later.push_back(std::move(*verified));
     }
-  }
-  return {};
+  });
+  return done;
 }
 
 Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,

@@ -87,6 +87,13 @@ struct Qualification {
 /// What the report calls a compared model: "linear-multi-point-t".
 [[nodiscard]] std::string name_of_compared(const Model& model);
 
+/// Calls `visit(name, trained)` for all that was trained, the three models first, by the names of the report.
+template <class Trained, class Visit>
+void for_each_trained(Trained& of, Visit visit) {
+  for_each_model(of.models, visit);
+  for (auto& trained : of.comparison.models) visit(name_of_compared(trained.model), trained);
+}
+
 /// Verifies every model that was trained on records of the same gyro that were made later: whether a model lasts is not
 /// seen on the day of its training. Fails like verify().
 [[nodiscard]] Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -27,6 +28,10 @@ Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& cluste
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   return predict(model, *inputs);
+}
+
+int rows_in_cluster(const Model& model) {
+  return static_cast<int>(std::max(1LL, std::llround(model.cluster_length_s)));
 }
 
 Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs) {

@@ -80,6 +80,9 @@ struct Model {
 
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters);
+/// The rows of one a second that make a mean over the model's cluster length: at least one.
+[[nodiscard]] int rows_in_cluster(const Model& model);
+
 /// Predicted bias of each row of unscaled inputs (rows × terms), °/h; NaN where an input is not finite.
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs);
 

@@ -548,16 +548,13 @@ std::string results_of(const KnownAnswers& answers) {
   return fmt::format("{}", fmt::join(results, ", "));
 }
 
-/// The whole seconds of a cluster.
-int seconds_of(const Model& model) { return static_cast<int>(std::max(1LL, std::llround(model.cluster_length_s))); }
-
 Words header_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
   const Words own{{"name", std::string(name)}};
   Words words = lag_words(model, name, names);
   words.insert({{"name", std::string(name)},
                 {"provenance", c_provenance(model)},
                 {"thermometers", fmt::format("{}", names.size())},
-                {"seconds", fmt::format("{}", seconds_of(model))},
+                {"seconds", fmt::format("{}", rows_in_cluster(model))},
                 {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
                 {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
                 {"past", rates ? c_filled(kPast, own) : ""}});
@@ -636,7 +633,7 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
   }
   const std::vector<std::string> names = thermometers_of(model);
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
-  const TrackingInC tracking = noise ? tracking_in_c(*noise, seconds_of(model), name) : TrackingInC{};
+  const TrackingInC tracking = noise ? tracking_in_c(*noise, rows_in_cluster(model), name) : TrackingInC{};
   Words of_header = header_words(model, name, names, rates), of_source = source_words(model, name, names, rates);
   const UncertaintyInC uncertainty = uncertainty_in_c(model, name);
   of_header.insert({{"tracking", tracking.declarations}, {"uncertainty", uncertainty.declarations}});

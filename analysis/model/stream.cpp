@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
 
-Eigen::Index length_of(const Model& model) { return std::max<Eigen::Index>(1, std::llround(model.cluster_length_s)); }
-
 }  // namespace
 
 SlidingMeans::SlidingMeans(Eigen::Index length, Eigen::Index columns)
@@ -81,11 +79,11 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
                                        const std::vector<SlidingLags::Of>& lags, Outside policy)
     : model_(model),
       policy_(policy),
-      means_(length_of(model), static_cast<Eigen::Index>(columns.size())),
+      means_(rows_in_cluster(model), static_cast<Eigen::Index>(columns.size())),
       rates_(std::ranges::any_of(model.terms, data::has_rate)),
-      lags_(length_of(model), lags) {
+      lags_(rows_in_cluster(model), lags) {
   const auto count = static_cast<Eigen::Index>(columns.size());
-  if (rates_) past_.setConstant(length_of(model), count, kNotYet);
+  if (rates_) past_.setConstant(rows_in_cluster(model), count, kNotYet);
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
   for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));

@@ -17,7 +17,6 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr double kStep_k = 1e-3;
-constexpr double kHour_s = 3600;
 
 // What is assumed where the record does not say it.
 constexpr double kCalibration_k = 0.02, kDriftInAYear_k = 0.05, kYearsSinceCalibration = 1;
@@ -50,7 +49,7 @@ void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::No
   if (!coefficient.seen) return;
   rows.push_back({.source = source,
                   .evaluation = Evaluation::a,
-                  .standard_uncertainty = deviation_of(coefficient, kHour_s),
+                  .standard_uncertainty = deviation_of(coefficient, kSecondsPerHour),
                   .degrees_of_freedom = number_of_freedom(coefficient.value, coefficient.error)});
 }
 
@@ -90,7 +89,7 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
   if (rows.empty() && floor.differences > 0) {
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
-                    .standard_uncertainty = floor.deg_per_h * std::sqrt(on.clusters.front().length_s / kHour_s),
+                    .standard_uncertainty = floor.deg_per_h * std::sqrt(on.clusters.front().length_s / kSecondsPerHour),
                     .degrees_of_freedom = number_of_freedom(floor.deg_per_h, floor.error_deg_per_h)});
   }
   add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
@@ -295,15 +294,16 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
   assert(on.held_out_residual_deg_per_h.size() == clusters->start_s.size());
   const auto slopes = sensitivities(model, *clusters);
   if (!slopes) return failure(slopes.error());
-  Uncertainty result{.budget = {.averaging_s = kHour_s, .rows = {}},
+  Uncertainty result{.budget = {.averaging_s = kSecondsPerHour, .rows = {}},
                      .sensitivities = over_the_record(*slopes, clusters->thermometers)};
   auto& rows = result.budget.rows;
   const data::NoiseFloor floor = pooled_floor(on);
   add_noises(rows, model, on, floor);
   result.added_noise_deg_per_h = added_noise(result.sensitivities, on);
-  rows.push_back({.source = Source::thermometer_noise,
-                  .evaluation = Evaluation::a,
-                  .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kHour_s)});
+  rows.push_back(
+      {.source = Source::thermometer_noise,
+       .evaluation = Evaluation::a,
+       .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on.held_out_residual_deg_per_h, floor);
   for (const Sensitivity& one : result.sensitivities) add_thermometer(rows, on.datasets.front(), one);
   add_gyro(rows, on.datasets);

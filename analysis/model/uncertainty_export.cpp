@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "analysis/model/budget.hpp"
@@ -46,8 +46,7 @@ std::string line_of(const BudgetRow& row) {
 
 UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name) {
   if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return {};
-  const double seconds = static_cast<double>(std::max(1LL, std::llround(model.cluster_length_s)));
-  const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, seconds).rows;
+  const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
   const CombinedUncertainty all = combined(rows);
   std::string contributions;
   for (const BudgetRow& row : rows) contributions += line_of(row);

@@ -86,8 +86,8 @@ Result<Compensation> Compensation::open(const model::Model& model, std::vector<s
   compensation.says_rest_ = says_rest;
   compensation.expanded_ = expanded;
   if (noise) {
-    const auto rows = std::max(1L, std::lround(model.cluster_length_s));
-    compensation.tracker_.emplace(state_space(*noise, static_cast<double>(rows)), static_cast<int>(rows));
+    const int rows = rows_in_cluster(model);
+    compensation.tracker_.emplace(state_space(*noise, rows), rows);
   }
   return compensation;
 }

@@ -97,6 +97,13 @@ struct ProfilePosition {
   auto operator<=>(const ProfilePosition&) const = default;
 };
 
+/// How people have left the unit under test: switched on and as mounted, unless they were asked for something else.
+struct UnitState {
+  bool off{};     ///< its power is switched off
+  bool turned{};  ///< its input axis points the other way: the Earth's rate on it has the other sign
+  auto operator<=>(const UnitState&) const = default;
+};
+
 /// How the run is being carried out, in the words of ISA-88 and PackML; milder first.
 enum class RunState {
   execute,    ///< the profile's clock runs

@@ -97,7 +97,8 @@ auto patiently(const Ask& ask) {
 /// Instruments on their lines, and the io that reads them.
 class AssembledRig : public Rig {
  public:
-  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers) : file_(std::move(file)), drivers_(std::move(drivers)) {
+  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, bool gyro_may_be_off)
+      : file_(std::move(file)), drivers_(std::move(drivers)), gyro_may_be_off_(gyro_may_be_off) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
     chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
@@ -130,7 +131,7 @@ class AssembledRig : public Rig {
     if (!first) return failure(first.error());
     gyro_ = drivers_->gyro(file_, kGyroWithin);
     // The gyro's line first, for nothing shall move if it is dead.
-    if (const auto open = gyro_->open(); !open) return failure(open.error());
+    if (const auto open = gyro_->open(); !open && !gyro_may_be_off_) return failure(open.error());
     as_found_ = false;
     const auto kept = set_out(*first, program);
     if (!kept) {
@@ -185,7 +186,8 @@ class AssembledRig : public Rig {
     if (!kept) return kept;
     let_pass(1);
     // The first frame may be its whole period away, which is longer than one read waits.
-    if (const auto origin = patiently([&] { return gyro_->take_origin(); }); !origin) return failure(origin.error());
+    if (const auto origin = patiently([&] { return gyro_->take_origin(); }); !origin && !gyro_may_be_off_)
+      return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
     return kept;
@@ -217,16 +219,20 @@ class AssembledRig : public Rig {
   std::unique_ptr<drivers::Chamber> chamber_;
   std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
   std::unique_ptr<drivers::Gyro> gyro_;
+  bool gyro_may_be_off_;
   bool as_found_ = true;
   std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
 };
 
 class RealRig final : public AssembledRig {
  public:
-  RealRig(const RigFile& file, Duration already)
-      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line)), already_(already), clock_(already) {}
+  RealRig(const RigFile& file, const RigStart& start)
+      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start.gyro_may_be_off),
+        already_(start.already),
+        clock_(start.already) {}
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
+  void bring_unit_to(const UnitState&) override {}
   const Clock& clock() const override { return clock_; }
   Duration will_start_utc() const override { return clock_.now().utc; }
 
@@ -239,11 +245,29 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
+/// The line of a virtual gyro, on which nothing is waited for while it is switched off: the wait would be one by the
+/// clock on the wall.
+class LineOfAUnit final : public drivers::ByteStream {
+ public:
+  /// `unit` outlives it.
+  LineOfAUnit(std::unique_ptr<drivers::ByteStream> line, const UnitState& unit) : line_(std::move(line)), unit_(unit) {}
+
+  Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
+    return line_->read(buffer, unit_.off ? Duration::zero() : within);
+  }
+  Result<void> write(std::span<const std::byte> bytes, Duration within) override { return line_->write(bytes, within); }
+
+ private:
+  std::unique_ptr<drivers::ByteStream> line_;
+  const UnitState& unit_;
+};
+
 /// Those to virtual instruments of its own, which serve on loopback.
 class LoopbackWires final : public Wires {
  public:
-  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
-      : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
+  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later,
+                const UnitState& unit)
+      : instruments_(std::move(instruments)), clock_(already - kSecond, later), unit_(unit) {}
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     return make_modbus(local(instruments_->chamber_port()), map.link.modbus);
@@ -254,13 +278,18 @@ class LoopbackWires final : public Wires {
   }
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
   Wire<drivers::ByteStream> gyro() override {
-    return {.line = make_stream(local(instruments_->gyro_port()), {}, kConnectWithin)};
+    auto line = make_stream(local(instruments_->gyro_port()), {}, kConnectWithin);
+    return {.line = std::make_unique<LineOfAUnit>(std::move(line), unit_)};
   }
 
   const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
+  }
+  void bring_unit_to(const UnitState& state) override {
+    unit_ = state;
+    instruments_->bring_unit_to(state);
   }
   std::optional<DegreesPerHour> true_bias() override { return instruments_->true_bias(); }
 
@@ -269,6 +298,7 @@ class LoopbackWires final : public Wires {
 
   std::unique_ptr<simulator::VirtualInstruments> instruments_;
   VirtualClock clock_;
+  UnitState unit_;
 };
 
 /// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
@@ -279,11 +309,14 @@ struct OwnedWires {
 class VirtualRig final : private OwnedWires, public AssembledRig {
  public:
   VirtualRig(const RigFile& file, Wires& wires)
-      : AssembledRig(file, std::make_unique<DriversOnWires>(wires)), wires_(wires) {}
-  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires)
-      : OwnedWires{std::move(wires)}, AssembledRig(file, std::make_unique<DriversOnWires>(*owned_)), wires_(*owned_) {}
+      : AssembledRig(file, std::make_unique<DriversOnWires>(wires), false), wires_(wires) {}
+  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires, bool gyro_may_be_off)
+      : OwnedWires{std::move(wires)},
+        AssembledRig(file, std::make_unique<DriversOnWires>(*owned_), gyro_may_be_off),
+        wires_(*owned_) {}
 
   void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
+  void bring_unit_to(const UnitState& state) override { wires_.bring_unit_to(state); }
   const Clock& clock() const override { return wires_.clock(); }
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
@@ -328,13 +361,14 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
 }
 
 Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
-  if (!file.simulated) return std::make_unique<RealRig>(file, start.already);
+  if (!file.simulated) return std::make_unique<RealRig>(file, start);
   auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point});
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
-  return std::make_unique<VirtualRig>(file,
-                                      std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later));
+  const auto unit = start.replay.empty() ? UnitState{} : start.replay.back().unit;
+  return std::make_unique<VirtualRig>(
+      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later, unit), start.gyro_may_be_off);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

@@ -14,6 +14,7 @@
 #include "acquisition/io/instrument_io.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
+#include "core/sample.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/wires.hpp"
 #include "rig/rig_file.hpp"
@@ -45,6 +46,8 @@ class Wires {
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Lets the world behind the wires and the clock move on by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
+  /// Brings that world's gyro to a state, as people would; from the next second on.
+  virtual void bring_unit_to(const UnitState& state) = 0;
   /// Of that world's gyro (VirtualLaboratory::true_bias), where it may be asked.
   [[nodiscard]] virtual std::optional<DegreesPerHour> true_bias() { return std::nullopt; }
 };
@@ -65,9 +68,10 @@ struct ServeOptions {
 struct RigStart {
   simulator::LaboratorySeed seed;  ///< virtual rig
   Duration already{};              ///< how long the run has lasted when its next second begins (resume)
-  std::vector<Celsius>
-      replay;  ///< virtual rig: the set point of every second since it was switched on, but for the last one
+  std::vector<simulator::PastSecond>
+      replay;  ///< virtual rig: every second since it was switched on, but for the last one
   std::optional<Celsius> first_set_point{};  ///< virtual rig: of the profile
+  bool gyro_may_be_off{};                    ///< its silence is no reason not to begin (resume)
 };
 
 /// The chamber before anything of it was moved.
@@ -113,6 +117,8 @@ class Rig {
   [[nodiscard]] virtual Duration will_start_utc() const = 0;
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
+  /// On a virtual rig brings the unit under test to a state, from the next second on; on a real one people do.
+  virtual void bring_unit_to(const UnitState& state) = 0;
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Only after prepare().

@@ -202,6 +202,7 @@ Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_fi
   const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
   settings.info.uncertainty = read_gyro_uncertainty(table);
+  settings.can_be_turned = table.boolean("can_be_turned", false);
   if (located) {
     settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
     settings.info.uncertainty.latitude_deg = latitude;

@@ -37,11 +37,12 @@ struct GyroSettings {
   drivers::FrameFormat frame;
   std::optional<drivers::GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
   record::GyroInfo info;
+  bool can_be_turned{};  ///< people can turn it around in the chamber, so that its input axis points the other way
 };
 
 /// Either [gyro.frame], or `stream`, a description's path relative to `rig_file`, with the `axis` wanted;
 /// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees,
-/// and how well they, the scale factor and the turn-on bias are known.
+/// and how well they, the scale factor and the turn-on bias are known; `can_be_turned`.
 /// `known`: the description's text where it is known already. Mistakes of the rig file are noted in the table; fails
 /// with bad_file if the description cannot be read or has mistakes of its own.
 [[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,

@@ -168,6 +168,8 @@ class GyroBias {
 
   /// A second has passed, and the temperatures have come here.
   void step(InnerTemperatures now_c);
+  /// It is switched on again now.
+  void start_anew() { seconds_on_ = 0; }
 
   [[nodiscard]] const BiasParts& parts() const { return parts_; }
   [[nodiscard]] DegreesPerHour total() const;

@@ -10,11 +10,6 @@ namespace {
 
 constexpr double kRadPerArcmin = std::numbers::pi / 180 / 60;
 
-double turn_on(const ReadoutParameters& p, std::uint64_t seed) {
-  RandomStream repeatability(seed, RandomPurpose::turn_on_repeatability);
-  return p.turn_on_deg_per_h + p.turn_on_repeatability_deg_per_h * repeatability.normal();
-}
-
 }  // namespace
 
 std::vector<MarkovProcess> flicker_processes(double instability, double shortest_s, double longest_s) {
@@ -51,24 +46,30 @@ GyroReadout::GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed
       drift_noise_(seed, RandomPurpose::drift),
       walk_noise_(seed, RandomPurpose::rate_random_walk),
       losses_(seed, RandomPurpose::lost_pulses),
+      turn_ons_(seed, RandomPurpose::turn_on_repeatability),
       instability_(flicker_processes(parameters.instability_deg_per_h, parameters.instability_from_s,
                                      parameters.instability_to_s),
                    RandomStream(seed, RandomPurpose::bias_instability)),
       drift_memory_(std::exp(-1 / parameters.drift_time_s)),
       drift_deg_per_h_(parameters.drift_deg_per_h * drift_noise_.normal()),
-      turn_on_deg_per_h_(turn_on(parameters, seed)) {}
+      turn_on_deg_per_h_(turn_on()) {}
+
+double GyroReadout::turn_on() {
+  return parameters_.turn_on_deg_per_h + parameters_.turn_on_repeatability_deg_per_h * turn_ons_.normal();
+}
 
 bool GyroReadout::loses_a_pulse() {
   return parameters_.lost_pulses_per_h > 0 && losses_.uniform() < parameters_.lost_pulses_per_h / kSecondsPerHour;
 }
 
-void GyroReadout::step(DegreesPerHour bias, Celsius block) {
+void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   const auto& p = parameters_;
   const double warm = (block.value - 20) / 40;
   const double walk = 1 - p.walk_growth * warm * 40 / 60;
   const double scale = 1 + p.scale_factor_ppm * 1e-6 * warm;
   const double tilted = p.crosswise_earth_rate_deg_per_h * std::sin(p.tilt_arcmin * kRadPerArcmin * warm);
-  const DegreesPerHour rate = bias + drift() + DegreesPerHour{p.earth_rate_deg_per_h};
+  const DegreesPerHour earth{turned ? -p.earth_rate_deg_per_h : p.earth_rate_deg_per_h};
+  const DegreesPerHour rate = bias + drift() + earth;
   angle_arcsec_ += rate.value * scale + tilted + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal() * walk;
   if (loses_a_pulse()) angle_arcsec_ -= p.arcsec_per_pulse;
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));

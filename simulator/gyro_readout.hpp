@@ -53,8 +53,10 @@ class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);
 
-  /// Lets one second pass at this bias and this temperature of the block.
-  void step(DegreesPerHour bias, Celsius block = {20});
+  /// Lets one second pass at this bias and this temperature of the block; turned around, it sees −Ω.
+  void step(DegreesPerHour bias, Celsius block = {20}, bool turned = false);
+  /// Switched on again: draws another turn-on offset.
+  void start_anew() { turn_on_deg_per_h_ = turn_on(); }
 
   [[nodiscard]] DegreesPerHour drift() const;  ///< all that is added to bias and Earth rate, for the second to come
   [[nodiscard]] std::int64_t pulses() const { return pulses_; }
@@ -64,12 +66,14 @@ class GyroReadout {
  private:
   [[nodiscard]] bool loses_a_pulse();
   void wander();
+  [[nodiscard]] double turn_on();
 
   ReadoutParameters parameters_;
   RandomStream angle_noise_;
   RandomStream drift_noise_;
   RandomStream walk_noise_;
   RandomStream losses_;
+  RandomStream turn_ons_;
   Flicker instability_;
   double drift_memory_;  ///< of the Markov drift, per second
   double drift_deg_per_h_;

@@ -186,7 +186,8 @@ ThermalNetwork::ThermalNetwork(const NetworkParameters& network) {
 
 void ThermalNetwork::step(Celsius air) {
   next_c_.noalias() = transition_ * state_c_;
-  next_c_ += chamber_ * air.value + heating_k_;
+  next_c_ += chamber_ * air.value;
+  if (on_) next_c_ += heating_k_;
   state_c_.swap(next_c_);
   publish();
 }

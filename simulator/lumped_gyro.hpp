@@ -30,6 +30,7 @@ class ThermalNetwork final {
   explicit ThermalNetwork(const NetworkParameters& network);
 
   void step(Celsius air);
+  void switch_on(bool on) { on_ = on; }
   [[nodiscard]] PlaceTemperatures temperatures_c() const { return places_c_; }
 
  private:
@@ -38,6 +39,7 @@ class ThermalNetwork final {
   Eigen::MatrixXd transition_;  ///< 1 + rates·1 s
   Eigen::VectorXd chamber_;     ///< times 1 s
   Eigen::VectorXd heating_k_;
+  bool on_ = true;
   Eigen::VectorXd state_c_;
   Eigen::VectorXd next_c_;
   std::array<Eigen::Index, kThermalPlaces> place_nodes_{};
@@ -55,6 +57,7 @@ class LumpedGyro final : public VirtualGyro {
   explicit LumpedGyro(const LumpedGyroParameters& parameters) : law_(parameters.bias), network_(parameters.network) {}
 
   void step(Celsius air) override { network_.step(air); }
+  void switch_on(bool on) override { network_.switch_on(on); }
   [[nodiscard]] PlaceTemperatures places_c() const override { return network_.temperatures_c(); }
   [[nodiscard]] DegreesPerHour bias() const override { return reference_bias(law_, places_c().first<kBlockPlaces>()); }
   [[nodiscard]] Celsius block() const override;

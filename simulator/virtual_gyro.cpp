@@ -161,6 +161,11 @@ void ReducedGyro::step(Celsius air) {
   bias_.step(reduced_.outputs_c());
 }
 
+void ReducedGyro::switch_on(bool on) {
+  reduced_.switch_on(on);
+  if (on) bias_.start_anew();
+}
+
 ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
   const auto thermal = table.table("thermal");
   (void)thermal.text("gyro");  // read by gyro_model_of

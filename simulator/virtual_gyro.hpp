@@ -29,6 +29,8 @@ class VirtualGyro {
   virtual ~VirtualGyro() = default;
   /// Lets one second pass with the chamber's air at `air`.
   virtual void step(Celsius air) = 0;
+  /// Its power; without, it warms nothing, and its warm-up begins when it is switched on again.
+  virtual void switch_on(bool on) = 0;
   /// True temperatures at the places now: what the thermometers are at.
   [[nodiscard]] virtual PlaceTemperatures places_c() const = 0;
   /// What its temperatures, now and before, and its warm-up make of its bias; without noise, turn-on and rotation.
@@ -51,6 +53,7 @@ class ReducedGyro final : public VirtualGyro {
   explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past = {});
 
   void step(Celsius air) override;
+  void switch_on(bool on) override;
   [[nodiscard]] PlaceTemperatures places_c() const override { return reduced_.outputs_c().first<kThermalPlaces>(); }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
   [[nodiscard]] Celsius block() const override {

@@ -126,14 +126,20 @@ class Servers final : public VirtualInstruments {
     }
   }
 
-  void replay(std::span<const Celsius> set_points) override {
+  void replay(std::span<const PastSecond> seconds) override {
     const std::scoped_lock lock(guard_);
     laboratory_.switch_on(true);
-    for (const auto set_point : set_points) {
+    for (const auto& [set_point, unit] : seconds) {
       laboratory_.command(set_point);
+      laboratory_.bring_unit_to(unit);
       laboratory_.step();
       gyro_.skip(static_cast<double>(laboratory_.pulses()));
     }
+  }
+
+  void bring_unit_to(const UnitState& state) override {
+    const std::scoped_lock lock(guard_);
+    laboratory_.bring_unit_to(state);
   }
 
   [[nodiscard]] DegreesPerHour true_bias() override {
@@ -172,6 +178,7 @@ class Servers final : public VirtualInstruments {
   /// At its place between the ends of its second.
   void send_frame(double at_s) {
     ++frames_;
+    if (laboratory_.unit().off) return gyro_.attend();
     const double share = std::min(1.0, at_s - static_cast<double>(seconds_ - 1));
     const auto between = [share](std::int64_t from, std::int64_t to) {
       return static_cast<double>(from) + share * static_cast<double>(to - from);

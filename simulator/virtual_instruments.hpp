@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "core/sample.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
@@ -43,6 +44,12 @@ struct VirtualInstrumentsOptions {
                       ///< unit and registers of the map's link in use
 };
 
+/// One second that the laboratory lives through again.
+struct PastSecond {
+  Celsius set_point;
+  UnitState unit{};
+};
+
 /// Where one of them can be reached: "chamber", "thermometer 1", …, "gyro" at "tcp://127.0.0.1:5020" or
 /// "serial:/dev/pts/3".
 struct ServedLine {
@@ -63,8 +70,10 @@ class VirtualInstruments {
   /// seconds, each with its first frame; what the frames of a second say adds up to the second exactly.
   virtual void pass(Duration time) = 0;
   void advance(int seconds) { pass(std::chrono::seconds(seconds)); }
-  /// Lets one second per set point pass with the controller at it and nobody listening: how a recorded run is replayed.
-  virtual void replay(std::span<const Celsius> set_points) = 0;
+  /// Lets these seconds pass with nobody listening: how a recorded run is replayed.
+  virtual void replay(std::span<const PastSecond> seconds) = 0;
+  /// Brings the gyro to a state, as people would; from the next second on.
+  virtual void bring_unit_to(const UnitState& state) = 0;
 
   /// Of the world (VirtualLaboratory::true_bias): asked of the laboratory, by no instrument's line.
   [[nodiscard]] virtual DegreesPerHour true_bias() = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <optional>
+#include <utility>
 
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_ageing.hpp"
@@ -40,6 +41,7 @@ struct VirtualLaboratory::Parts {
   RandomStream air_noise;
   Celsius set_point;
   bool on = false;
+  UnitState unit;
   Celsius measured_air;
   std::optional<std::array<ThermometerFault, kThermalPlaces>> thermometer_faults;
   std::array<double, kThermalPlaces> shown_with_faults_c{};  ///< by thermometers with faults
@@ -88,10 +90,18 @@ void VirtualLaboratory::command(Celsius set_point) {
 
 void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
+void VirtualLaboratory::bring_unit_to(const UnitState& state) {
+  auto& p = *parts_;
+  const auto before = std::exchange(p.unit, state);
+  if (before.off == state.off) return;
+  p.gyro->switch_on(!state.off);
+  if (!state.off) p.readout.start_anew();
+}
+
 void VirtualLaboratory::step() {
   auto& p = *parts_;
   p.true_bias = p.gyro->bias();
-  p.readout.step(p.true_bias, p.gyro->block());
+  if (!p.unit.off) p.readout.step(p.true_bias, p.gyro->block(), p.unit.turned);
   p.gyro->step(p.plant.air());
   p.plant.step(p.set_point, p.on);
   p.thermometers.step(p.gyro->places_c());
@@ -107,6 +117,7 @@ void VirtualLaboratory::inject(const LaboratoryFaults& faults) {
 
 Celsius VirtualLaboratory::set_point() const { return parts_->set_point; }
 bool VirtualLaboratory::is_on() const { return parts_->on; }
+const UnitState& VirtualLaboratory::unit() const { return parts_->unit; }
 Celsius VirtualLaboratory::air_as_measured() const { return parts_->measured_air; }
 double VirtualLaboratory::output_percent() const { return parts_->plant.output_percent(); }
 std::span<const double> VirtualLaboratory::thermometers_as_measured_c() const {

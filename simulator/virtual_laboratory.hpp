@@ -14,6 +14,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "core/sample.hpp"
 
 namespace gyrotherm::simulator {
 
@@ -63,6 +64,9 @@ class VirtualLaboratory {
   /// What the controller is told, which it must accept; in force from the next step on.
   void command(Celsius set_point);
   void switch_on(bool on);
+  /// The gyro is so from the next step on: without power it is silent, cools down and, switched on again, starts anew;
+  /// turned around it sees the Earth's rate with the other sign.
+  void bring_unit_to(const UnitState& state);
   /// Breaks what `faults` says, and mends what it does not: the chamber from the next step on, thermometers at once.
   void inject(const LaboratoryFaults& faults);
   /// Lets one second pass.
@@ -70,6 +74,7 @@ class VirtualLaboratory {
 
   [[nodiscard]] Celsius set_point() const;
   [[nodiscard]] bool is_on() const;
+  [[nodiscard]] const UnitState& unit() const;
   [[nodiscard]] Celsius air_as_measured() const;  ///< by the chamber's own sensor: noise, resolution
   [[nodiscard]] double output_percent() const;    ///< −100 (full cooling) … 100 (full heating)
   [[nodiscard]] std::span<const double> thermometers_as_measured_c() const;  ///< in the order of thermometer_names()

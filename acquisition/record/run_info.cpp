@@ -143,11 +143,13 @@ Result<void> write_channels(Database& database, const RunInfo& info) {
 
 Result<void> write_segments(Database& database, const std::vector<RunInfo::SegmentInfo>& segments) {
   auto insert = database.prepare(
-      "INSERT INTO segment(name, hold, target_c, rate_c_per_min, cycle, position) VALUES(?, ?, ?, ?, ?, ?)");
+      "INSERT INTO segment(name, hold, target_c, rate_c_per_min, cycle, prompt, unit_off, unit_turned, position)"
+      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!insert) return failure(insert.error());
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const auto& segment = segments[i];
-    auto done = insert->run(segment.name, segment.hold, segment.target.value, segment.rate.value, segment.cycle, i);
+    auto done = insert->run(segment.name, segment.hold, segment.target.value, segment.rate.value, segment.cycle,
+                            segment.prompt, segment.unit.off, segment.unit.turned, i);
     if (!done) return done;
   }
   return {};
@@ -206,10 +208,17 @@ Result<void> read_channels(Database& database, RunInfo& info) {
 }
 
 Result<void> read_segments(Database& database, RunInfo& info) {
-  constexpr const char* kSegments = "SELECT name, hold, target_c, rate_c_per_min, cycle FROM segment ORDER BY position";
+  constexpr const char* kSegments =
+      "SELECT name, hold, target_c, rate_c_per_min, cycle, prompt, unit_off, unit_turned FROM segment"
+      " ORDER BY position";
   return database.each_row(kSegments, [&](const Statement& row) {
-    info.segments.push_back({std::string(row.text(0)), row.integer(1) != 0, Celsius{row.real(2)},
-                             CelsiusPerMinute{row.real(3)}, static_cast<int>(row.integer(4))});
+    info.segments.push_back({.name = std::string(row.text(0)),
+                             .hold = row.integer(1) != 0,
+                             .target = Celsius{row.real(2)},
+                             .rate = CelsiusPerMinute{row.real(3)},
+                             .cycle = static_cast<int>(row.integer(4)),
+                             .prompt = std::string(row.text(5)),
+                             .unit = {.off = row.integer(6) != 0, .turned = row.integer(7) != 0}});
   });
 }
 

@@ -13,6 +13,7 @@
 #include "acquisition/record/sqlite.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "core/sample.hpp"
 
 namespace gyrotherm::record {
 
@@ -91,6 +92,8 @@ struct RunInfo {
     Celsius target;
     CelsiusPerMinute rate{};
     int cycle{-1};
+    std::string prompt{};  ///< what people were asked to do in its first second, in which the run was held for them
+    UnitState unit{};
   };
   std::vector<SegmentInfo> segments;  ///< the expanded profile
 };

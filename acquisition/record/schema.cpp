@@ -28,7 +28,8 @@ CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT
 CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL,
                     head TEXT NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
-                     rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL);
+                     rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL, prompt TEXT NOT NULL,
+                     unit_off INTEGER NOT NULL, unit_turned INTEGER NOT NULL);
 CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
                   PRIMARY KEY(name, position)) WITHOUT ROWID;
 CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL,

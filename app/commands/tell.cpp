@@ -37,13 +37,14 @@ void add_tell(Program& program) {
                   "Speaks to the program that carries a run out; each word is in the record, with time and "
                   "user.\n\n"
                   "pause: the profile's clock stands and the set point stays, until resume.\n"
+                  "resume: goes on; where the profile has asked for something, the text is the answer to it.\n"
                   "stop: ends the run and leaves the chamber as the rig file says.\n"
                   "abort: ends the run and makes the chamber safe.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
   command.add_option("run", options.run, "the record")->required();
   command.add_option("word", options.word, "pause, resume, stop, abort or note")->required();
-  command.add_option("text", options.note, "of the note");
+  command.add_option("text", options.note, "of the note, or with resume what was done");
 }
 
 }  // namespace gyrotherm::app

@@ -129,12 +129,19 @@ Result<profile::Profile> read_profile(const std::string& path, const rig::RigFil
   if (!written) return failure(written.error());
   auto profile = profile::parse_profile(*written, path);
   if (!profile) return profile;
-  auto checked = check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{});
-  const auto sensors = rig ? profile::check_sensors(*profile, rig->limits.channels) : Result<void>{};
-  if (checked && sensors) return profile;
-  if (checked) return failure(sensors.error());
-  if (!sensors) checked.error().what += "\n" + text(sensors.error());
-  return failure(std::move(checked.error()));
+  std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
+  if (rig) {
+    verdicts.push_back(profile::check_sensors(*profile, rig->limits.channels));
+    verdicts.push_back(profile::check_turns(*profile, rig->gyro.can_be_turned));
+  }
+  std::optional<Fault> mistakes;
+  for (const auto& verdict : verdicts)
+    if (!verdict && mistakes)
+      mistakes->what += "\n" + text(verdict.error());
+    else if (!verdict)
+      mistakes = verdict.error();
+  if (mistakes) return failure(std::move(*mistakes));
+  return profile;
 }
 
 Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,

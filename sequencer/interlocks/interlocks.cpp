@@ -142,7 +142,9 @@ Found stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
-Found gyro_silent(const CheckInputs& in) { return in.sample.gyro.value ? Found{} : found("gyro silent"); }
+Found gyro_silent(const CheckInputs& in) {
+  return in.sample.gyro.value || in.around.gyro_is_off ? Found{} : found("gyro silent");
+}
 
 Found thermometers_lost(const CheckInputs& in) {
   const auto& all = in.sample.thermometers;

@@ -149,6 +149,12 @@ ProfilePosition position_of(const Profile& profile, const ProfileState& state) {
           .set_point = command(profile, state)};
 }
 
+bool unit_may_be_off(const Profile& profile, const ProfileState& state) {
+  const auto now = segment_phase(profile, state);
+  const bool was_off = now.segment > 0 && segment_at(profile, now.segment - 1).unit.off;
+  return segment_at(profile, now.segment).unit.off || (was_off && now.elapsed == Duration{});
+}
+
 const std::string& soak_sensor(const Profile& profile, const ProfileState& state) {
   return segment_at(profile, segment_phase(profile, state).segment).soak_sensor;
 }

@@ -63,6 +63,9 @@ struct Observation {
 /// The set point that the state asks for: a function of the state alone.
 [[nodiscard]] Celsius command(const Profile& profile, const ProfileState& state);
 
+/// Whether the unit is switched off by the profile's wish, or people may not have switched it on yet.
+[[nodiscard]] bool unit_may_be_off(const Profile& profile, const ProfileState& state);
+
 /// "air", or the channel of the thermometer that the present segment soaks on.
 [[nodiscard]] const std::string& soak_sensor(const Profile& profile, const ProfileState& state);
 

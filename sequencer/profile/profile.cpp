@@ -122,6 +122,14 @@ Result<void> check_sensors(const Profile& profile, const std::vector<std::string
   return mistakes.verdict();
 }
 
+Result<void> check_turns(const Profile& profile, bool can_turn) {
+  Mistakes mistakes;
+  for (const auto& segment : profile.segments)
+    if (segment.unit.turned && !can_turn)
+      mistakes.note(segment, "the unit is turned here, expected a rig that says \"can_be_turned\" in [gyro]");
+  return mistakes.verdict();
+}
+
 namespace {
 
 constexpr Duration kCluster = std::chrono::seconds(100);
@@ -206,6 +214,14 @@ std::string totals_table(const Timeline& timeline) {
   return table.text();
 }
 
+std::string prompts_of(const Profile& profile) {
+  std::string lines;
+  for (std::size_t i = 0; i < profile.segments.size(); ++i)
+    if (!profile.segments[i].prompt.empty())
+      lines += fmt::format("\n  segment {} waits for the operator: {}", i + 1, profile.segments[i].prompt);
+  return lines.empty() ? lines : lines + "\n";
+}
+
 }  // namespace
 
 Timeline plan(const Profile& profile) {
@@ -225,8 +241,8 @@ Timeline plan(const Profile& profile) {
 }
 
 std::string describe(const Profile& profile, const Timeline& timeline) {
-  return fmt::format("{}: {}\n\n{}\n{}", profile.name, profile.title, segments_table(profile, timeline),
-                     totals_table(timeline));
+  return fmt::format("{}: {}\n\n{}\n{}{}", profile.name, profile.title, segments_table(profile, timeline),
+                     totals_table(timeline), prompts_of(profile));
 }
 
 }  // namespace gyrotherm::profile

@@ -12,6 +12,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "core/sample.hpp"
 
 namespace gyrotherm::profile {
 
@@ -32,9 +33,11 @@ struct Segment {
   CelsiusPerMinute soak_slope{};    ///< the fastest that the sensor may move over a minute then; 0: however fast
   Duration
       soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
-  Duration deadline{};  ///< longest time the segment may take, waiting included
-  int cycle{-1};        ///< index into Profile::cycles, or -1
-  std::string place{};  ///< "file:line:column" it was written at
+  Duration deadline{};   ///< longest time the segment may take, waiting included
+  std::string prompt{};  ///< what people are asked to do before it begins: the run waits for them; empty: nothing
+  UnitState unit{};      ///< how the unit under test is in it
+  int cycle{-1};         ///< index into Profile::cycles, or -1
+  std::string place{};   ///< "file:line:column" it was written at
 };
 
 /// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the
@@ -79,6 +82,9 @@ struct ChamberLimits {
 /// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 
+/// Refuses to turn the unit where the rig cannot, with the place of the segment.
+[[nodiscard]] Result<void> check_turns(const Profile& profile, bool can_turn);
+
 // The profile laid out in time, as it would run if every soak counted from its first second.
 
 struct PlannedSegment {
@@ -104,7 +110,7 @@ struct Timeline {
 [[nodiscard]] Timeline plan(const Profile& profile);
 
 /// The table that `gyrotherm check` prints: each segment with start, duration, from, to, rate; then per cycle and in
-/// all.
+/// all, and what people will be asked to do.
 [[nodiscard]] std::string describe(const Profile& profile, const Timeline& timeline);
 
 }  // namespace gyrotherm::profile

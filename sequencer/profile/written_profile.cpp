@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/text.hpp"
+
 namespace gyrotherm::profile {
 
 namespace {
@@ -119,6 +121,26 @@ std::vector<WrittenRange<Celsius>> read_temperature_ranges(const TomlTable& tabl
   return ranges;
 }
 
+constexpr std::size_t kLongestPrompt = 500;  ///< bytes
+
+/// One line of text for people.
+std::string read_prompt(const TomlTable& table) {
+  auto prompt = table.text("prompt", "");
+  if (table.has("prompt") && prompt.empty())
+    table.mistake("prompt", "\"prompt\" is empty, expected what is to be done");
+  if (prompt.size() > kLongestPrompt)
+    table.mistake("prompt",
+                  fmt::format("\"prompt\" is {} bytes long, expected at most {}", prompt.size(), kLongestPrompt));
+  if (plain(prompt) != prompt) table.mistake("prompt", "\"prompt\" has control characters, expected one line of text");
+  return prompt;
+}
+
+/// Which of two words stands there: whether it is the second; nothing if neither.
+std::optional<bool> read_either(const TomlTable& table, const char* key, const char* usual, const char* other) {
+  if (!table.has(key)) return std::nullopt;
+  return table.choice(key, {usual, other}) == other;
+}
+
 constexpr int kDeepestNesting = 8;
 
 /// What a segment has around it.
@@ -176,6 +198,9 @@ class SegmentReader {
     hold.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, hold.soak);
     if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
+    hold.prompt = read_prompt(table);
+    hold.off = read_either(table, "power", "on", "off");
+    hold.turned = read_either(table, "axis", "as mounted", "turned");
     return hold;
   }
 
@@ -343,6 +368,17 @@ std::optional<Duration> ramp_time(Kelvins distance, CelsiusPerMinute rate) {
   return std::max(kSecond, Duration(std::chrono::ceil<std::chrono::seconds>(distance / rate)));
 }
 
+/// What people are asked to do to bring the unit from one state to another; empty: nothing.
+std::string change_in_words(const UnitState& from, const UnitState& to) {
+  std::string words;
+  if (from.off != to.off) words = to.off ? "switch the unit off" : "switch the unit on";
+  if (from.turned != to.turned) {
+    if (!words.empty()) words += " and ";
+    words += to.turned ? "turn the unit around: its input axis points the other way" : "turn the unit back, as mounted";
+  }
+  return words;
+}
+
 /// The pass of a repeat that a segment is expanded in.
 struct Pass {
   std::optional<CelsiusPerMinute> rate;
@@ -360,7 +396,10 @@ class Expansion {
 
  private:
   void append(const WrittenSegment& written, const WrittenHold& hold, const Pass& pass) {
-    add(written, hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline), pass);
+    auto segment = hold_at(hold.at ? *hold.at : set_point(), hold.time, hold.soak, hold.deadline);
+    const auto before = std::exchange(unit_, {hold.off.value_or(unit_.off), hold.turned.value_or(unit_.turned)});
+    segment.prompt = hold.prompt.empty() ? change_in_words(before, unit_) : hold.prompt;
+    add(written, std::move(segment), pass);
   }
 
   void append(const WrittenSegment& written, const WrittenRamp& ramp, const Pass& pass) {
@@ -429,6 +468,7 @@ class Expansion {
     }
     if (!written.name.empty()) segment.name = written.name;
     segment.cycle = pass.cycle;
+    segment.unit = unit_;
     segment.place = written.table.place();
     profile_.segments.push_back(std::move(segment));
   }
@@ -441,6 +481,7 @@ class Expansion {
 
   Profile& profile_;
   Duration total_{};
+  UnitState unit_;
   bool at_limit_ = false;
 };
 

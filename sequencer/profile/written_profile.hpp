@@ -30,6 +30,9 @@ struct WrittenHold {
   Duration time{};
   SoakRule soak;
   std::optional<Duration> deadline;
+  std::string prompt{};          ///< empty: none of its own
+  std::optional<bool> off{};     ///< the unit's power; absent: as in the segment before
+  std::optional<bool> turned{};  ///< its axis; absent: as in the segment before
 };
 
 /// With neither rate nor time, the ramp takes the rate of the pass that it is repeated in.

@@ -110,6 +110,9 @@ Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
+    if (!segment.prompt.empty())
+      return failure(FaultKind::usage, segment.place,
+                     "a controller waits for nobody, and here people are asked for something");
     drivers::ProgramStep step{
         .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,
         .start = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, i) : segment.target,

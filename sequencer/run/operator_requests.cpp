@@ -45,17 +45,18 @@ bool is_one_line(std::string_view text) {
 
 Result<ControlRequest> request_of(const std::string& word, const std::string& note) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
+  std::optional<OperatorCommand> found;
   for (const auto command : kCommands) {
     if (word != name(command)) continue;
-    if (!note.empty()) return refuse("takes no text; \"note\" does");
-    return ControlRequest{.command = command, .note = {}};
+    if (command != OperatorCommand::resume && !note.empty()) return refuse("takes no text; \"note\" does");
+    found = command;
   }
-  if (word != "note") return refuse("is none of pause, resume, stop, abort, note");
-  if (note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
+  if (!found && word != "note") return refuse("is none of pause, resume, stop, abort, note");
+  if (!found && note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
   if (note.size() > kLongestNote) return refuse(fmt::format("a note has at most {} bytes", kLongestNote));
   if (!is_utf8(note)) return refuse("a note is text in UTF-8");
   if (!is_one_line(note)) return refuse("a note is one line of text");
-  return ControlRequest{.command = {}, .note = note};
+  return ControlRequest{.command = found, .note = note};
 }
 
 std::string OperatorRequests::objection(RunState state, OperatorCommand command) const {

@@ -29,7 +29,7 @@ inline constexpr std::size_t kLongestNote = 2000;  ///< bytes of a note
 /// A command, or a note for the record.
 struct ControlRequest {
   std::optional<OperatorCommand> command;  ///< nothing: a note
-  std::string note;
+  std::string note;                        ///< with resume: the answer to what was asked; may be empty
   bool operator==(const ControlRequest&) const = default;
 };
 
@@ -42,7 +42,8 @@ struct ControlAnswer {
 
 /// Whether it has no control characters.
 [[nodiscard]] bool is_one_line(std::string_view text);
-/// "pause", "resume", "stop", "abort" or "note", which wants a text of one line in UTF-8. Fails with usage.
+/// "pause", "resume", "stop", "abort" or "note", which wants a text of one line in UTF-8; resume may have one. Fails
+/// with usage.
 [[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& note);
 
 /// The requests that wait for the next tick. The most severe of them is carried out, of equally severe ones the first;

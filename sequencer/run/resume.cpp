@@ -58,7 +58,9 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
                              .hold = segment.kind == profile::SegmentKind::hold,
                              .target = segment.target,
                              .rate = segment.rate,
-                             .cycle = segment.cycle});
+                             .cycle = segment.cycle,
+                             .prompt = segment.prompt,
+                             .unit = segment.unit});
   info.id = rig.simulated ? derived_id(info) : drawn_id();
   return info;
 }
@@ -72,30 +74,38 @@ namespace {
 
 constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual world: four months
 
-/// The set point of every second up to and with `last`, as the chamber had it (where it did not answer: as the profile
-/// asked). A gap was spent at the set point of the second that ended it.
-std::vector<Celsius> set_points_of(const record::Record& record, std::int64_t last) {
-  std::vector<Celsius> points;
+UnitState unit_at(const record::Record& record, std::size_t row) {
+  const auto segment = static_cast<std::size_t>(record.progress[row].segment);
+  return segment < record.info.segments.size() ? record.info.segments[segment].unit : UnitState{};
+}
+
+/// Every second up to and with `last`: the set point as the chamber had it (where it did not answer: as the profile
+/// asked), and the unit as the second before left it. A gap was spent at the set point of the second that ended it.
+std::vector<simulator::PastSecond> seconds_of(const record::Record& record, std::int64_t last) {
+  std::vector<simulator::PastSecond> seconds;
+  UnitState unit;
   for (std::size_t i = 0; i < record.slot.size() && record.slot[i] <= last; ++i) {
     const auto read_back = record.chamber_set_point_c[i];
-    points.resize(static_cast<std::size_t>(record.slot[i] + 1),
-                  {std::isnan(read_back) ? record.set_point_c[i] : read_back});
+    const Celsius set_point{std::isnan(read_back) ? record.set_point_c[i] : read_back};
+    seconds.resize(static_cast<std::size_t>(record.slot[i] + 1), {set_point, unit});
+    unit = unit_at(record, i);
   }
-  return points;
+  return seconds;
 }
 
 /// Every second of the virtual world before the one that preparing takes: that first one of the run, the recorded ones,
 /// the gap.
-std::vector<Celsius> replay_of(const record::Record& record, const RunContinuation& on) {
+std::vector<simulator::PastSecond> replay_of(const record::Record& record, const RunContinuation& on) {
   if (on.last_slot < 0) return {};
-  auto points = set_points_of(record, on.last_slot);
-  points.insert(points.begin(), points.front());  // slot 0 shows what preparing sent
+  auto seconds = seconds_of(record, on.last_slot);
+  seconds.insert(seconds.begin(), seconds.front());  // slot 0 shows what preparing sent
   // The last second sent the next set point only if the chamber had the one before.
-  const bool followed =
-      abs(points.back() - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
-  const auto held = followed ? command(on.profile, on.state) : points.back();
-  points.resize(points.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
-  return points;
+  const auto before = seconds.back().set_point;
+  const bool followed = abs(before - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
+  const simulator::PastSecond held{followed ? command(on.profile, on.state) : before,
+                                   unit_at(record, record.slot.size() - 1)};
+  seconds.resize(seconds.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
+  return seconds;
 }
 
 /// The state one second after the record's last; the profile's clock runs in Execute alone.
@@ -201,6 +211,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.stood.held = ending.state == RunState::held;
   on.why_stopped = std::move(ending.why);
   on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
+  on.start.gyro_may_be_off = unit_may_be_off(on.profile, on.state);
   on.start.first_set_point = command(on.profile, begin(on.profile));
   if (info.days_later > simulator::kMostDaysLater)
     return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));

@@ -99,9 +99,9 @@ std::string RunController::objection(OperatorCommand command) const {
   return lead_->objection(command);
 }
 
-void RunController::tell(OperatorCommand command, const std::string& who) {
+void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
   requests_.add({command, who});
-  note(EventKind::command, fmt::format("{} by {}", name(command), who));
+  note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
 ControlAnswer RunController::carry_out(const ControlRequest& request, const std::string& who) {
@@ -113,7 +113,7 @@ ControlAnswer RunController::carry_out(const ControlRequest& request, const std:
     note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*request.command), why));
     return {.done = false, .text = std::move(why)};
   }
-  tell(*request.command, who);
+  tell(*request.command, who, request.note);
   return {.done = true, .text = promise(*request.command)};
 }
 
@@ -138,7 +138,7 @@ void RunController::note_changes(const Sample& sample) {
   const auto all = faults_of(sample, rig_.file().limits.channels);
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_faulty = all[i].fault != nullptr;
+    const bool is_faulty = all[i].fault != nullptr && !(all[i].channel == "gyro" && unit_may_be_off(profile_, state_));
     if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
     if (!is_faulty && faulty_[i])
       note(EventKind::recovered, all[i].name + " answers again", {.channel = all[i].channel});
@@ -185,6 +185,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.storage_trouble = health.trouble;
   around.record_damage = health.damage;
   around.guard_trouble = guard_trouble_;
+  around.gyro_is_off = unit_may_be_off(profile_, state_);
   return around;
 }
 
@@ -199,13 +200,27 @@ void RunController::change_to(RunStateMachine machine) {
   const auto before = run_state();
   const auto after = run::run_state(machine);
   ensure(may_follow(before, after), "a run's states change along their table");
-  const bool told =
-      before != after || (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_));
+  const bool told = before != after ||
+                    (std::holds_alternative<Returning>(machine) && !std::holds_alternative<Returning>(machine_)) ||
+                    (after == RunState::held && cause_of(machine) != cause_of(machine_));
   const auto why = cause_of(machine_);
   machine_ = std::move(machine);
   if (!told) return;
   const bool again = after == RunState::execute;
   note(EventKind::state, again && !why.empty() ? "execute: the profile goes on, after: " + why : describe(machine_));
+}
+
+/// What people are to be asked before the profile goes on. On a virtual rig nobody is there to be waited for: it is
+/// done at once.
+std::string RunController::prompt_of(const Sample& sample) {
+  const auto& [segment, cycle, phase, in_segment, soaked, set_point] = sample.progress;
+  if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};
+  const auto& prompt = profile_.segments[static_cast<std::size_t>(segment)].prompt;
+  if (prompt.empty()) return {};
+  if (!rig_.file().simulated) return "the profile asks: " + prompt;
+  answered_ = segment;
+  note(EventKind::note, "the profile asks: " + prompt + "; done by the virtual rig");
+  return {};
 }
 
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
@@ -222,10 +237,14 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
                       .request = std::move(request),
+                      .prompt = prompt_of(sample),
                       .in_place = lead_->is_in_place(second(sample, missed)),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false};
-  change_to(next(rig_.file().run_limits, machine_, now));
+  auto machine = next(rig_.file().run_limits, machine_, now);
+  const auto* held = std::get_if<Held>(&machine);
+  if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;
+  change_to(std::move(machine));
   if (run_state() == RunState::execute) lead_->arrived();
 }
 
@@ -270,12 +289,13 @@ void RunController::step_profile(const Sample& sample) {
   state_ = next(profile_, state_, observation(sample));
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
-  change_to(
-      next(rig_.file().run_limits, machine_, RunInputs{.elapsed = {}, .demand = {}, .request = {}, .complete = true}));
+  change_to(next(rig_.file().run_limits, machine_,
+                 RunInputs{.elapsed = {}, .demand = {}, .request = {}, .prompt = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
 }
 
 void RunController::command_chamber(const Sample& sample) {
+  rig_.bring_unit_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto told = run_state() == RunState::aborting
                         ? safe_.attempt(rig_.io(), kSecond * next_slot_)
                         : lead_->command(rig_.io(), second(sample, {}), run_state(),

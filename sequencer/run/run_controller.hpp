@@ -44,9 +44,9 @@ class RunController {
 
   /// Why an operator's command would not be carried out with the next tick; empty: it will.
   [[nodiscard]] std::string objection(OperatorCommand command) const;
-  /// An operator's command, recorded with the next tick, which carries out the most severe of those that came before
-  /// it.
-  void tell(OperatorCommand command, const std::string& who);
+  /// An operator's command and what they say to it, recorded with the next tick, which carries out the most severe of
+  /// those that came before it.
+  void tell(OperatorCommand command, const std::string& who, const std::string& answer = {});
   /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
   /// who it was.
   [[nodiscard]] ControlAnswer carry_out(const ControlRequest& request, const std::string& who);
@@ -89,6 +89,7 @@ class RunController {
   /// What the lead sees of this second, at the profile's present state.
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
+  [[nodiscard]] std::string prompt_of(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);
   void step_profile(const Sample& sample);
@@ -110,6 +111,7 @@ class RunController {
   OperatorRequests requests_;
   std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
   int last_segment_ = -1;
+  int answered_ = -1;                ///< the last segment that has had its prompt
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
   std::vector<std::string> alarms_;  ///< the chamber's own, as last seen
   std::vector<Event> events_;        ///< what the tick under way will put into the record

@@ -12,9 +12,15 @@ RunStateMachine too_long(const char* what, Duration since, const std::string& ca
   return Aborting{fmt::format("{} for {}: {}", what, spoken(since), cause), {}, false};
 }
 
+/// Back in the profile, which may ask people for something first.
+RunStateMachine in_the_profile(const RunInputs& now) {
+  if (!now.prompt.empty()) return Held{now.prompt, {}};
+  return Execute{};
+}
+
 /// Where a run goes that may go on.
 RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
-  if (now.in_place) return Execute{};
+  if (now.in_place) return in_the_profile(now);
   return Returning{cause, {}};
 }
 
@@ -36,6 +42,7 @@ std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, co
 
 RunStateMachine step(const interlocks::RunLimits& limits, const Execute&, const RunInputs& now) {
   if (auto other = overruled(limits, now, false)) return *other;
+  if (!now.prompt.empty()) return Held{now.prompt, {}};
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   if (now.complete) return Completed{};
   return Execute{};
@@ -56,7 +63,7 @@ RunStateMachine step(const interlocks::RunLimits& limits, Returning state, const
   if (auto other = overruled(limits, now, false)) return *other;
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   state.since += now.elapsed;
-  if (now.in_place) return Execute{};
+  if (now.in_place) return in_the_profile(now);
   if (state.since >= limits.longest_return) return too_long("returning", state.since, state.cause);
   return state;
 }

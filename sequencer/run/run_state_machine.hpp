@@ -8,7 +8,7 @@
 ///              │                        │ set point away: by a ramp                     │
 ///              ▼  a cause outside       │         ▼                                     │
 ///   Execute ◀──────────▶ Suspended ─────┴──▶ Returning ──▶ Execute        Held ─────────┘
-///      │    ───────────────────────────────────────────────────────────▶ (an operator's pause, a cause inside)
+///      │    ──────────────────────────────────────────▶ (an operator's pause, the profile's prompt, a cause inside)
 ///      │ end of the profile
 ///      ▼             from each of them: an interlock or an operator aborts, or a state lasts too long
 ///   Completed        ──▶ Aborting ──▶ Aborted   (the chamber has shown the safe set point; latched)
@@ -63,6 +63,7 @@ struct RunInputs {
   Duration elapsed{};
   interlocks::InterlockDemand demand;      ///< what the interlocks demand
   std::optional<OperatorRequest> request;  ///< the one that is carried out
+  std::string prompt{};                    ///< what the profile asks of people before it goes on; empty: nothing
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
   bool complete{};                         ///< the profile has come to its end

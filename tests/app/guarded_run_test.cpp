@@ -91,6 +91,23 @@ TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
     EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
 }
 
+TEST_F(GuardedRun, AProfileThatAsksForSomethingWaitsForTheAnswer) {
+  Background run({"run", "tests/profiles/asks.toml", "--rig", laboratory.rig(), "--out", record}, folder / "log");
+  std::string status;
+  for (int i = 0; i < 300 && status.find("the profile asks: look at the cable") == std::string::npos; ++i)
+    status = shell("sleep 0.1; gyrotherm status --json " + record).out;
+  EXPECT_NE(status.find("the profile asks: look at the cable"), std::string::npos) << status << run.output();
+  const auto answered = gyrotherm_with("tell " + record + " resume 'it hangs free'");
+  EXPECT_EQ(answered.exit_code, 0) << answered.err;
+  EXPECT_EQ(run.wait(), 0) << run.output();
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  std::string events;
+  for (const auto& stored : kept->events) events += stored.event.text + "\n";
+  for (const auto* part : {"held: the profile asks: look at the cable", "): it hangs free", "profile complete"})
+    EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
+}
+
 /// The socket that systemd would listen at; the environment names it while this lives.
 class Watchdog {
  public:

@@ -151,17 +151,17 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
 TEST_F(VirtualInstrumentsTest, ReplayLeadsWhereTheRunWas) {
   const auto replayed = start(5);
   instruments = start(5);
-  std::vector<Celsius> set_points;
+  std::vector<PastSecond> past;
   {
     const Client chamber(instruments->chamber_port());
     write_chamber(chamber, "control_mode", 1);
     for (int i = 0; i < 300; ++i) {
       write_chamber(chamber, "set_point", 20 - 0.1 * i);
-      set_points.push_back({read_chamber(chamber, "set_point")});
+      past.push_back({{read_chamber(chamber, "set_point")}});
       instruments->advance(1);
     }
   }
-  replayed->replay(set_points);
+  replayed->replay(past);
   std::array<std::vector<std::byte>, 2> frames;
   std::array<std::string, 2> readings;
   std::array<double, 2> air_c{};

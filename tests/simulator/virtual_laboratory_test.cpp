@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "core/sha256.hpp"
@@ -42,6 +43,63 @@ TEST(VirtualLaboratory, IsReproducedByItsSeedAndItsSetPoints) {
   for (const auto* rig : kRigs)
     for (const std::uint64_t seed : {0U, 1U, 12345U})
       EXPECT_EQ(seen_with_seed(rig, seed), seen_with_seed(rig, seed)) << rig << ' ' << seed;
+}
+
+/// Mean rate over some minutes, °/h: 1 arcsec/s is 1 °/h.
+double rate_over(VirtualLaboratory& laboratory, int seconds) {
+  const auto before = laboratory.pulses();
+  for (int t = 0; t < seconds; ++t) laboratory.step();
+  return laboratory.arcsec_per_pulse() * static_cast<double>(laboratory.pulses() - before) / seconds;
+}
+
+TEST(VirtualLaboratory, AGyroThatIsTurnedAroundSeesTheEarthTurnTheOtherWay) {
+  for (const auto* rig : kRigs) {
+    VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
+    laboratory.command({20});
+    laboratory.switch_on(true);
+    const double as_mounted = rate_over(laboratory, 600);
+    laboratory.bring_unit_to({.turned = true});
+    const double turned = rate_over(laboratory, 600);
+    const double earth_rate = 15.041067 * std::sin(45 * std::numbers::pi / 180);
+    EXPECT_NEAR((as_mounted - turned) / 2, earth_rate, 0.01) << rig << ": less noise over ten minutes";
+    EXPECT_NEAR((as_mounted + turned) / 2, laboratory.true_bias().value + laboratory.drift().value, 0.02) << rig;
+    laboratory.bring_unit_to({});
+    EXPECT_NEAR(rate_over(laboratory, 600), as_mounted, 0.02) << rig;
+  }
+}
+
+TEST(VirtualLaboratory, AGyroThatIsSwitchedOffIsSilentAndCoolsDown) {
+  for (const auto* rig : kRigs) {
+    VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
+    laboratory.command({20});
+    laboratory.switch_on(true);
+    const double warm_c = laboratory.thermometers_as_measured_c()[0];
+    laboratory.bring_unit_to({.off = true});
+    const auto pulses = laboratory.pulses();
+    for (int t = 0; t < 8 * 3600; ++t) laboratory.step();
+    EXPECT_EQ(laboratory.pulses(), pulses) << rig;
+    EXPECT_NEAR(laboratory.thermometers_as_measured_c()[0], 20, 0.3) << rig;
+    EXPECT_GT(warm_c, 21) << rig;
+    laboratory.bring_unit_to({});
+    for (int t = 0; t < 8 * 3600; ++t) laboratory.step();
+    EXPECT_GT(laboratory.pulses(), pulses) << rig;
+    EXPECT_NEAR(laboratory.thermometers_as_measured_c()[0], warm_c, 0.3) << rig;
+  }
+}
+
+/// The hard gyro's turn-on is drawn anew, and its warm-up begins.
+TEST(VirtualLaboratory, AGyroThatIsSwitchedOnAgainStartsAnew) {
+  VirtualLaboratory laboratory(laboratory_of_rig("virtual-hard"), {.gyro = 1, .run = 0});
+  laboratory.command({20});
+  laboratory.switch_on(true);
+  for (int t = 0; t < 10; ++t) laboratory.step();
+  const double before = laboratory.drift().value;
+  laboratory.bring_unit_to({.off = true});
+  laboratory.step();
+  EXPECT_EQ(laboratory.drift().value, before) << "nothing wanders while it is off";
+  laboratory.bring_unit_to({});
+  EXPECT_NE(laboratory.drift().value, before);
+  EXPECT_NEAR(laboratory.drift().value, before, 0.02);
 }
 
 TEST(VirtualLaboratory, DiffersBySeed) {

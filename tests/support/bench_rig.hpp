@@ -94,6 +94,7 @@ class BenchRig final : public rig::Rig {
   std::vector<Result<std::string>> ask() override { return {}; }
   using rig::Rig::prepare;
   Result<std::vector<std::string>> prepare(const rig::Entrance&, const drivers::ChamberProgram*) override { return {}; }
+  void bring_unit_to(const UnitState&) override {}
   void let_pass(std::int64_t seconds) override {
     constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {

@@ -82,7 +82,7 @@ TEST(StepTable, IsTheStepAtAnyTemperature) {
     Eigen::VectorXd states = Eigen::VectorXd::LinSpaced(model.conduction.rows(), -30, 50);
     const Eigen::VectorXd expected = second.carry * states + second.before * 17 + second.after * 18 + second.powers;
     table.update(air_c);
-    table.step(states, 17, 18);
+    table.step(states, 17, 18, true);
     EXPECT_LE((states - expected).cwiseAbs().maxCoeff(), 1e-10);
   }
 }

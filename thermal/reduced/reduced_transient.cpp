@@ -58,8 +58,9 @@ ModalSecond::ModalSecond(const ReducedModel& model, const ThermalCoefficients& c
   shapes = std::move(modes.shapes);
 }
 
-void ModalSecond::step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const {
-  amplitudes.array() = decay * amplitudes.array() + before * from_c + after * to_c + powers;
+void ModalSecond::step(Eigen::VectorXd& amplitudes, double from_c, double to_c, bool on) const {
+  amplitudes.array() = decay * amplitudes.array() + before * from_c + after * to_c;
+  if (on) amplitudes.array() += powers;
 }
 
 OneSecond one_second(const ReducedModel& model, const ThermalCoefficients& c) {
@@ -88,12 +89,13 @@ void StepTable::update(double air_c) {
   now_.noalias() = table_ * cardinal(nodes_c_, weights_, std::clamp(air_c, kColdestGapAir_c, kHottestGapAir_c));
 }
 
-void StepTable::step(Eigen::VectorXd& states, double from_c, double to_c) {
+void StepTable::step(Eigen::VectorXd& states, double from_c, double to_c, bool on) {
   assert(now_.size() > 0);
   const auto r = states.size();
   const Eigen::Map<const Eigen::MatrixXd> carry(now_.data(), r, r);
   const Eigen::Map<const Eigen::MatrixXd> inputs(now_.data() + r * r, r, 3);
-  next_ = inputs.col(0) * from_c + inputs.col(1) * to_c + inputs.col(2);
+  next_ = inputs.col(0) * from_c + inputs.col(1) * to_c;
+  if (on) next_ += inputs.col(2);
   next_.noalias() += carry * states;
   states.swap(next_);
 }
@@ -145,9 +147,9 @@ ReducedTransient::ReducedTransient(const ReducedModel& model, const ReducedTrans
 void ReducedTransient::step(Celsius air) {
   if (auto* table = std::get_if<StepTable>(&law_)) {
     if (seconds_ % options_.seconds_per_update == 0) table->update(gap_air_c(outputs_c_));
-    table->step(states_, air_c_, air.value);
+    table->step(states_, air_c_, air.value, on_);
   } else {
-    std::get<ModalSecond>(law_).step(states_, air_c_, air.value);
+    std::get<ModalSecond>(law_).step(states_, air_c_, air.value, on_);
   }
   air_c_ = air.value;
   ++seconds_;

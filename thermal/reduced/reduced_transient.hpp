@@ -45,7 +45,7 @@ struct ModalSecond {
   Eigen::ArrayXd decay, before, after, powers;
 
   ModalSecond(const ReducedModel& model, const ThermalCoefficients& c);
-  void step(Eigen::VectorXd& amplitudes, double from_c, double to_c) const;
+  void step(Eigen::VectorXd& amplitudes, double from_c, double to_c, bool on) const;
 };
 
 class StepTable final {
@@ -54,8 +54,9 @@ class StepTable final {
 
   /// The step in force from now on; temperatures beyond the table count as its ends.
   void update(double air_c);
-  /// One second while the air outside goes from one temperature to the other; update() must have been called.
-  void step(Eigen::VectorXd& states, double from_c, double to_c);
+  /// One second while the air outside goes from one temperature to the other, powers on or off; update() must have been
+  /// called.
+  void step(Eigen::VectorXd& states, double from_c, double to_c, bool on);
 
  private:
   Eigen::VectorXd nodes_c_;
@@ -89,6 +90,8 @@ class ReducedTransient final {
   /// Lets one second pass while the chamber's air goes linearly from where it was to `air`; exact for that input and
   /// constant coefficients.
   void step(Celsius air);
+  /// Its powers, from the next second on.
+  void switch_on(bool on) { on_ = on; }
 
   /// In the order of ThermalOutput, °C.
   [[nodiscard]] std::span<const double, kThermalOutputs> outputs_c() const;
@@ -100,6 +103,7 @@ class ReducedTransient final {
   ReducedTransientOptions options_;
   double air_c_;
   long seconds_ = 0;
+  bool on_ = true;
   Eigen::VectorXd states_;
   Eigen::MatrixXd outputs_;  ///< of the states as the law keeps them
   std::variant<ModalSecond, StepTable> law_;

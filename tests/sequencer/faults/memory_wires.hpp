@@ -48,6 +48,7 @@ class MemoryWires final : public rig::Wires {
       plant_.pass_second();
     }
   }
+  void bring_unit_to(const UnitState& state) override { plant_.laboratory().bring_unit_to(state); }
 
  private:
   static Wire<drivers::ByteStream> stream(LineEnd& end) {

@@ -52,7 +52,7 @@ void Plant::send_frame() {
   const auto time_us = laboratory_.device_time_us() - gyro_origin_.device_time_us;
   auto frame = writer_.next(static_cast<double>(pulses), time_us, 1);
   const auto& trouble = gyro_line_.trouble;
-  if (trouble.gone || trouble.silent || gyro_line_.happens(gyro_trouble.lost)) return;
+  if (laboratory_.unit().off || trouble.gone || trouble.silent || gyro_line_.happens(gyro_trouble.lost)) return;
   if (gyro_line_.happens(gyro_trouble.garbled))
     return garble_burst(frame, gyro_line_.random()), gyro_line_.arrive(frame);
   held_back_.insert(held_back_.end(), frame.begin(), frame.end());

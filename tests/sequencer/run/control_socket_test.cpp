@@ -53,6 +53,9 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
   const auto note = request_of("note", "Tür geöffnet, \"Kabel\" geprüft");
   ASSERT_TRUE(note);
   EXPECT_EQ(parse_request(to_message(*note)), *note);
+  const auto answer = request_of("resume", "turned by hand");
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(parse_request(to_message(*answer)), *answer);
   EXPECT_EQ(to_message(*request_of("pause", "")), "gyrotherm-tell/1 pause ");
 }
 
@@ -60,6 +63,7 @@ TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
   for (const auto& [word, note] : std::vector<std::pair<std::string, std::string>>{{"go", ""},
                                                                                    {"", ""},
                                                                                    {"pause", "now"},
+                                                                                   {"resume", "two\nlines"},
                                                                                    {"note", ""},
                                                                                    {"note", "two\nlines"},
                                                                                    {"note",

@@ -65,6 +65,28 @@ TEST(RunStateMachine, AHoldEndsByTheOperatorAlone) {
   EXPECT_EQ(state_after(held, still), RunState::held) << "not while its cause stands";
 }
 
+TEST(RunStateMachine, AProfilesPromptHoldsWhatNothingGraverStops) {
+  auto asked = quiet();
+  asked.prompt = "the profile asks: switch the unit on";
+  const auto held = after(Execute{}, asked);
+  ASSERT_EQ(run_state(held), RunState::held);
+  EXPECT_EQ(cause_of(held), asked.prompt);
+  EXPECT_EQ(state_after(held, quiet(), 100), RunState::held);
+  EXPECT_EQ(state_after(held, told(OperatorCommand::resume)), RunState::execute);
+  auto grave = seeing(interlocks::Reaction::abort);
+  grave.prompt = asked.prompt;
+  EXPECT_EQ(state_after(Execute{}, grave), RunState::aborting);
+  auto mild = seeing(interlocks::Reaction::suspend);
+  mild.prompt = asked.prompt;
+  EXPECT_EQ(state_after(Execute{}, mild), RunState::held);
+  for (const auto& other : {kSuspended, kHeld}) {
+    auto on = told(OperatorCommand::resume);
+    on.prompt = asked.prompt;
+    EXPECT_EQ(cause_of(after(other, on)), asked.prompt) << "it comes when the other cause is gone";
+  }
+  EXPECT_EQ(cause_of(after(kReturning, asked)), asked.prompt);
+}
+
 TEST(RunStateMachine, APauseIsNoFailure) {
   const auto paused = after(Execute{}, told(OperatorCommand::pause));
   EXPECT_EQ(run_state(paused), RunState::held);

@@ -99,6 +99,20 @@ soak_band = 2
   EXPECT_EQ(program_of(*profile).error().kind, FaultKind::usage);
 }
 
+TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
+  const std::string text = R"(schema = "gyrotherm-profile/1"
+name = "turned"
+[[segment]]
+kind = "hold"
+at = 20
+time = "10 min"
+prompt = "look at the window"
+)";
+  const auto profile = profile::parse_profile(text, "p.toml");
+  ASSERT_TRUE(profile) << gyrotherm::text(profile.error());
+  EXPECT_EQ(program_of(*profile).error().where, "p.toml:3:1");
+}
+
 TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
   ControllerLead lead;
   const auto after = [&](ChamberActivity activity, bool last) {

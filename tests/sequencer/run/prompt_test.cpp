@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A profile that asks people for something waits for them, and their answer is in the record.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sequencer/run/run_controller.hpp"
+#include "tests/support/dry_run.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+const std::string kSwitched = GYROTHERM_SOURCE_DIR "/tests/profiles/switched.toml";
+
+/// A virtual rig that says that it is a real one: people are waited for, and the unit does what they do.
+class SeemsReal final : public rig::Rig {
+ public:
+  explicit SeemsReal(rig::Rig& inner) : inner_(inner), file_(inner.file()) { file_.simulated = false; }
+
+  std::vector<Result<std::string>> ask() override { return inner_.ask(); }
+  Result<drivers::SetPointRange> controller_limits() override { return inner_.controller_limits(); }
+  Result<std::vector<std::string>> prepare(const rig::Entrance& entrance,
+                                           const drivers::ChamberProgram* program) override {
+    return inner_.prepare(entrance, program);
+  }
+  bool is_as_found() const override { return inner_.is_as_found(); }
+  Duration will_start_utc() const override { return inner_.will_start_utc(); }
+  void let_pass(std::int64_t seconds) override { inner_.let_pass(seconds); }
+  void bring_unit_to(const UnitState&) override {}
+  const Clock& clock() const override { return inner_.clock(); }
+  io::InstrumentIo& io() override { return inner_.io(); }
+  const rig::RigFile& file() const override { return file_; }
+
+ private:
+  rig::Rig& inner_;
+  rig::RigFile file_;
+};
+
+std::vector<std::string> texts_of(const std::string& path, EventKind kind) {
+  std::vector<std::string> texts;
+  const auto record = record::read_record(path).value();
+  for (const auto& recorded : record.events)
+    if (recorded.event.kind == kind) texts.push_back(recorded.event.text);
+  return texts;
+}
+
+/// A run of the profile on a rig that seems real.
+class PromptTest : public testing::Test {
+ protected:
+  PromptTest() {
+    auto assembled = rig::Rig::assemble(dry_run_.file(), {.seed = {}, .already = {}, .replay = {}});
+    EXPECT_TRUE(assembled) << text(assembled.error());
+    virtual_rig_ = std::move(*assembled);
+    EXPECT_TRUE(virtual_rig_->prepare(Celsius{20}));
+    auto created = record::Store::create(dry_run_.path(), dry_run_.info());
+    EXPECT_TRUE(created) << text(created.error());
+    store_ = std::move(*created);
+    rig_ = std::make_unique<SeemsReal>(*virtual_rig_);
+    harness_ = std::make_unique<tests::RunHarness>(dry_run_.profile(), *rig_, *store_);
+  }
+
+  /// What people do to the unit.
+  void bring_unit_to(const UnitState& state) { virtual_rig_->bring_unit_to(state); }
+  RunController& run() { return harness_->run_controller(); }
+  RunState after(int seconds) {
+    harness_->seconds(seconds);
+    return run().run_state();
+  }
+  void answer(const std::string& words) {
+    const auto request = request_of("resume", words);
+    ASSERT_TRUE(request) << text(request.error());
+    EXPECT_TRUE(run().carry_out(*request, "ada (uid 1000)").done);
+  }
+
+  tests::DryRun dry_run_{kSwitched};
+  std::unique_ptr<rig::Rig> virtual_rig_;
+  std::unique_ptr<record::Store> store_;
+  std::unique_ptr<SeemsReal> rig_;
+  std::unique_ptr<tests::RunHarness> harness_;
+};
+
+TEST_F(PromptTest, HoldsTheRunUntilTheOperatorAnswers) {
+  ASSERT_EQ(after(60), RunState::execute);
+  ASSERT_EQ(after(1), RunState::held);
+  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
+  EXPECT_EQ(after(3600), RunState::held) << "however long it takes";
+  EXPECT_EQ(harness_->progress().segment, 1);
+  EXPECT_EQ(harness_->progress().in_segment, Duration{}) << "the profile's clock stands";
+  bring_unit_to({.off = true});
+  answer("switched off at the supply");
+  ASSERT_EQ(after(1), RunState::execute);
+  EXPECT_EQ(after(599), RunState::execute) << "asked once, and the unit's silence is no fault";
+  ASSERT_EQ(after(1), RunState::held);
+  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit on");
+  EXPECT_EQ(after(3600), RunState::held) << "still silent";
+  bring_unit_to({});
+  answer("");
+  harness_->seconds(1000);
+  ASSERT_EQ(harness_->outcome(), RunOutcome::complete);
+  ASSERT_TRUE(store_->finish());
+  const auto commands = texts_of(dry_run_.path(), EventKind::command);
+  EXPECT_EQ(commands, (std::vector<std::string>{"resume by ada (uid 1000): switched off at the supply",
+                                                "resume by ada (uid 1000)"}));
+  EXPECT_EQ(texts_of(dry_run_.path(), EventKind::fault), std::vector<std::string>{});
+}
+
+TEST_F(PromptTest, AUnitThatStaysSilentAfterItWasSwitchedOnSuspendsTheRun) {
+  ASSERT_EQ(after(61), RunState::held);
+  bring_unit_to({.off = true});
+  answer("");
+  ASSERT_EQ(after(601), RunState::held);
+  answer("it is on, says somebody who has not looked");
+  EXPECT_EQ(after(120), RunState::suspended);
+  EXPECT_NE(run().standing().cause.find("gyro silent"), std::string::npos) << run().standing().cause;
+}
+
+TEST_F(PromptTest, OutranksNoInterlock) {
+  ASSERT_EQ(after(61), RunState::held);
+  const auto abort = request_of("abort", "");
+  ASSERT_TRUE(abort);
+  EXPECT_TRUE(run().carry_out(*abort, "ada (uid 1000)").done);
+  after(10);
+  EXPECT_EQ(harness_->outcome(), RunOutcome::made_safe);
+}
+
+TEST_F(PromptTest, ComesAfterAPauseInItsFirstSecond) {
+  ASSERT_EQ(after(60), RunState::execute);
+  EXPECT_TRUE(run().carry_out(*request_of("pause", ""), "ada (uid 1000)").done);
+  ASSERT_EQ(after(1), RunState::held);
+  EXPECT_EQ(run().standing().cause, "paused by ada (uid 1000)");
+  answer("");
+  EXPECT_EQ(after(1), RunState::held);
+  EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit off");
+  EXPECT_EQ(harness_->progress().in_segment, Duration{});
+  answer("");
+  EXPECT_EQ(after(1), RunState::execute);
+}
+
+TEST(PromptOnTheVirtualRig, IsDoneAtOnceAndNoted) {
+  tests::DryRun dry_run(kSwitched);
+  ASSERT_EQ(dry_run.run(), RunOutcome::complete);
+  const auto record = record::read_record(dry_run.path());
+  ASSERT_TRUE(record) << text(record.error());
+  EXPECT_EQ(record->slot.size(), 720u) << "nobody is waited for";
+  EXPECT_EQ(texts_of(dry_run.path(), EventKind::note),
+            (std::vector<std::string>{"the profile asks: switch the unit off; done by the virtual rig",
+                                      "the profile asks: switch the unit on; done by the virtual rig"}));
+  EXPECT_FALSE(std::isnan(record->gyro[60])) << "switched off in this second";
+  for (std::size_t i = 62; i < 661; ++i) ASSERT_TRUE(std::isnan(record->gyro[i])) << i;
+  for (std::size_t i = 663; i < 720; ++i) ASSERT_FALSE(std::isnan(record->gyro[i])) << i;
+  EXPECT_EQ(record->info.segments[1].prompt, "switch the unit off");
+  EXPECT_TRUE(record->info.segments[1].unit.off);
+  EXPECT_FALSE(record->info.segments[2].unit.off);
+}
+
+/// Begun while the unit is off, and without it: its warmth and its silence are what they were.
+TEST(PromptOnTheVirtualRig, IsLivedThroughAgainWhenARunIsResumed) {
+  tests::DryRun dry_run(kSwitched);
+  ASSERT_EQ(dry_run.run(), RunOutcome::complete);
+  const auto whole = record::read_record(dry_run.path()).value();
+  std::filesystem::remove(dry_run.path());
+  ASSERT_EQ(dry_run.run(400), RunOutcome::going_on);
+  const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
+  ASSERT_TRUE(on) << text(on.error());
+  EXPECT_TRUE(on->start.gyro_may_be_off);
+  auto rig = rig::Rig::assemble(on->rig, on->start);
+  ASSERT_TRUE(rig) << text(rig.error());
+  ASSERT_TRUE((*rig)->prepare(Celsius{20}));
+  (*rig)->let_pass(1);
+  const auto sample = (*rig)->io().read(0, (*rig)->clock());
+  EXPECT_FALSE(sample.gyro.value);
+  const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
+  ASSERT_TRUE(sample.thermometers[0].value);
+  EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);
+  EXPECT_LT(whole.thermometers_c[0][slot], whole.thermometers_c[0][60] - 0.1) << "it cools without its power";
+}
+
+}  // namespace
+}  // namespace gyrotherm::run

@@ -78,12 +78,25 @@ std::string minutes(const Measured& seconds) {
   return std::isfinite(seconds.value) ? plot::decimal(seconds.value / 60, 0) + "&nbsp;min" : "not within this hold";
 }
 
+std::string two_position_table(const Characterisation& result) {
+  std::string rows;
+  for (const model::TwoPosition& found : result.two_position) {
+    const std::string at = " at " + celsius(found.set_point_c, 0);
+    const bool is_stated = std::isfinite(found.stated_earth_rate_deg_per_h);
+    rows += row("Bias" + at, "°/h", found.bias) +
+            row("Earth rate on the axis" + at +
+                    (is_stated ? fmt::format(", by the rig file {:.5f} °/h", found.stated_earth_rate_deg_per_h) : ""),
+                "°/h", found.earth_rate);
+  }
+  return table("Bias and Earth rate, told apart by turning the gyro around", "Figure", "Unit", rows);
+}
+
 std::string warm_up_note(const model::WarmUp& found) {
+  const std::string when = found.segment == 0 ? "with the run" : fmt::format("in segment {}", found.segment + 1);
   return fmt::format(
-      "<p>Warm-up at {}, if the gyro was switched on with the run: {} before compensation (to within {}&nbsp;°/h of "
-      "the "
-      "hold’s final bias), {} after.</p>\n",
-      celsius(found.set_point_c, 0), minutes(found.seconds.before), plot::format_bias(found.within.before.value),
+      "<p>Warm-up at {}, if the gyro was switched on {}: {} before compensation (to within {}&nbsp;°/h of the hold’s "
+      "final bias), {} after.</p>\n",
+      celsius(found.set_point_c, 0), when, minutes(found.seconds.before), plot::format_bias(found.within.before.value),
       minutes(found.seconds.after));
 }
 
@@ -97,7 +110,8 @@ std::string characterisation_html(const Report& report) {
                           "a standard uncertainty of this record’s noise alone",
                           plot::escaped(run.profile)));
   if (!result.stabilised.empty()) html += stabilised_table(result);
-  if (result.warm_up) html += warm_up_note(*result.warm_up);
+  if (!result.two_position.empty()) html += two_position_table(result);
+  for (const model::WarmUp& found : result.warm_ups) html += warm_up_note(found);
   return html + fmt::format(
                     "<p class=\"note\">Stabilised: {}. Ramp and gradient each stand beside a straight line in the "
                     "temperature; they are not independent of each other, for a ramp makes a gradient. Hysteresis "

@@ -61,29 +61,50 @@ void place_in_profile(Dataset& dataset, const record::Record& record) {
   }
 }
 
-/// NaN if no hold has a bias.
+/// Until the clock of a segment with a prompt runs, the unit is in people's hands.
+void drop_handling(Dataset& dataset, const record::Record& record) {
+  for (std::size_t i = 0; i < record.progress.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (record.progress[i].in_segment != Duration{} || dataset.segment(row) < 0) continue;
+    const auto& segment = dataset.segments[static_cast<std::size_t>(dataset.segment(row))];
+    if (!segment.prompt.empty()) dataset.bias_deg_per_h(row) = kMissing;
+  }
+}
+
+/// Of the first hold that has a bias; NaN if none has.
 double mean_of_first_hold(const Dataset& dataset) {
-  const auto hold = std::ranges::find_if(dataset.segments, &record::RunInfo::SegmentInfo::hold);
-  if (hold == dataset.segments.end()) return kMissing;
-  const auto first = static_cast<int>(hold - dataset.segments.begin());
+  int first = -1, count = 0;
   double sum = 0;
-  int count = 0;
   for (Eigen::Index i = 0; i < dataset.segment.size(); ++i) {
-    if (dataset.segment(i) != first || std::isnan(dataset.bias_deg_per_h(i))) continue;
+    const int segment = dataset.segment(i);
+    if (segment < 0 || std::isnan(dataset.bias_deg_per_h(i))) continue;
+    if (first < 0 && dataset.segments[static_cast<std::size_t>(segment)].hold) first = segment;
+    if (segment != first) continue;
     sum += dataset.bias_deg_per_h(i);
     ++count;
   }
   return count > 0 ? sum / count : kMissing;
 }
 
+bool is_turned(const Dataset& dataset, Eigen::Index row) {
+  const int segment = dataset.segment(row);
+  return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned;
+}
+
+void remove_earth_rate(Dataset& dataset, DegreesPerHour earth_rate) {
+  for (Eigen::Index i = 0; i < dataset.bias_deg_per_h.size(); ++i)
+    dataset.bias_deg_per_h(i) -= is_turned(dataset, i) ? -earth_rate.value : earth_rate.value;
+}
+
 void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate) {
   dataset.bias_zero = "nothing removed";
   if (earth_rate) {
-    dataset.bias_deg_per_h.array() -= earth_rate->value;
+    remove_earth_rate(dataset, *earth_rate);
     dataset.bias_zero = "earth rate removed";
     return;
   }
-  if (dataset.imported) return;
+  const auto turned = [](const record::RunInfo::SegmentInfo& segment) { return segment.unit.turned; };
+  if (dataset.imported || std::ranges::any_of(dataset.segments, turned)) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
     dataset.bias_zero = "mean of the first hold removed";
@@ -128,6 +149,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path) {
   dataset.true_bias_deg_per_h = column(record.true_bias_deg_per_h, rows_of(record));
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
   place_in_profile(dataset, record);
+  drop_handling(dataset, record);
   set_zero(dataset, info.gyro.earth_rate);
   for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));

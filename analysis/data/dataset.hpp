@@ -50,8 +50,10 @@ struct Dataset {
 
 /// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where
 /// pulses were counted, scale × number where a rate was read, less the Earth rate. Where that is not known, the mean of
-/// the first hold is removed from our own records and nothing from imported ones. Temperatures are the readings plus
-/// their channel's offset. Without a list of gradient thermometers, all are taken.
+/// the first hold is removed from our own records and nothing from imported ones, nor where the unit was turned around:
+/// there the Earth's rate has the other sign. There is no bias while the profile waited for people: they handle the
+/// unit. Temperatures are the readings plus their channel's offset. Without a list of gradient thermometers, all are
+/// taken.
 [[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path);
 
 /// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an

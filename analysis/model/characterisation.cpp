@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <map>
@@ -84,11 +85,13 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   std::vector<StabilisedBias> all;
   for (std::size_t s = 0; s < subject.dataset.segments.size(); ++s) {
     const auto segment = static_cast<int>(s);
-    if (!subject.dataset.segments[s].hold || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
+    const auto& [name, hold, target, rate, cycle, prompt, unit] = subject.dataset.segments[s];
+    if (!hold || unit.off || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
     const RowNumbers rows = last_hour_of(subject.clusters, segment);
     if (static_cast<int>(rows.size()) < kFewestClusters) continue;
     all.push_back({.segment = segment,
-                   .set_point_c = subject.dataset.segments[s].target.value,
+                   .turned = unit.turned,
+                   .set_point_c = target.value,
                    .temperature_c = subject.temperature_c(rows).mean(),
                    .clusters = static_cast<int>(rows.size()),
                    .bias = before_and_after(subject, [&](const auto& bias) { return mean_at(subject, bias, rows); })});
@@ -192,11 +195,11 @@ std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
 
 /// The end of the last mean over kWarmUpMeanSeconds of the first hold that is farther from the final bias than chance
 /// alone takes it, 3 standard deviations; from the start of the hold.
-void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& first,
+void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& settled_in,
                    double floor_deg_per_h, Measured BeforeAfter::*which, const Eigen::VectorXd& bias) {
   const double length_s = subject.clusters.length_s;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::round(kWarmUpMeanSeconds / length_s)));
-  const Measured& settled = first.bias.*which;
+  const Measured& settled = settled_in.bias.*which;
   const double within = 3 * std::hypot(floor_deg_per_h / std::sqrt(static_cast<double>(count)), settled.u);
   (warm_up.within.*which).value = within;
   const double start_s = subject.clusters.start_s(hold.front());
@@ -213,19 +216,68 @@ void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& ho
   (warm_up.seconds.*which).value = seconds;
 }
 
-std::optional<WarmUp> warm_up_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
-  if (stabilised.empty() || stabilised.front().segment != subject.clusters.segment(0)) return std::nullopt;
-  const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset.segments);
-  if (!std::isfinite(floor.deg_per_h)) return std::nullopt;
-  const StabilisedBias& first = stabilised.front();
+WarmUp warm_up_in(const Subject& subject, const StabilisedBias& start, double floor_deg_per_h) {
   RowNumbers hold;
   for (Eigen::Index k = 0; k < subject.clusters.start_s.size(); ++k)
-    if (subject.clusters.segment(k) == first.segment && subject.clusters.last_segment(k) == first.segment)
+    if (subject.clusters.segment(k) == start.segment && subject.clusters.last_segment(k) == start.segment)
       hold.push_back(k);
-  WarmUp warm_up{.set_point_c = first.set_point_c, .within = {}, .seconds = {}};
-  find_settling(warm_up, subject, hold, first, floor.deg_per_h, &BeforeAfter::before, subject.before);
-  find_settling(warm_up, subject, hold, first, floor.deg_per_h, &BeforeAfter::after, subject.after);
+  WarmUp warm_up{.segment = start.segment, .set_point_c = start.set_point_c, .within = {}, .seconds = {}};
+  find_settling(warm_up, subject, hold, start, floor_deg_per_h, &BeforeAfter::before, subject.before);
+  find_settling(warm_up, subject, hold, start, floor_deg_per_h, &BeforeAfter::after, subject.after);
   return warm_up;
+}
+
+/// The record begins with this hold, or the unit was off before it.
+bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
+  if (hold.segment == subject.clusters.segment(0)) return true;
+  return hold.segment > 0 && subject.dataset.segments[static_cast<std::size_t>(hold.segment) - 1].unit.off;
+}
+
+std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
+  const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset.segments);
+  if (!std::isfinite(floor.deg_per_h)) return {};
+  std::vector<WarmUp> all;
+  for (const StabilisedBias& hold : stabilised)
+    if (is_a_start(subject, hold)) all.push_back(warm_up_in(subject, hold, floor.deg_per_h));
+  return all;
+}
+
+/// The mean of several figures that are independent of each other.
+Measured mean_of(const std::vector<Measured>& figures) {
+  Measured mean{0, 0};
+  for (const Measured& figure : figures) mean = {mean.value + figure.value, std::hypot(mean.u, figure.u)};
+  const auto count = static_cast<double>(figures.size());
+  return {mean.value / count, mean.u / count};
+}
+
+std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
+  std::map<long, std::array<std::vector<const StabilisedBias*>, 2>> by_set_point;  // in steps; as mounted, turned
+  for (const StabilisedBias& hold : stabilised)
+    by_set_point[std::lround(hold.set_point_c / kSameSetPointK)][hold.turned ? 1 : 0].push_back(&hold);
+  const std::optional<double>& stated = subject.dataset.earth_rate_deg_per_h;
+  std::vector<TwoPosition> all;
+  for (const auto& [step, holds] : by_set_point) {
+    if (holds[0].empty() || holds[1].empty()) continue;
+    TwoPosition found{.set_point_c = holds[0].front()->set_point_c,
+                      .as_mounted = static_cast<int>(holds[0].size()),
+                      .turned = static_cast<int>(holds[1].size()),
+                      .bias = {},
+                      .earth_rate = {}};
+    if (stated) found.stated_earth_rate_deg_per_h = *stated;
+    for (const auto which : {&BeforeAfter::before, &BeforeAfter::after}) {
+      std::array<Measured, 2> sides;
+      for (std::size_t side = 0; side < 2; ++side) {
+        std::vector<Measured> figures;
+        for (const StabilisedBias* hold : holds[side]) figures.push_back(hold->bias.*which);
+        sides[side] = mean_of(figures);
+      }
+      const double u = std::hypot(sides[0].u, sides[1].u) / 2;
+      found.bias.*which = {(sides[0].value + sides[1].value) / 2, u};
+      found.earth_rate.*which = {(sides[0].value - sides[1].value) / 2 + stated.value_or(0), u};
+    }
+    all.push_back(found);
+  }
+  return all;
 }
 
 std::string statement_of(const Characterisation& result) {
@@ -290,17 +342,21 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   }
   result.hysteresis = loop_of(subject);
   result.retrace = retrace_of(result.stabilised);
-  result.warm_up = warm_up_of(subject, result.stabilised);
+  result.two_position = two_positions_of(subject, result.stabilised);
+  result.warm_ups = warm_ups_of(subject, result.stabilised);
   result.statement = statement_of(result);
   return result;
 }
 
-std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& starts) {
+std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
   constexpr std::size_t kFewestStarts = 3;
   std::map<long, std::vector<BeforeAfter>> by_set_point;  // in steps of kSameSetPointK
-  for (const Characterisation& start : starts)
-    if (start.warm_up)
-      by_set_point[std::lround(start.warm_up->set_point_c / kSameSetPointK)].push_back(start.stabilised.front().bias);
+  for (const Characterisation& record : records)
+    for (const WarmUp& start : record.warm_ups) {
+      const auto hold = std::ranges::find(record.stabilised, start.segment, &StabilisedBias::segment);
+      if (hold == record.stabilised.end()) continue;
+      by_set_point[std::lround(start.set_point_c / kSameSetPointK)].push_back(hold->bias);
+    }
   const auto std_of = [](const std::vector<BeforeAfter>& biases, Measured BeforeAfter::*which) {
     Eigen::VectorXd values(std::ssize(biases));
     for (std::size_t k = 0; k < biases.size(); ++k) values(static_cast<Eigen::Index>(k)) = (biases[k].*which).value;

@@ -44,6 +44,7 @@ inline constexpr double kStabilisedHoldSeconds = 5400;
 /// Mean bias over the last hour of a stabilised hold, °/h.
 struct StabilisedBias {
   int segment{};
+  bool turned{};  ///< the unit's input axis pointed the other way
   double set_point_c{};
   double temperature_c{};  ///< mean of the gradient thermometers
   int clusters{};
@@ -52,6 +53,7 @@ struct StabilisedBias {
 
 void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
   form("segment", stabilised.segment);
+  form("turned", stabilised.turned);
   form("set_point_c", stabilised.set_point_c);
   form("temperature_c", stabilised.temperature_c);
   form("clusters", stabilised.clusters);
@@ -85,8 +87,29 @@ void describe(auto& form, Like<Retrace> auto& retrace) {
   describe(form, retrace.change);
 }
 
-/// How a gyro that was switched on with the run comes to its final bias, in the record's first hold.
+/// Bias and Earth's rate told apart by turning the unit around at one set point: r± = b ± Ω, so b is the mean of the
+/// two and Ω half their difference (IEEE Std 647, bias and Earth-rate tests; a scale factor's error goes with Ω).
+/// Means over the holds of each position, so that a steady drift cancels where they take turns evenly.
+struct TwoPosition {
+  double set_point_c{};
+  int as_mounted{}, turned{};                                                     ///< holds
+  BeforeAfter bias;                                                               ///< °/h
+  BeforeAfter earth_rate;                                                         ///< °/h on the input axis as mounted
+  double stated_earth_rate_deg_per_h = std::numeric_limits<double>::quiet_NaN();  ///< by the rig file; NaN: not known
+};
+
+void describe(auto& form, Like<TwoPosition> auto& found) {
+  form("set_point_c", found.set_point_c);
+  form("holds_as_mounted", found.as_mounted);
+  form("holds_turned", found.turned);
+  form("bias_deg_per_h", found.bias);
+  form("earth_rate_deg_per_h", found.earth_rate);
+  form("stated_earth_rate_deg_per_h", found.stated_earth_rate_deg_per_h);
+}
+
+/// How a gyro that was switched on comes to its final bias, in the hold that it was switched on in.
 struct WarmUp {
+  int segment{};
   double set_point_c{};
   BeforeAfter within;  ///< °/h: nearer than this, a mean over 1000 s counts as final; its u is not given
   BeforeAfter
@@ -94,6 +117,7 @@ struct WarmUp {
 };
 
 void describe(auto& form, Like<WarmUp> auto& warm_up) {
+  form("segment", warm_up.segment);
   form("set_point_c", warm_up.set_point_c);
   form("within_deg_per_h", warm_up.within);
   form("seconds", warm_up.seconds);
@@ -122,8 +146,9 @@ struct Characterisation {
   BeforeAfter of_gradient;                  ///< °/h per K, beside a straight line in temperature
   std::vector<HysteresisPoint> hysteresis;  ///< by rising temperature
   std::vector<Retrace> retrace;
-  std::optional<WarmUp>
-      warm_up;  ///< nothing if the record does not begin with a stabilised hold, or has no noise floor
+  std::vector<TwoPosition> two_position;  ///< a row for each set point at which there are both positions
+  std::vector<WarmUp> warm_ups;           ///< of stabilised holds that the record begins with, or before which the unit
+                                          ///< was off; none if the record has no noise floor
 };
 
 void describe(auto& form, Like<Characterisation> auto& result) {
@@ -135,7 +160,8 @@ void describe(auto& form, Like<Characterisation> auto& result) {
   form("gradient_deg_per_h_per_k", result.of_gradient);
   form("hysteresis_deg_per_h", result.hysteresis);
   form("retrace_deg_per_h", result.retrace);
-  form("warm_up", result.warm_up);
+  form("two_position", result.two_position);
+  form("warm_ups", result.warm_ups);
 }
 
 /// Characterises a record; `residual_deg_per_h` is what a model leaves of each cluster, NaN where it refuses. What the
@@ -145,10 +171,10 @@ void describe(auto& form, Like<Characterisation> auto& result) {
 [[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual_deg_per_h);
 
-/// Of three or more starts at one set point, records with a warm-up: the standard deviation of the biases at the end of
-/// the records' first holds. The records are characterised by one model. A row for each set point at which there are as
+/// Of three or more warm-ups at one set point, of one record or several: the standard deviation of the biases at the
+/// ends of their holds. The records are characterised by one model. A row for each set point at which there are as
 /// many, by rising set point.
-[[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& starts);
+[[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records);
 
 /// The widest point of a loop, before or after compensation; null if there is none.
 [[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);

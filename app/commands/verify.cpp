@@ -101,15 +101,22 @@ std::string describe(const model::Characterisation& result) {
   if (!result.retrace.empty())
     text += describe("retrace, last", fmt::format("°/h at {:g} °C", result.retrace.back().set_point_c).c_str(),
                      result.retrace.back().change);
-  if (result.warm_up) {
-    const auto minutes = [](const model::Measured& seconds) {
-      return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
-    };
-    const model::WarmUp& found = *result.warm_up;
-    text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on with the run\n",
-                        "warm-up", minutes(found.seconds.before), minutes(found.seconds.after),
-                        found.within.before.value, found.within.after.value, found.set_point_c);
+  for (const model::TwoPosition& found : result.two_position) {
+    text += describe("bias, both positions", fmt::format("°/h at {:g} °C", found.set_point_c).c_str(), found.bias);
+    const bool is_stated = std::isfinite(found.stated_earth_rate_deg_per_h);
+    text += describe(
+        "earth rate, by turning",
+        is_stated ? fmt::format("°/h; the rig says {:.5f} °/h", found.stated_earth_rate_deg_per_h).c_str() : "°/h",
+        found.earth_rate);
   }
+  const auto minutes = [](const model::Measured& seconds) {
+    return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
+  };
+  for (const model::WarmUp& found : result.warm_ups)
+    text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on {}\n", "warm-up",
+                        minutes(found.seconds.before), minutes(found.seconds.after), found.within.before.value,
+                        found.within.after.value, found.set_point_c,
+                        found.segment == 0 ? "with the run" : fmt::format("in segment {}", found.segment + 1));
   return text;
 }
 

@@ -81,6 +81,32 @@ TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
   EXPECT_NE(verified("").out.find("intervals of 95 %"), std::string::npos);
 }
 
+/// Turned around and back at 20 °C: of one hour in three, 0.0003 °/√h leave ± 0.0002 °/h.
+TEST_F(Verify, TellsBiasAndEarthRateApartWhereTheGyroWasTurned) {
+  const std::string record = *folder_ / "two.db";
+  const auto recorded =
+      gyrotherm_with("run profiles/two-position.toml --rig profiles/rigs/virtual.toml --seed 3 --out " + record);
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const std::string command = "verify " + (*folder_ / "m.json") + " " + record;
+  const auto ran = gyrotherm_with(command + " --json");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto report = nlohmann::json::parse(ran.out);
+  const auto& found = report["characterisation"]["two_position"];
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0]["set_point_c"], 20);
+  EXPECT_EQ(found[0]["holds_as_mounted"], 2);
+  EXPECT_EQ(found[0]["holds_turned"], 1);
+  const auto& earth = found[0]["earth_rate_deg_per_h"]["before"];
+  EXPECT_NEAR(earth["value"], found[0]["stated_earth_rate_deg_per_h"], 4 * earth["u"].get<double>());
+  EXPECT_LT(earth["u"], 5e-4);
+  const auto& bias = found[0]["bias_deg_per_h"]["before"];
+  EXPECT_NEAR(bias["value"], report["raw"]["mean_deg_per_h"], 0.005);
+  EXPECT_LT(report["raw"]["max_abs_deg_per_h"], 0.1) << "no second is counted with the sign of the other position";
+  const auto words = gyrotherm_with(command).out;
+  for (const auto* word : {"bias, both positions", "earth rate, by turning", "the rig says 10.63"})
+    EXPECT_NE(words.find(word), std::string::npos) << words;
+}
+
 TEST_F(Verify, JudgesTrackingIfItIsAskedTo) {
   EXPECT_FALSE(figures("").contains("tracking"));
   const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --track";

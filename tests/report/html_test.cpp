@@ -129,11 +129,25 @@ TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
   model::Characterisation& result = report.rate.characterisation;
   result.ramp = {.before = {0.00214, 0.00006}, .after = {0.00012, 0.00006}};
   result.temperature = {};
-  result.stabilised = {{4, 20, 20.65, 36, {.before = {0.0131, 0.0003}, .after = {0.0002, 0.0003}}}};
+  result.stabilised = {{.segment = 4,
+                        .set_point_c = 20,
+                        .temperature_c = 20.65,
+                        .clusters = 36,
+                        .bias = {.before = {0.0131, 0.0003}, .after = {0.0002, 0.0003}}}};
+  result.two_position = {{.set_point_c = 20,
+                          .as_mounted = 2,
+                          .turned = 1,
+                          .bias = {.before = {0.0129, 0.0002}, .after = {0.0001, 0.0002}},
+                          .earth_rate = {.before = {10.6354, 0.0002}, .after = {10.6355, 0.0002}},
+                          .stated_earth_rate_deg_per_h = 10.63564}};
+  result.warm_ups = {{.segment = 5, .set_point_c = -40, .within = {}, .seconds = {}}};
   const std::string page = page_of(report);
   EXPECT_EQ(tests::markup_mistake(page), "");
   EXPECT_GE(tests::count_of(page, "0.002140 ± 0.000060") + tests::count_of(page, "0.00214 ± 0.00006"), 1);
   EXPECT_GE(tests::count_of(page, "Bias at each stabilised temperature"), 1);
+  EXPECT_GE(tests::count_of(page, "Bias and Earth rate, told apart by turning the gyro around"), 1);
+  EXPECT_GE(tests::count_of(page, "by the rig file 10.63564 °/h"), 1);
+  EXPECT_GE(tests::count_of(page, "if the gyro was switched on in segment 6"), 1);
   EXPECT_GE(tests::count_of(page,
                             "Temperature, straight line through stabilised biases</td><td>°/h/K</td><td "
                             "class=\"n\">–</td>"),

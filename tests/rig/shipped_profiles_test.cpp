@@ -18,8 +18,9 @@ TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
-                         ::testing::Values("cold-start.toml", "flight.toml", "qualification.toml",
-                                           "qualification-soaked.toml", "random.toml", "shipboard.toml"));
+                         ::testing::Values("cold-start.toml", "cold-starts.toml", "flight.toml", "qualification.toml",
+                                           "qualification-soaked.toml", "random.toml", "shipboard.toml",
+                                           "two-position.toml"));
 
 }  // namespace
 }  // namespace gyrotherm::rig

@@ -57,6 +57,39 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 0.5);
 }
 
+TEST(Dataset, AddsTheEarthRateWhereTheUnitIsTurnedAround) {
+  record::Record record = four_seconds();
+  record.info.gyro.earth_rate = DegreesPerHour{4};
+  record.info.segments[1].unit.turned = true;
+  const Dataset dataset = make_dataset(record, "run.db");
+  EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
+  EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2), 0.5 * 20 + 4);
+  record.info.gyro.earth_rate.reset();
+  const Dataset unknown = make_dataset(record, "run.db");
+  EXPECT_EQ(unknown.bias_zero, "nothing removed") << "a mean of one position would be wrong twofold in the other";
+  EXPECT_DOUBLE_EQ(unknown.bias_deg_per_h(0), 5);
+}
+
+TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
+  record::Record record = four_seconds();
+  record.info.gyro.earth_rate = DegreesPerHour{4};
+  record.info.segments[1].prompt = "turn the unit around";
+  record.progress[3].in_segment = std::chrono::seconds(1);
+  const Dataset dataset = make_dataset(record, "run.db");
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1))) << "nobody was asked for anything";
+  EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(2)));
+  EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
+}
+
+TEST(Dataset, TakesItsZeroFromTheFirstHoldThatHasABias) {
+  record::Record record = four_seconds();
+  record.info.segments[1].hold = true;
+  record.gyro[0] = record.gyro[1] = std::nan("");
+  const Dataset dataset = make_dataset(record, "run.db");
+  EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
+  EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2) + dataset.bias_deg_per_h(3), 0);
+}
+
 TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
   record::Record record = four_seconds();
   EXPECT_TRUE(make_dataset(record, "run.db").true_bias_deg_per_h.array().isNaN().all());

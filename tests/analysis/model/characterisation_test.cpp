@@ -60,10 +60,10 @@ TEST(Characterisation, SaysHowLongTheGyroWarmsUp) {
     MadeToOrder run;
     const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 600).exp();
     const Characterisation result = run.found(warm_up + noise_of(warm_up, seed));
-    ASSERT_TRUE(result.warm_up);
-    EXPECT_EQ(result.warm_up->set_point_c, 20);
-    EXPECT_NEAR(result.warm_up->within.before.value, 0.002, 0.0004);
-    EXPECT_NEAR(result.warm_up->seconds.before.value, 1900 + 500, 700) << "half a mean over 1000 s is added";
+    ASSERT_EQ(result.warm_ups.size(), 1u);
+    EXPECT_EQ(result.warm_ups[0].set_point_c, 20);
+    EXPECT_NEAR(result.warm_ups[0].within.before.value, 0.002, 0.0004);
+    EXPECT_NEAR(result.warm_ups[0].seconds.before.value, 1900 + 500, 700) << "half a mean over 1000 s is added";
   }
 }
 
@@ -71,8 +71,8 @@ TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
   MadeToOrder run;
   const Eigen::VectorXd warm_up = 0.05 * (-(run.clusters.start_s.array() - run.clusters.start_s(0)) / 7200).exp();
   const Characterisation result = run.found(warm_up + noise_of(warm_up, 1));
-  ASSERT_TRUE(result.warm_up);
-  EXPECT_TRUE(std::isnan(result.warm_up->seconds.before.value));
+  ASSERT_EQ(result.warm_ups.size(), 1u);
+  EXPECT_TRUE(std::isnan(result.warm_ups[0].seconds.before.value));
 }
 
 TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
@@ -87,6 +87,67 @@ TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
   EXPECT_EQ(found.front().starts, 3);
   EXPECT_NEAR(found.front().std_before_deg_per_h, 0.002, 1e-12);
   EXPECT_NEAR(found.front().std_after_deg_per_h, 0, 1e-12);
+}
+
+/// The unit is off in the holds at −20 °C, so that it starts anew in the ones at 50 °C.
+TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
+  MadeToOrder run;
+  run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2, 2}, .hold_s = 7200});
+  run.clusters = *make_clusters(run.dataset);
+  Eigen::VectorXd bias(run.clusters.start_s.size());
+  for (Eigen::Index k = 0; k < bias.size(); ++k) bias(k) = 1e-3 * run.clusters.cycle(k);
+  auto& segments = run.dataset.segments;
+  for (std::size_t s = 1; s < segments.size(); ++s)
+    segments[s - 1].unit.off = segments[s].hold && segments[s].target == Celsius{50};
+  const Characterisation result = run.found(bias + 1e-6 * noise_of(bias, 3));
+  ASSERT_EQ(result.warm_ups.size(), 4u) << "with the run, and three times";
+  EXPECT_EQ(result.warm_ups[0].segment, 0);
+  EXPECT_EQ(result.warm_ups[1].set_point_c, 50);
+  const auto found = turn_on_of({result});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].set_point_c, 50);
+  EXPECT_NEAR(found[0].std_before_deg_per_h, 1e-3, 1e-8) << "0, 1, 2";
+}
+
+/// The rig file says 10 °/h; on the axis there are 10.002 °/h, so that what was taken away leaves ±0.002 °/h.
+TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
+  MadeToOrder run;
+  run.dataset.earth_rate_deg_per_h = 10;
+  auto& segments = run.dataset.segments;
+  for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
+  Eigen::VectorXd bias(run.clusters.start_s.size());
+  for (Eigen::Index k = 0; k < bias.size(); ++k)
+    bias(k) = 0.05 + (segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned ? -0.002 : 0.002);
+  const Characterisation result = run.found(bias);
+  ASSERT_EQ(result.two_position.size(), 3u) << "-20, 20 and 50 °C";
+  EXPECT_TRUE(result.stabilised.back().turned);
+  EXPECT_FALSE(result.stabilised.front().turned);
+  for (const TwoPosition& found : result.two_position) {
+    EXPECT_NEAR(found.bias.before.value, 0.05, 1e-12);
+    EXPECT_NEAR(found.earth_rate.before.value, 10.002, 1e-12);
+    EXPECT_EQ(found.bias.after.value, 0);
+    EXPECT_EQ(found.earth_rate.after.value, 10) << "nothing is left after compensation";
+    EXPECT_EQ(found.stated_earth_rate_deg_per_h, 10);
+  }
+  EXPECT_EQ(result.two_position[1].set_point_c, 20);
+  EXPECT_EQ(result.two_position[1].as_mounted, 2);
+  EXPECT_EQ(result.two_position[1].turned, 2);
+}
+
+/// Over many draws the two are as uncertain as they say: half of the hypotenuse of the two positions' means.
+TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
+  MadeToOrder run;
+  auto& segments = run.dataset.segments;
+  for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
+  double squares = 0, variance = 0;
+  constexpr int kDraws = 200;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Characterisation result = run.found(noise_of(run.temperature_c, static_cast<unsigned>(draw)));
+    squares += std::pow(result.two_position[1].earth_rate.before.value, 2);
+    variance += std::pow(result.two_position[1].earth_rate.before.u, 2);
+  }
+  EXPECT_NEAR(std::sqrt(squares / variance), 1, 0.15);
+  EXPECT_TRUE(std::isnan(run.found(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
 }
 
 TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {

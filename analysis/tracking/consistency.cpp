@@ -5,47 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/data/chi_squared.hpp"
+
 namespace gyrotherm::tracking {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostTerms = 10000;
-
-/// γ(a, x)/Γ(a), for x < a + 1.
-double lower_series(double a, double x) {
-  double term = 1 / a, sum = term;
-  for (int n = 1; n < kMostTerms && term > sum * std::numeric_limits<double>::epsilon(); ++n) {
-    term *= x / (a + n);
-    sum += term;
-  }
-  return sum * std::exp(a * std::log(x) - x - std::lgamma(a));
-}
-
-/// Γ(a, x)/Γ(a), for x ≥ a + 1, by the method of Lentz.
-double upper_fraction(double a, double x) {
-  constexpr double kTiny = 1e-300;
-  double b = x + 1 - a, c = 1 / kTiny, d = 1 / b, value = d;
-  for (int n = 1; n < kMostTerms; ++n) {
-    const double numerator = n * (a - n);
-    b += 2;
-    d = numerator * d + b;
-    c = b + numerator / c;
-    d = 1 / (d == 0 ? kTiny : d);
-    c = c == 0 ? kTiny : c;
-    value *= c * d;
-    if (std::abs(c * d - 1) < std::numeric_limits<double>::epsilon()) break;
-  }
-  return value * std::exp(a * std::log(x) - x - std::lgamma(a));
-}
 
 }  // namespace
-
-double chi_squared_exceeds(double value, double freedom) {
-  assert(value >= 0 && freedom > 0);
-  const double a = freedom / 2, x = value / 2;
-  if (x == 0) return 1;
-  return x < a + 1 ? 1 - lower_series(a, x) : upper_fraction(a, x);
-}
 
 Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags) {
   assert(lags >= 1);
@@ -72,7 +39,7 @@ Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags
     whiteness.statistic += correlation * correlation / pairs;
   }
   whiteness.statistic *= static_cast<double>(count) * (count + 2);
-  whiteness.probability = chi_squared_exceeds(whiteness.statistic, lags);
+  whiteness.probability = data::chi_squared_exceeds(whiteness.statistic, lags);
   return whiteness;
 }
 

@@ -10,10 +10,6 @@
 
 namespace gyrotherm::tracking {
 
-/// The probability that χ² of `freedom` degrees exceeds `value`: Γ(freedom/2, value/2)/Γ(freedom/2), by its series or
-/// its continued fraction (Abramowitz and Stegun, 1964, 6.5.29 and 6.5.31). Freedom is above 0, the value not below.
-[[nodiscard]] double chi_squared_exceeds(double value, double freedom);
-
 /// The test of Ljung and Box (Biometrika 65 (1978) 297): Q = n(n + 2) Σ_k r_k²/n_k over the lags, n_k pairs k apart
 /// and r_k their autocorrelation about 0, is χ² of as many degrees of freedom if the values are white.
 struct Whiteness {

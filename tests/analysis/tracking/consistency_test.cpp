@@ -10,22 +10,6 @@
 namespace gyrotherm::tracking {
 namespace {
 
-TEST(ChiSquared, IsThatOfTheTables) {
-  // Abramowitz and Stegun, table 26.8: the values that are exceeded with these probabilities.
-  EXPECT_NEAR(chi_squared_exceeds(3.84146, 1), 0.05, 1e-6);
-  EXPECT_NEAR(chi_squared_exceeds(18.3070, 10), 0.05, 1e-6);
-  EXPECT_NEAR(chi_squared_exceeds(31.4104, 20), 0.05, 1e-6);
-  EXPECT_NEAR(chi_squared_exceeds(37.5662, 20), 0.01, 1e-6);
-  EXPECT_NEAR(chi_squared_exceeds(8.26040, 20), 0.99, 1e-6);
-  EXPECT_NEAR(chi_squared_exceeds(149.449, 100), 0.001, 1e-6);
-}
-
-TEST(ChiSquared, OfTwoDegreesIsTheExponential) {
-  for (const double value : {0.0, 0.3, 2.0, 5.0, 40.0, 400.0}) {
-    EXPECT_NEAR(chi_squared_exceeds(value, 2), std::exp(-value / 2), 1e-14);
-  }
-}
-
 TEST(Whiteness, OfWhiteValuesIsUniform) {
   std::vector<double> probabilities;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/fusion/fault_test.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "analysis/data/chi_squared.hpp"
+
+namespace gyrotherm::fusion {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+double limit_of(int freedom, double false_alarm_probability) {
+  return freedom < 1 ? kInfinite : data::chi_squared_limit(false_alarm_probability, freedom);
+}
+
+/// An effect so much smaller than the greatest is rounding.
+bool is_seen(const FaultTest& test, Eigen::Index candidate) {
+  constexpr double kRounding = 1e-9;
+  const double norm = test.effects.col(candidate).norm();
+  return norm > 0 && norm > kRounding * test.effects.colwise().norm().maxCoeff();
+}
+
+/// What each candidate's fault takes from the statistic; NaN of one that is not seen.
+Eigen::VectorXd taken_by_each(const FaultTest& test, const Eigen::VectorXd& vector) {
+  Eigen::VectorXd taken(test.effects.cols());
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    const double along = test.effects.col(i).dot(vector);
+    taken(i) =
+        is_seen(test, i) ? along * along / test.effects.col(i).squaredNorm() : std::numeric_limits<double>::quiet_NaN();
+  }
+  return taken;
+}
+
+}  // namespace
+
+std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
+                                 const TestOptions& options) {
+  const Eigen::VectorXd taken = taken_by_each(test, vector);
+  std::optional<Isolation> found;
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    if (std::isnan(taken(i)) || (found && taken(i) <= taken(found->likeliest))) continue;
+    found = Isolation{.likeliest = i};
+  }
+  if (!found) return found;
+  const Eigen::Index best = found->likeliest;
+  found->margin = kInfinite;
+  for (Eigen::Index i = 0; i < taken.size(); ++i) {
+    if (i == best || std::isnan(taken(i))) continue;
+    const double behind = taken(best) - taken(i);
+    found->margin = std::min(found->margin, behind);
+    if (behind < options.margin) found->rivals.push_back(i);
+  }
+  const double square = test.effects.col(best).squaredNorm();
+  found->size = test.effects.col(best).dot(vector) / square;
+  found->size_std = 1 / std::sqrt(square);
+  found->left = std::max(0.0, vector.squaredNorm() - taken(best));
+  found->explains = found->left <= limit_of(test.freedom() - 1, options.false_alarm_probability);
+  if (found->explains && found->rivals.empty()) found->candidate = best;
+  return found;
+}
+
+Finding examine(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector, const TestOptions& options) {
+  assert(vector.size() == test.effects.rows() && vector.allFinite());
+  Finding finding{.statistic = vector.squaredNorm(),
+                  .limit = limit_of(test.freedom(), options.false_alarm_probability),
+                  .freedom = test.freedom()};
+  finding.fault = finding.statistic > finding.limit;
+  if (finding.fault) finding.isolation = isolate(test, vector, options);
+  return finding;
+}
+
+double detection_probability(const FaultTest& test, Eigen::Index candidate, double size,
+                             double false_alarm_probability) {
+  if (test.freedom() < 1) return 0;
+  const double shift = size * test.effects.col(candidate).norm();
+  return data::noncentral_chi_squared_exceeds(limit_of(test.freedom(), false_alarm_probability), test.freedom(),
+                                              shift * shift);
+}
+
+double detectable_size(const FaultTest& test, Eigen::Index candidate, double probability,
+                       double false_alarm_probability) {
+  assert(probability > false_alarm_probability && probability < 1);
+  if (test.freedom() < 1 || !is_seen(test, candidate)) return kInfinite;
+  const auto detected = [&](double size) {
+    return detection_probability(test, candidate, size, false_alarm_probability);
+  };
+  double low = 0, high = 1 / test.effects.col(candidate).norm();
+  while (detected(high) < probability) high *= 2;
+  constexpr int kHalvings = 50;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (detected(middle) < probability ? low : high) = middle;
+  }
+  return high;
+}
+
+}  // namespace gyrotherm::fusion

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/fusion/rest.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "core/quantity.hpp"
+
+namespace gyrotherm::fusion {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180;
+
+Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
+  return (Eigen::Matrix3d() << 0, -v(2), v(1), v(2), 0, -v(0), -v(1), v(0), 0).finished();
+}
+
+Eigen::Matrix3d rotation_by(const Eigen::Vector3d& angle) {
+  const double size = angle.norm();
+  return size == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
+                   : Eigen::AngleAxisd(size, angle / size).toRotationMatrix();
+}
+
+/// J with exp([(ψ + δ)×]) = exp([(J δ)×]) exp([ψ×]), to the first order in δ.
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& angle) {
+  const double size = angle.norm();
+  constexpr double kSmall = 1e-4;
+  const double first = size < kSmall ? 0.5 : (1 - std::cos(size)) / (size * size);
+  const double second = size < kSmall ? 1.0 / 6 : (size - std::sin(size)) / (size * size * size);
+  const Eigen::Matrix3d times = cross(angle);
+  return Eigen::Matrix3d::Identity() + first * times + second * times * times;
+}
+
+Result<void> check(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {
+  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "axes at rest", std::move(what)); };
+  const Eigen::Index axes = geometry.axes();
+  if (prior.mean_deg_per_h.size() != axes || prior.covariance.rows() != axes || prior.covariance.cols() != axes)
+    return wrong(fmt::format("biases of {} axes are expected, not of {}", axes, prior.mean_deg_per_h.size()));
+  if (!prior.mean_deg_per_h.allFinite() || !prior.covariance.allFinite()) return wrong("a bias is not finite");
+  for (const double std : {attitude.tilt_std_deg, attitude.azimuth_std_deg, attitude.latitude_std_deg})
+    if (!std::isfinite(std) || std < 0) return wrong(fmt::format("an angle's uncertainty is {}°", std));
+  constexpr double kPole = 90;
+  if (!(std::abs(attitude.latitude_deg) <= kPole))
+    return wrong(fmt::format("the latitude is {}°", attitude.latitude_deg));
+  constexpr double kRounding = 1e-6;
+  if (const Eigen::Matrix3d& r = attitude.to_local;
+      !r.allFinite() || !(r * r.transpose()).isIdentity(kRounding) || r.determinant() < 0)
+    return wrong("the attitude is no rotation");
+  return {};
+}
+
+/// Of the angles about north, east and down, rad².
+Eigen::Matrix3d angle_covariance(const Attitude& attitude) {
+  const Eigen::Vector3d deg(attitude.tilt_std_deg, std::hypot(attitude.tilt_std_deg, attitude.latitude_std_deg),
+                            attitude.azimuth_std_deg);
+  return (kRadians * deg).cwiseAbs2().asDiagonal();
+}
+
+/// What the axes see of the Earth if the fixture is turned by ψ, and how that goes with ψ.
+struct Seen {
+  Eigen::VectorXd deg_per_h;
+  Eigen::MatrixX3d by_angle;  ///< °/h per rad
+};
+Seen seen_of_earth(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle) {
+  const Eigen::Matrix3d back = rotation_by(angle).transpose();
+  const Eigen::Vector3d earth = earth_rate(attitude.latitude_deg);
+  const Eigen::MatrixX3d local = geometry.directions * attitude.to_local.transpose();
+  return {local * (back * earth), local * back * cross(earth) * left_jacobian(angle)};
+}
+
+}  // namespace
+
+Eigen::Matrix3d level_fixture(double heading_deg) {
+  return Eigen::AngleAxisd(heading_deg * kRadians, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+Eigen::Vector3d earth_rate(double latitude_deg) {
+  const double latitude = latitude_deg * kRadians;
+  return kEarthRateDegPerHour * Eigen::Vector3d(std::cos(latitude), 0, -std::sin(latitude));
+}
+
+Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                             const Attitude& attitude, const BiasPrior& prior) {
+  if (auto checked = check(geometry, attitude, prior); !checked) return failure(checked.error());
+  if (readings_deg_per_h.size() != geometry.axes() || !readings_deg_per_h.allFinite())
+    return failure(FaultKind::usage, "axes at rest", "a reading is missing");
+  constexpr int kMostIterations = 50;
+  constexpr double kConverged_rad = 1e-13;
+  const Eigen::Matrix3d angles = angle_covariance(attitude);
+  Eigen::Vector3d angle = Eigen::Vector3d::Zero();
+  for (int iteration = 1; iteration <= kMostIterations; ++iteration) {
+    const Seen seen = seen_of_earth(geometry, attitude, angle);
+    const Eigen::VectorXd innovation =
+        readings_deg_per_h - seen.deg_per_h - prior.mean_deg_per_h + seen.by_angle * angle;
+    const Eigen::MatrixXd reach = seen.by_angle * angles;  // of the readings and the angles, before the readings
+    const Eigen::LLT<Eigen::MatrixXd> expected(geometry.covariance + prior.covariance +
+                                               reach * seen.by_angle.transpose());
+    const Eigen::VectorXd weighted = expected.solve(innovation);
+    const Eigen::Vector3d next = reach.transpose() * weighted;
+    const double step = (next - angle).norm();
+    angle = next;
+    if (step > kConverged_rad) continue;
+    return RestEstimate{.bias_deg_per_h = prior.mean_deg_per_h + prior.covariance * weighted,
+                        .bias_covariance = prior.covariance - prior.covariance * expected.solve(prior.covariance),
+                        .rotation_rad = angle,
+                        .rotation_covariance = angles - reach.transpose() * expected.solve(reach),
+                        .cross_covariance = -prior.covariance * expected.solve(reach),
+                        .statistic = innovation.dot(weighted),
+                        .iterations = iteration};
+  }
+  return failure(FaultKind::numeric, "axes at rest",
+                 fmt::format("the attitude did not settle in {} steps; it is last {:.3g} rad from what it should be",
+                             kMostIterations, angle.norm()));
+}
+
+Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {
+  if (auto checked = check(geometry, attitude, prior); !checked) return failure(checked.error());
+  const Seen seen = seen_of_earth(geometry, attitude, Eigen::Vector3d::Zero());
+  const Eigen::MatrixXd expected =
+      geometry.covariance + prior.covariance + seen.by_angle * angle_covariance(attitude) * seen.by_angle.transpose();
+  const Eigen::MatrixXd whitening =
+      expected.llt().matrixL().solve(Eigen::MatrixXd::Identity(geometry.axes(), geometry.axes()));
+  return RestTest{.whitening = whitening,
+                  .expected_deg_per_h = seen.deg_per_h + prior.mean_deg_per_h,
+                  .test = {geometry.names, whitening}};
+}
+
+}  // namespace gyrotherm::fusion

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/fusion/geometry.hpp"
+
+#include <limits>
+
+#include "tests/analysis/fusion/fixtures.hpp"
+
+namespace gyrotherm::fusion {
+namespace {
+
+TEST(Geometry, HasWhatIsSharedBesideTheDiagonal) {
+  auto axes = triad_axes(0.1);
+  axes[0].shared_deg_per_h = {0.2, 0};
+  axes[1].shared_deg_per_h = {-0.3, 0.4};
+  axes[2].shared_deg_per_h = {0, 0.5};
+  const Geometry geometry = made_of(axes);
+  Eigen::Matrix3d expected;
+  expected << 0.05, -0.06, 0, -0.06, 0.26, 0.2, 0, 0.2, 0.26;
+  EXPECT_TRUE(geometry.covariance.isApprox(expected, 1e-14)) << geometry.covariance;
+  EXPECT_EQ(geometry.names, (std::vector<std::string>{"x", "y", "z"}));
+}
+
+TEST(Geometry, OfMeansLeavesWhatIsShared) {
+  auto axes = triad_axes(0.1);
+  for (auto& one : axes) one.shared_deg_per_h = {0.2};
+  const auto means = geometry_of_means(axes, 100);
+  ASSERT_TRUE(means);
+  EXPECT_NEAR(means->covariance(0, 0), 0.0001 + 0.04, 1e-15);
+  EXPECT_NEAR(means->covariance(0, 1), 0.04, 1e-15);
+}
+
+struct Broken {
+  std::string says;
+  std::vector<InputAxis> axes;
+};
+
+std::vector<Broken> broken_fixtures() {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
+  const auto changed = [](auto change) {
+    auto axes = tetrad_axes(0.1);
+    change(axes);
+    return axes;
+  };
+  return {
+      {"at least 3", {}},
+      {"at least 3", {axis("x", 1, 0, 0, 1), axis("y", 0, 1, 0, 1)}},
+      {"axis y: it is there twice", changed([](auto& axes) { axes[3].name = "y"; })},
+      {"number 2 has no name", changed([](auto& axes) { axes[1].name = ""; })},
+      {"axis z: its direction is not finite", changed([&](auto& axes) { axes[2].direction(0) = nan; })},
+      {"length 1.01", changed([](auto& axes) { axes[0].direction *= 1.01; })},
+      {"length 0", changed([](auto& axes) { axes[0].direction.setZero(); })},
+      {"uncertainty is 0 °/h", changed([](auto& axes) { axes[1].independent_deg_per_h = 0; })},
+      {"uncertainty is nan", changed([&](auto& axes) { axes[1].independent_deg_per_h = nan; })},
+      {"uncertainty is inf", changed([&](auto& axes) { axes[1].independent_deg_per_h = infinite; })},
+      {"it has 1 shared", changed([](auto& axes) { axes[1].shared_deg_per_h = {0.1}; })},
+      {"shared uncertainty is not finite", changed([&](auto& axes) {
+         for (auto& one : axes) one.shared_deg_per_h = {nan};
+       })},
+      {"in a plane", {axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("4", 1, -2, 1e-4, 1)}},
+      {"in a plane", {axis("1", 1, 1, 1, 1), axis("2", 1, 1, 1, 1), axis("3", -1, -1, -1, 1)}},
+  };
+}
+
+TEST(Geometry, OfABrokenFixtureIsRefusedByWhatIsWrong) {
+  for (const Broken& broken : broken_fixtures()) {
+    const auto geometry = geometry_of(broken.axes);
+    ASSERT_FALSE(geometry) << broken.says;
+    EXPECT_EQ(geometry.error().kind, FaultKind::usage);
+    EXPECT_NE(text(geometry.error()).find(broken.says), std::string::npos) << text(geometry.error());
+  }
+}
+
+TEST(Geometry, WithoutAnAxisKeepsTheOthers) {
+  const Geometry whole = made_of(uneven_axes());
+  const auto rest = without(whole, 2);
+  ASSERT_TRUE(rest);
+  auto axes = uneven_axes();
+  axes.erase(axes.begin() + 2);
+  EXPECT_EQ(rest->names, made_of(axes).names);
+  EXPECT_TRUE(rest->covariance.isApprox(made_of(axes).covariance));
+  EXPECT_TRUE(rest->directions.isApprox(made_of(axes).directions));
+}
+
+TEST(Geometry, WithoutTheOnlyAxisOutOfAPlaneIsNone) {
+  const Geometry geometry =
+      made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)});
+  EXPECT_TRUE(without(geometry, 0));
+  const auto rest = without(geometry, 3);
+  ASSERT_FALSE(rest);
+  EXPECT_EQ(rest.error().where, "axes without up");
+  EXPECT_FALSE(without(made_of(triad_axes(1)), 0)) << "two axes are no geometry";
+}
+
+}  // namespace
+}  // namespace gyrotherm::fusion

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/fusion/rest.hpp"
+
+#include <Eigen/Geometry>
+
+#include "core/quantity.hpp"
+#include "tests/analysis/fusion/fixtures.hpp"
+
+namespace gyrotherm::fusion {
+namespace {
+
+constexpr double kLatitude_deg = 48;
+
+BiasPrior unknown_biases(Eigen::Index axes, double std) {
+  return {Eigen::VectorXd::Zero(axes), std * std * Eigen::MatrixXd::Identity(axes, axes)};
+}
+
+/// What the axes show of a fixture that is turned by ψ from where it should stand, with these biases.
+Eigen::VectorXd readings_of(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle,
+                            const Eigen::VectorXd& bias) {
+  const double size = angle.norm();
+  const Eigen::Matrix3d turned = (size == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
+                                            : Eigen::AngleAxisd(size, angle / size).toRotationMatrix()) *
+                                 attitude.to_local;
+  return geometry.directions * turned.transpose() * earth_rate(attitude.latitude_deg) + bias;
+}
+
+TEST(Rest, HasTheEarthsRate) {
+  EXPECT_NEAR(kEarthRateDegPerHour, 7.292115e-5 * 3600 / kDegree, 1e-5);
+  EXPECT_TRUE(earth_rate(0).isApprox(Eigen::Vector3d(kEarthRateDegPerHour, 0, 0)));
+  EXPECT_TRUE(earth_rate(30).isApprox(kEarthRateDegPerHour * Eigen::Vector3d(std::sqrt(0.75), 0, -0.5)));
+  EXPECT_TRUE(earth_rate(-90).isApprox(Eigen::Vector3d(0, 0, kEarthRateDegPerHour), 1e-9)) << "up, at the south pole";
+}
+
+TEST(Rest, OfAKnownAttitudeGivesTheBiasesBack) {
+  const Geometry geometry = made_of(tetrad_axes(1e-4));
+  const Attitude attitude{.to_local = level_fixture(30), .latitude_deg = kLatitude_deg};
+  const Eigen::Vector4d bias(0.01, -0.02, 0.03, 0.005);
+  const auto estimate =
+      at_rest(geometry, readings_of(geometry, attitude, Eigen::Vector3d::Zero(), bias), attitude, unknown_biases(4, 1));
+  ASSERT_TRUE(estimate) << text(estimate.error());
+  EXPECT_TRUE(estimate->bias_deg_per_h.isApprox(bias, 1e-7)) << "but for the prior's pull";
+  EXPECT_EQ(estimate->rotation_rad.norm(), 0) << "is known";
+  EXPECT_NEAR(std::sqrt(estimate->bias_covariance(0, 0)), 1e-4, 1e-9);
+  EXPECT_LE(estimate->iterations, 2);
+}
+
+/// The east axis: bias − Ω cos φ ψ_down − Ω sin φ ψ_north. With biases of u and the tilt known, the azimuth of a triad
+/// becomes known to u/(Ω cos φ), and the tilt's u_t is worth u_t tan φ.
+TEST(Rest, KnowsTheAzimuthAsWellAsTheBiasOfTheEastAxis) {
+  const double u = 0.003, tilt = 0.02;
+  const Geometry geometry = made_of(triad_axes(1e-6));
+  const double horizontal = kEarthRateDegPerHour * std::cos(kLatitude_deg * kDegree);
+  for (const double tilt_std_deg : {0.0, tilt}) {
+    const Attitude attitude{.tilt_std_deg = tilt_std_deg, .azimuth_std_deg = 3, .latitude_deg = kLatitude_deg};
+    const auto estimate = at_rest(geometry, readings_of(geometry, attitude, {0, 0, 0.01}, Eigen::Vector3d::Zero()),
+                                  attitude, unknown_biases(3, u));
+    ASSERT_TRUE(estimate);
+    const double expected = std::hypot(u / horizontal, tilt_std_deg * kDegree * std::tan(kLatitude_deg * kDegree));
+    EXPECT_NEAR(std::sqrt(estimate->rotation_covariance(2, 2)) / expected, 1, 1e-3);
+    EXPECT_NEAR(estimate->rotation_rad(2), 0.01, 1e-5);
+  }
+}
+
+TEST(Rest, SeesNothingAboutTheEarthsAxis) {
+  const Geometry geometry = made_of(dodecahedron_axes(1e-6));
+  const Attitude attitude{.tilt_std_deg = 0.5, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
+  const auto estimate =
+      at_rest(geometry, readings_of(geometry, attitude, Eigen::Vector3d::Zero(), Eigen::VectorXd::Zero(6)), attitude,
+              unknown_biases(6, 1e-5));
+  ASSERT_TRUE(estimate);
+  const Eigen::Vector3d axis = earth_rate(kLatitude_deg).normalized(), across = Eigen::Vector3d(0, 1, 0);
+  EXPECT_NEAR(std::sqrt(axis.dot(estimate->rotation_covariance * axis)), 0.5 * kDegree, 1e-6);
+  EXPECT_LT(std::sqrt(across.dot(estimate->rotation_covariance * across)), 2e-6);
+}
+
+/// The derivative at the solution, by differences, of the sum of squares that is to be least.
+TEST(Rest, IsTheMostProbableOfAllBiasesAndAngles) {
+  const Geometry geometry = made_of(uneven_axes());
+  const Attitude attitude{.to_local = level_fixture(77),
+                          .tilt_std_deg = 4,
+                          .azimuth_std_deg = 15,
+                          .latitude_deg = kLatitude_deg,
+                          .latitude_std_deg = 1};
+  const BiasPrior prior{Eigen::VectorXd::Constant(6, 0.01),
+                        4e-4 * Eigen::MatrixXd::Identity(6, 6) + 1e-4 * Eigen::MatrixXd::Ones(6, 6)};
+  const Eigen::Vector3d stds(4, std::hypot(4, 1), 15);
+  const auto cost = [&](const Eigen::VectorXd& readings, const Eigen::VectorXd& x) {
+    const Eigen::VectorXd bias = x.head(6) - prior.mean_deg_per_h;
+    const Eigen::VectorXd left = readings - readings_of(geometry, attitude, x.tail(3), x.head(6));
+    return left.dot(geometry.covariance.ldlt().solve(left)) + bias.dot(prior.covariance.ldlt().solve(bias)) +
+           x.tail(3).cwiseQuotient(stds * kDegree).squaredNorm();
+  };
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    Draws draws(static_cast<std::uint64_t>(seed));
+    const Eigen::Vector3d angle = kDegree * stds.cwiseProduct(draws.normal(3));
+    const Eigen::VectorXd readings =
+        readings_of(geometry, attitude, angle, draws.with(prior.covariance)) + draws.with(geometry.covariance);
+    const auto estimate = at_rest(geometry, readings, attitude, prior);
+    ASSERT_TRUE(estimate) << text(estimate.error());
+    Eigen::VectorXd x(9);
+    x << estimate->bias_deg_per_h, estimate->rotation_rad;
+    const double least = cost(readings, x);
+    EXPECT_NEAR(estimate->statistic, least, 1e-6 * (1 + least)) << "seed " << seed;
+    for (Eigen::Index i = 0; i < 9; ++i) {
+      const double step = i < 6 ? 1e-5 : 1e-7;
+      const Eigen::VectorXd more = x + step * Eigen::VectorXd::Unit(9, i),
+                            less = x - step * Eigen::VectorXd::Unit(9, i);
+      const double slope = cost(readings, more) - cost(readings, less), bend = cost(readings, more) - least;
+      EXPECT_LT(std::abs(slope), 1e-3 * std::abs(bend) + 1e-8) << "seed " << seed << ", " << i;
+    }
+  }
+}
+
+/// Errors over their covariance, and what priors and readings are at odds, are both χ².
+TEST(Rest, IsWrongAsOftenAsItSays) {
+  const Geometry geometry = made_of(tetrad_axes(0.001));
+  const Attitude attitude{
+      .to_local = level_fixture(120), .tilt_std_deg = 0.02, .azimuth_std_deg = 0.5, .latitude_deg = kLatitude_deg};
+  const BiasPrior prior = unknown_biases(4, 0.004);
+  const Eigen::Vector3d stds(0.02, 0.02, 0.5);
+  constexpr int kEach = 200;
+  double errors = 0, odds = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    Draws draws(static_cast<std::uint64_t>(seed));
+    for (int n = 0; n < kEach; ++n) {
+      const Eigen::Vector3d angle = kDegree * stds.cwiseProduct(draws.normal(3));
+      const Eigen::VectorXd bias = draws.with(prior.covariance);
+      const auto estimate = at_rest(
+          geometry, readings_of(geometry, attitude, angle, bias) + draws.with(geometry.covariance), attitude, prior);
+      ASSERT_TRUE(estimate);
+      Eigen::VectorXd error(7);
+      error << estimate->bias_deg_per_h - bias, estimate->rotation_rad - angle;
+      Eigen::MatrixXd covariance(7, 7);
+      covariance << estimate->bias_covariance, estimate->cross_covariance, estimate->cross_covariance.transpose(),
+          estimate->rotation_covariance;
+      errors += error.dot(covariance.ldlt().solve(error));
+      odds += estimate->statistic;
+    }
+  }
+  constexpr double kCount = kSeeds * kEach;
+  EXPECT_NEAR(errors / kCount, 7, 4 * std::sqrt(2 * 7 / kCount));
+  EXPECT_NEAR(odds / kCount, 4, 4 * std::sqrt(2 * 4 / kCount));
+}
+
+TEST(Rest, TestsThreeAxesThatHaveNoParity) {
+  const Geometry geometry = made_of(triad_axes(0.001));
+  const Attitude attitude{.tilt_std_deg = 0.01, .azimuth_std_deg = 0.02, .latitude_deg = kLatitude_deg};
+  const BiasPrior prior = unknown_biases(3, 0.002);
+  const auto rest = rest_test(geometry, attitude, prior);
+  ASSERT_TRUE(rest);
+  int alarms = 0, named = 0;
+  constexpr int kEach = 1000;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    Draws draws(static_cast<std::uint64_t>(seed));
+    for (int n = 0; n < kEach; ++n) {
+      const Eigen::Vector3d angle = kDegree * Eigen::Vector3d(0.01, 0.01, 0.02).cwiseProduct(draws.normal(3));
+      Eigen::VectorXd readings =
+          readings_of(geometry, attitude, angle, draws.with(prior.covariance)) + draws.with(geometry.covariance);
+      const auto examined = [&](double probability) {
+        return examine(rest->test, rest->whitening * (readings - rest->expected_deg_per_h),
+                       {.false_alarm_probability = probability});
+      };
+      alarms += examined(0.01).fault ? 1 : 0;
+      readings(n % 3) += 0.06;
+      const Finding finding = examined(1e-6);
+      named += finding.isolation && finding.isolation->candidate == n % 3 ? 1 : 0;
+    }
+  }
+  constexpr double kCount = kSeeds * kEach;
+  EXPECT_NEAR(alarms / kCount, 0.01, 4 * spread_of_share(0.01, kCount));
+  EXPECT_GT(named, 0.99 * kCount);
+}
+
+TEST(Rest, RefusesWhatCannotBe) {
+  const Geometry geometry = made_of(triad_axes(0.001));
+  const Eigen::Vector3d readings(1, 2, 3);
+  const auto refused = [&](const Attitude& attitude, const BiasPrior& prior) {
+    const auto estimate = at_rest(geometry, readings, attitude, prior);
+    return !estimate && estimate.error().kind == FaultKind::usage && !rest_test(geometry, attitude, prior);
+  };
+  const BiasPrior prior = unknown_biases(3, 0.1);
+  EXPECT_TRUE(refused({}, unknown_biases(4, 0.1)));
+  EXPECT_TRUE(refused({.tilt_std_deg = -1}, prior));
+  EXPECT_TRUE(refused({.latitude_deg = 91}, prior));
+  EXPECT_TRUE(refused({.to_local = Eigen::Vector3d(1, 1, -1).asDiagonal()}, prior)) << "a mirror";
+  EXPECT_TRUE(refused({.to_local = 2 * Eigen::Matrix3d::Identity()}, prior));
+  EXPECT_FALSE(at_rest(geometry, Eigen::Vector3d(1, std::nan(""), 3), {}, prior));
+}
+
+}  // namespace
+}  // namespace gyrotherm::fusion

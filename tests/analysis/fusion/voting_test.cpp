@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/fusion/voting.hpp"
+
+#include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/fusion/rest.hpp"
+#include "tests/analysis/fusion/thermal_body.hpp"
+
+namespace gyrotherm::fusion {
+namespace {
+
+constexpr double kMean_deg_per_h = 0.002;  ///< a mean over 100 s
+
+/// Four axes, whose thermal models have a sensitivity of 0.33 °/h per K, root sum of squares over eight thermometers.
+struct Fixture {
+  explicit Fixture(bool rests) {
+    geometry = made_of(tetrad_axes(kMean_deg_per_h));
+    voters.axes = geometry.names;
+    voters.thermometers = learnt_accord();
+    Draws draws(55);
+    voters.sensitivity_deg_per_h_per_k = Eigen::MatrixXd(4, kThermometers);
+    for (Eigen::Index j = 0; j < kThermometers; ++j)
+      voters.sensitivity_deg_per_h_per_k.col(j) = 0.33 / std::sqrt(kThermometers) * draws.normal(4);
+    const Attitude attitude{.tilt_std_deg = 0.002, .azimuth_std_deg = 0.005, .latitude_deg = 48};
+    const BiasPrior prior{Eigen::Vector4d::Zero(), 4e-6 * Eigen::Matrix4d::Identity()};
+    spread = geometry.covariance;
+    voters.whitening = gains_of(geometry).parity;
+    if (!rests) return;
+    const RestTest rest = *rest_test(geometry, attitude, prior);
+    voters.whitening = rest.whitening;
+    spread = (rest.whitening.transpose() * rest.whitening).inverse();
+  }
+  /// A fault of the candidate, axes first, of so many °/h or K; −1: of none.
+  [[nodiscard]] Verdict judged(Draws& draws, Eigen::Index candidate, double size) const {
+    Eigen::VectorXd departures = draws.with(spread);
+    Eigen::RowVectorXd row = temperatures(draws, kOwn_k);
+    if (candidate >= 4) {
+      departures -= size * voters.sensitivity_deg_per_h_per_k.col(candidate - 4);
+      row(candidate - 4) += size;
+    } else if (candidate >= 0) {
+      departures(candidate) += size;
+    }
+    return vote(voters, departures, row);
+  }
+  Geometry geometry;
+  Voters voters;
+  Eigen::MatrixXd spread;
+};
+
+constexpr int kVotes = 50;
+
+struct Tally {
+  int kind{}, who{}, count{};
+};
+
+Tally tally(const Fixture& fixture, Eigen::Index candidate, double size, VerdictKind kind) {
+  Tally tally;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    Draws draws(static_cast<std::uint64_t>(seed));
+    for (int n = 0; n < kVotes; ++n) {
+      const Verdict verdict = fixture.judged(draws, candidate, size);
+      ++tally.count;
+      tally.kind += verdict.kind == kind ? 1 : 0;
+      tally.who += verdict.kind == kind && candidate >= 0 &&
+                           verdict.who == joint_test(fixture.voters).candidates[static_cast<std::size_t>(candidate)]
+                       ? 1
+                       : 0;
+    }
+  }
+  return tally;
+}
+
+TEST(Voting, IsInAccordWhileNothingIsAtFault) {
+  for (const bool rests : {true, false}) {
+    const Tally of_none = tally(Fixture(rests), -1, 0, VerdictKind::accord);
+    EXPECT_EQ(of_none.kind, of_none.count);
+  }
+}
+
+TEST(Voting, AtRestTellsEachHopFromEachBrokenThermometer) {
+  const Fixture fixture(true);
+  for (Eigen::Index axis = 0; axis < 4; ++axis) {
+    const Tally hop = tally(fixture, axis, -0.05, VerdictKind::gyro_hop);
+    EXPECT_GE(hop.who, 0.99 * hop.count) << axis;
+  }
+  for (Eigen::Index thermometer = 4; thermometer < 4 + kThermometers; ++thermometer) {
+    const Tally broken = tally(fixture, thermometer, 0.3, VerdictKind::broken_thermometer);
+    EXPECT_GE(broken.who, 0.99 * broken.count) << thermometer;
+  }
+}
+
+TEST(Voting, InMotionFourAxesTellThatOneHoppedAndNotWhich) {
+  const Fixture fixture(false);
+  for (Eigen::Index axis = 0; axis < 4; ++axis) {
+    const double size =
+        detectable_size(joint_test(fixture.voters), axis, 0.9999, TestOptions{}.false_alarm_probability);
+    EXPECT_LT(size, 0.07);
+    const Tally hop = tally(fixture, axis, size, VerdictKind::gyro_hop);
+    EXPECT_GE(hop.kind, 0.98 * hop.count) << axis;
+    EXPECT_EQ(hop.who, 0);
+    EXPECT_EQ(tally(fixture, axis, size, VerdictKind::broken_thermometer).kind, 0) << "else it is undecided";
+  }
+  const Tally broken = tally(fixture, 6, 0.3, VerdictKind::broken_thermometer);
+  EXPECT_GE(broken.who, 0.99 * broken.count);
+}
+
+TEST(Voting, SaysWhy) {
+  Draws draws(3);
+  const Fixture rests(true), moves(false);
+  const Verdict hop = rests.judged(draws, 1, 0.05);
+  EXPECT_EQ(hop.who, "y");
+  EXPECT_NEAR(hop.size, 0.05, 5 * hop.size_std);
+  EXPECT_NE(hop.reason.find("y is off by"), std::string::npos) << hop.reason;
+  EXPECT_NE(hop.reason.find("°/h (k = 1)"), std::string::npos) << hop.reason;
+  EXPECT_NE(hop.reason.find("axes at odds"), std::string::npos) << hop.reason;
+  EXPECT_NE(hop.reason.find("thermometers in accord"), std::string::npos) << hop.reason;
+  const Verdict broken = rests.judged(draws, 6, 0.3);
+  EXPECT_NE(broken.reason.find("C is off by"), std::string::npos) << broken.reason;
+  EXPECT_NE(broken.reason.find("thermometers at odds"), std::string::npos) << broken.reason;
+  const Verdict nobody = moves.judged(draws, 1, 0.05);
+  EXPECT_EQ(nobody.who, "");
+  EXPECT_NE(nobody.reason.find("cannot be told apart"), std::string::npos) << nobody.reason;
+  const Verdict none = rests.judged(draws, -1, 0);
+  EXPECT_EQ(none.reason.find("axes in accord"), 0u) << none.reason;
+}
+
+TEST(Voting, OfAHopAndABrokenThermometerTogetherIsUndecided) {
+  const Fixture fixture(true);
+  Draws draws(4);
+  Eigen::VectorXd departures = draws.with(fixture.spread) - 0.3 * fixture.voters.sensitivity_deg_per_h_per_k.col(2);
+  departures(0) += 0.08;
+  Eigen::RowVectorXd row = temperatures(draws, kOwn_k);
+  row(2) += 0.3;
+  const Verdict verdict = vote(fixture.voters, departures, row);
+  EXPECT_EQ(verdict.kind, VerdictKind::undecided);
+  EXPECT_NE(verdict.reason.find("no fault of one alone"), std::string::npos) << verdict.reason;
+}
+
+TEST(Voting, CallsAThermometerThatMovesNoPredictionBrokenAllTheSame) {
+  Fixture fixture(true);
+  fixture.voters.sensitivity_deg_per_h_per_k.col(3).setZero();
+  Draws draws(5);
+  const Verdict verdict = fixture.judged(draws, 7, 0.3);
+  EXPECT_EQ(verdict.kind, VerdictKind::broken_thermometer);
+  EXPECT_EQ(verdict.who, "D");
+  EXPECT_FALSE(verdict.of_axes.fault);
+}
+
+}  // namespace
+}  // namespace gyrotherm::fusion

@@ -15,6 +15,7 @@
 #include "analysis/model/stream.hpp"
 #include "analysis/model/training.hpp"
 #include "analysis/tracking/rest_tracker.hpp"
+#include "tests/analysis/c_program.hpp"
 #include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
@@ -51,32 +52,6 @@ int main(void) {
   return 0;
 }
 )";
-
-constexpr const char* kCompile = "gcc -std=c99 -Wall -Wextra -Werror -pedantic";
-
-bool has_gcc() { return std::system("gcc --version > /dev/null 2>&1") == 0; }
-
-class Workplace {
- public:
-  Workplace() : folder_(std::filesystem::path(testing::TempDir()) / ("gyrotherm_c_" + unique())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~Workplace() { std::filesystem::remove_all(folder_); }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
-  [[nodiscard]] std::ifstream read(const std::string& name) const { return std::ifstream(folder_ / name); }
-  /// The exit code of a command in this folder.
-  [[nodiscard]] int run(const std::string& command) const {
-    const int status = std::system(("cd '" + folder_.string() + "' && " + command).c_str());
-    return status / 256;
-  }
-
- private:
-  static std::string unique() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    return std::string(test->name()) + std::to_string(std::random_device{}());
-  }
-  std::filesystem::path folder_;
-};
 
 struct Answer {
   int result{};

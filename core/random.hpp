@@ -54,6 +54,9 @@ enum class RandomPurpose : std::uint64_t {
   lost_pulses = 22,
   ageing = 23,
   thermometer_spikes = 24,
+  side_wind = 25,
+  power_growth = 26,
+  dead_band = 27,
 };
 
 /// One purpose's numbers under one seed. Each purpose has its own stream, so that a new purpose disturbs no other.

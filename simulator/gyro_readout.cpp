@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/gyro_readout.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -40,6 +41,17 @@ void Flicker::step() {
   }
 }
 
+double half_width_deg_per_h(const DeadBand& band, Celsius block) {
+  if (band.half_width_deg_per_h == 0) return 0;
+  return band.half_width_deg_per_h * std::max(0.0, (band.sags_below_c - block.value) / (band.sags_below_c - kColdC));
+}
+
+DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h) {
+  if (half_width_deg_per_h == 0) return rate;
+  const double beat = rate.value * rate.value - half_width_deg_per_h * half_width_deg_per_h;
+  return {beat > 0 ? std::copysign(std::sqrt(beat), rate.value) : 0};
+}
+
 GyroReadout::GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed)
     : parameters_(parameters),
       angle_noise_(seed, RandomPurpose::angle_noise),
@@ -69,7 +81,7 @@ void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   const double scale = 1 + p.scale_factor_ppm * 1e-6 * warm;
   const double tilted = p.crosswise_earth_rate_deg_per_h * std::sin(p.tilt_arcmin * kRadPerArcmin * warm);
   const DegreesPerHour earth{turned ? -p.earth_rate_deg_per_h : p.earth_rate_deg_per_h};
-  const DegreesPerHour rate = bias + drift() + earth;
+  const DegreesPerHour rate = locked(bias + drift() + earth, half_width_deg_per_h(p.dead_band, block));
   angle_arcsec_ += rate.value * scale + tilted + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal() * walk;
   if (loses_a_pulse()) angle_arcsec_ -= p.arcsec_per_pulse;
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));

@@ -44,11 +44,20 @@ class Flicker {
   double sum_{};
 };
 
+/// Half-width of the dead band with the block here: the file's at −40 °C, and 0 from where the dither does not sag.
+[[nodiscard]] double half_width_deg_per_h(const DeadBand& band, Celsius block);
+
+/// What a gyro tells of a rate Ω while it locks in below `half_width` = Ω_L: 0 up to there, sign(Ω) √(Ω² − Ω_L²)
+/// beyond, the mean beat of two oscillators that pull each other (Adler, Proc. IRE 34, 1946; of the laser gyro
+/// Aronowitz, Laser Applications 1, 1971). Far beyond Ω_L² / 2Ω is missing.
+[[nodiscard]] DegreesPerHour locked(DegreesPerHour rate, double half_width_deg_per_h);
+
 /// angle += rate + 60·N·white each second (1 °/h is 1 arcsec/s; N in °/√h), counted as floor(angle / arcsec_per_pulse).
 /// The rate is bias + Earth rate + turn-on offset + what drifts: a first-order Markov process and bias instability
 /// (Flicker), both from their stationary distribution on, and a rate random walk (K in °/h/√h) from 0 on.
 /// A hard gyro's read-out depends on the block's temperature, by x = (T̄ − 20 °C)/40 K: N grows by 1 − g x · 40/60 (the
 /// residual of lock-in), the rate by the scale factor's 1 + s x, and by Ω_crosswise sin(t x) where the axis tilts by t.
+/// Where the dither sags only what is above the residual lock-in is told of the rate (locked).
 class GyroReadout {
  public:
   GyroReadout(const ReadoutParameters& parameters, std::uint64_t seed);

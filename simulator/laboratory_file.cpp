@@ -41,6 +41,14 @@ PlantParameters read_plant(const TomlTable& table) {
   return p;
 }
 
+DeadBand read_dead_band(const TomlTable& table) {
+  DeadBand band{.half_width_deg_per_h = not_negative(table, "half_width_deg_per_h"),
+                .sags_below_c = table.celsius("sags_below").value};
+  if (table.has("sags_below") && !(band.sags_below_c > kColdC))
+    table.mistake("sags_below", fmt::format("{} °C, expected above {} °C", band.sags_below_c, kColdC));
+  return band;
+}
+
 ReadoutParameters read_readout(const TomlTable& table) {
   ReadoutParameters r;
   r.arcsec_per_pulse = positive(table, "arcsec_per_pulse");
@@ -60,6 +68,7 @@ ReadoutParameters read_readout(const TomlTable& table) {
   r.tilt_arcmin = table.number("tilt_arcmin", 0);
   r.crosswise_earth_rate_deg_per_h = table.number("crosswise_earth_rate_deg_per_h", 0);
   r.lost_pulses_per_h = not_negative(table, "lost_pulses_per_h", 0);
+  if (table.has("dead_band")) r.dead_band = read_dead_band(table.table("dead_band"));
   if (r.walk_growth > kMostWalkGrowth)
     table.mistake("walk_growth", fmt::format("{}, expected at most {}", r.walk_growth, kMostWalkGrowth));
   if (r.instability_to_s < r.instability_from_s || r.instability_to_s > kLongestCorrelationS)

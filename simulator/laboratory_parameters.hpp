@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "simulator/added_heat.hpp"
 #include "simulator/gyro_bias.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/thermal_system.hpp"
@@ -100,6 +101,8 @@ struct ReducedGyroParameters {
   double start_c{};  ///< chamber temperature at which the gyro rests at the start
   thermal::GyroFilm film{};
   UnequalArms arms;
+  SideWind wind{};
+  PowerGrowth power_growth{};
   BiasPhysics bias;
   thermal::ThermalSpread spread;
   double lead_spread{};  ///< sigma of ln of each lead's factor
@@ -110,6 +113,16 @@ struct ReducedGyroParameters {
 
 /// So that the angle random walk is above 0 up to 80 °C.
 inline constexpr double kMostWalkGrowth = 0.9;
+
+/// Temperature of the block at which a term that grows in the cold is given.
+inline constexpr double kColdC = -40;
+
+/// [virtual.gyro.dead_band]: where the dither sags, a rate below the residual lock-in is lost (gyro_readout.hpp). Off
+/// while the half-width is 0.
+struct DeadBand {
+  double half_width_deg_per_h{};  ///< with the block at −40 °C, along a straight line from 0 where the dither sags
+  double sags_below_c{};          ///< of the block; above −40
+};
 
 /// [virtual.gyro]: rotation, noise and read-out (gyro_readout.hpp).
 struct ReadoutParameters {
@@ -130,6 +143,7 @@ struct ReadoutParameters {
   double tilt_arcmin{};       ///< of the input axis, likewise
   double crosswise_earth_rate_deg_per_h{};  ///< at right angles to the input axis, the way that it tilts
   double lost_pulses_per_h{};
+  DeadBand dead_band{};
 };
 
 using EachThermometer = std::array<double, 9>;  ///< A…H, shell

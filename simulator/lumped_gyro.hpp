@@ -56,7 +56,7 @@ class LumpedGyro final : public VirtualGyro {
   /// Starts at rest at the network's start temperature. The network's terms are those of ThermalNetwork.
   explicit LumpedGyro(const LumpedGyroParameters& parameters) : law_(parameters.bias), network_(parameters.network) {}
 
-  void step(Celsius air) override { network_.step(air); }
+  void step(Celsius air, double /*output*/) override { network_.step(air); }
   void switch_on(bool on) override { network_.switch_on(on); }
   [[nodiscard]] PlaceTemperatures places_c() const override { return network_.temperatures_c(); }
   [[nodiscard]] DegreesPerHour bias() const override { return reference_bias(law_, places_c().first<kBlockPlaces>()); }

@@ -82,6 +82,25 @@ void scatter_hard(ReducedGyroParameters& gyro, const HardSpread& spread, RandomS
 void scatter_hard(LumpedGyroParameters& /*has nothing of it*/, const HardSpread& /*spread*/, RandomStream& /*random*/) {
 }
 
+/// `amplitude` times a log-normal factor, its sign drawn as well; at most `most` either way.
+void redraw(double& amplitude, double most, const HardSpread& spread, RandomStream& random) {
+  amplitude *= random.log_normal(spread.amplitude) * (random.uniform() < 0.5 ? -1 : 1);
+  amplitude = std::clamp(amplitude, -most, most);
+}
+
+/// From streams of their own, so that what was drawn before these terms were is drawn as before.
+void scatter_heat(ReducedGyroParameters& gyro, const HardSpread& spread, std::uint64_t seed) {
+  RandomStream winds(seed, RandomPurpose::side_wind);
+  for (double* wind : {&gyro.wind.steady, &gyro.wind.heating, &gyro.wind.cooling})
+    redraw(*wind, kMostWind, spread, winds);
+  RandomStream growths(seed, RandomPurpose::power_growth);
+  auto& growth = gyro.power_growth;
+  for (double* per_k : {&growth.gain_per_k, &growth.preamplifier_per_k, &growth.ballast_per_k, &growth.split_per_k})
+    redraw(*per_k, kMostPowerGrowthPerK, spread, growths);
+}
+
+void scatter_heat(LumpedGyroParameters& /*has nothing of it*/, const HardSpread& /*spread*/, std::uint64_t /*seed*/) {}
+
 void scatter_hard(ReadoutParameters& readout, ThermometerParameters& thermometers, const HardSpread& spread,
                   RandomStream& random) {
   for (double* amplitude : {&readout.scale_factor_ppm, &readout.tilt_arcmin})
@@ -107,6 +126,9 @@ LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed) {
     RandomStream random(seed, RandomPurpose::hard_spread);
     std::visit([&](auto& body) { scatter_hard(body, *spread.hard, random); }, type.body);
     scatter_hard(type.gyro, type.thermometers, *spread.hard, random);
+    std::visit([&](auto& body) { scatter_heat(body, *spread.hard, seed); }, type.body);
+    RandomStream dead_band(seed, RandomPurpose::dead_band);
+    type.gyro.dead_band.half_width_deg_per_h *= dead_band.log_normal(spread.hard->amplitude);
   }
   type.gyro.turn_on_deg_per_h += spread.turn_on_deg_per_h * turn_on.normal();
   return type;

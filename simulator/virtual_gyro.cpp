@@ -117,6 +117,31 @@ void read_slow_bias(const TomlTable& table, BiasPhysics& b) {
         {.time_constant_s = time_constant_s(phase, "time_constant_s"), .deg_per_h = phase.number("deg_per_h")});
 }
 
+/// A number that may be as far from 0 as `most`.
+double within(const TomlTable& table, const char* key, double most, std::optional<double> fallback = {}) {
+  const double value = table.number(key, fallback);
+  if (!(std::abs(value) <= most)) table.mistake(key, fmt::format("{}, expected {} to {}", value, -most, most));
+  return value;
+}
+
+SideWind read_side_wind(const TomlTable& table) {
+  SideWind wind{.steady = within(table, "steady", kMostWind),
+                .heating = within(table, "heating", kMostWind),
+                .cooling = within(table, "cooling", kMostWind),
+                .share = not_negative(table, "share"),
+                .time_constant_s = time_constant_s(table, "time_constant_s"),
+                .gap_w_per_k = not_negative(table, "gap_w_per_k")};
+  if (wind.share > 1) table.mistake("share", fmt::format("{} is more than all of it", wind.share));
+  return wind;
+}
+
+PowerGrowth read_power_growth(const TomlTable& table) {
+  return {.gain_per_k = within(table, "gain_per_k", kMostPowerGrowthPerK, 0),
+          .preamplifier_per_k = within(table, "preamplifier_per_k", kMostPowerGrowthPerK, 0),
+          .ballast_per_k = within(table, "ballast_per_k", kMostPowerGrowthPerK, 0),
+          .split_per_k = within(table, "split_per_k", kMostPowerGrowthPerK, 0)};
+}
+
 BiasPhysics read_physics(const TomlTable& table) {
   BiasPhysics b;
   b.flow = read_flow(table.table("gas_flow"));
@@ -151,18 +176,59 @@ thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const Unequ
   return model;
 }
 
+namespace {
+
+double shell_c(InnerTemperatures inner_c) { return inner_c[static_cast<std::size_t>(thermal::ThermalOutput::shell)]; }
+
+/// Where a gyro rests, switched on, with what is added to its powers there. The heat depends on where it rests: found
+/// round by round, each a hundred times nearer.
+thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedModel& model,
+                                      const ReducedGyroParameters& parameters) {
+  constexpr int kRounds = 10;
+  thermal::ThermalPowers added_w{};
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::VectorXd inner_c =
+        model.outputs * rest_of(with_added(model, added_w), parameters.film, parameters.start_c);
+    const InnerTemperatures at_rest_c(inner_c.data(), thermal::kThermalOutputs);
+    heat.rest({parameters.start_c}, shell_c(at_rest_c));
+    added_w = heat.watts(at_rest_c);
+  }
+  return added_w;
+}
+
+thermal::ReducedTransientOptions options_of(AddedHeat& heat, const thermal::ReducedModel& model,
+                                            const ReducedGyroParameters& parameters) {
+  thermal::ReducedTransientOptions options{
+      .start = {parameters.start_c}, .cold = parameters.cold, .film = parameters.film};
+  if (!heat.is_any()) return options;
+  options.added_w = parameters.cold ? thermal::ThermalPowers{} : heat_at_rest_w(heat, model, parameters);
+  return options;
+}
+
+}  // namespace
+
 ReducedGyro::ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past)
-    : reduced_(with_unequal_arms(parameters.model, parameters.arms),
-               {.start = {parameters.start_c}, .cold = parameters.cold, .film = parameters.film}),
+    : ReducedGyro(with_unequal_arms(parameters.model, parameters.arms), parameters, past) {}
+
+ReducedGyro::ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters,
+                         const GyroPast& past)
+    : heat_(model.powers_w, parameters.wind, parameters.power_growth),
+      reduced_(model, options_of(heat_, model, parameters)),
       bias_(parameters.bias, reduced_.outputs_c(), past) {}
 
-void ReducedGyro::step(Celsius air) {
-  reduced_.step(air);
+void ReducedGyro::step(Celsius air, double output) {
+  if (heat_.is_any()) {
+    heat_.follow(air, shell_c(inner_c()), output);
+    reduced_.step(air, heat_.watts(inner_c()));
+  } else {
+    reduced_.step(air);
+  }
   bias_.step(reduced_.outputs_c());
 }
 
 void ReducedGyro::switch_on(bool on) {
   reduced_.switch_on(on);
+  heat_.switch_on(on);
   if (on) bias_.start_anew();
 }
 
@@ -177,6 +243,8 @@ ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {
             .ballast_left_over_right = positive(thermal, "ballast_left_over_right"),
             .left_lead_w_per_k = not_negative(thermal, "left_lead_w_per_k"),
             .right_lead_w_per_k = not_negative(thermal, "right_lead_w_per_k")};
+  if (thermal.has("side_wind")) p.wind = read_side_wind(thermal.table("side_wind"));
+  if (thermal.has("power_growth")) p.power_growth = read_power_growth(thermal.table("power_growth"));
   const auto bias = table.table("bias");
   p.bias = read_physics(bias);
   if (bias.has("ageing")) p.ageing = read_ageing(bias.table("ageing"));

@@ -27,8 +27,9 @@ using PlaceTemperatures = std::span<const double, kThermalPlaces>;  ///< °C
 class VirtualGyro {
  public:
   virtual ~VirtualGyro() = default;
-  /// Lets one second pass with the chamber's air at `air`.
-  virtual void step(Celsius air) = 0;
+  /// Lets one second pass with the chamber's air at `air`, while heater (positive) and cooler (negative) give `output`,
+  /// −1 … 1, of what they can: the side from which the air blows may follow it.
+  virtual void step(Celsius air, double output) = 0;
   /// Its power; without, it warms nothing, and its warm-up begins when it is switched on again.
   virtual void switch_on(bool on) = 0;
   /// True temperatures at the places now: what the thermometers are at.
@@ -52,7 +53,7 @@ class ReducedGyro final : public VirtualGyro {
   /// Starts at rest, switched on (a cold one: switched off until now), in air at the parameters' start temperature.
   explicit ReducedGyro(const ReducedGyroParameters& parameters, const GyroPast& past = {});
 
-  void step(Celsius air) override;
+  void step(Celsius air, double output) override;
   void switch_on(bool on) override;
   [[nodiscard]] PlaceTemperatures places_c() const override { return reduced_.outputs_c().first<kThermalPlaces>(); }
   [[nodiscard]] DegreesPerHour bias() const override { return bias_.total(); }
@@ -64,6 +65,9 @@ class ReducedGyro final : public VirtualGyro {
   [[nodiscard]] InnerTemperatures inner_c() const { return reduced_.outputs_c(); }
 
  private:
+  ReducedGyro(const thermal::ReducedModel& model, const ReducedGyroParameters& parameters, const GyroPast& past);
+
+  AddedHeat heat_;
   thermal::ReducedTransient reduced_;
   GyroBias bias_;
 };

@@ -102,7 +102,7 @@ void VirtualLaboratory::step() {
   auto& p = *parts_;
   p.true_bias = p.gyro->bias();
   if (!p.unit.off) p.readout.step(p.true_bias, p.gyro->block(), p.unit.turned);
-  p.gyro->step(p.plant.air());
+  p.gyro->step(p.plant.air(), p.plant.output_percent() / 100);
   p.plant.step(p.set_point, p.on);
   p.thermometers.step(p.gyro->places_c());
   p.measure_air();

@@ -120,7 +120,7 @@ struct GyroModel {
   GyroGeometry geometry;
   std::array<MaterialProperties, kGyroMaterials> materials{};
   BallastReading ballast_reading = BallastReading::rate_times_volume;
-  std::array<double, kThermalInputs - 1> powers_w{};  ///< of the inputs after the ambient, gyro switched on
+  ThermalPowers powers_w{};  ///< gyro switched on
   CabinetAir air;
   double still_film_w_per_m2_k{};                       ///< on the cabinet, free convection on a bench
   double chamber_film_w_per_m2_k{};                     ///< on the cabinet, under the chamber's fan

@@ -39,7 +39,7 @@ const PartSeries& rate_cycles() {
     for (const double rate : {1.0, 2.0, 3.0, 5.0})
       for (const double set_point_c : rate_cycle_c(rate)) {
         all.add(gyro.bias_parts(), gyro.bias());
-        gyro.step(plant.air());
+        gyro.step(plant.air(), plant.output_percent() / 100);
         plant.step({set_point_c}, true);
       }
     return all;

@@ -100,7 +100,7 @@ Means means_over_the_fast_cycle(const ReducedGyroParameters& parameters) {
     }
     for (std::size_t i = 0; i < kThermalPlaces; ++i) means.places_c.back()[i] += gyro.places_c()[i] / 100;
     means.bias.back() += gyro.bias().value / 100;
-    gyro.step(plant.air());
+    gyro.step(plant.air(), plant.output_percent() / 100);
     plant.step({set_point_c}, true);
   }
   return means;
@@ -128,6 +128,17 @@ TEST(CurrentControl, ShowsInputsThatAreThreeClustersLate) {
   alone.bias.flow.unbalance_per_k = reduced_of_rig("virtual-hard").bias.flow.unbalance_per_k;
   const auto fast = means_over_the_fast_cycle(alone);
   EXPECT_GT(left_over(fast, 3), 1.3 * left_over(fast, 0));
+}
+
+/// The thermometers of a linear gyro show what it does; of a hard gyro, whose coefficients grow and lag, they do not.
+TEST(SideWind, LeavesMoreOfAHardGyroAlone) {
+  auto linear = reduced_of_rig("virtual"), hard = reduced_of_rig("virtual-hard");
+  linear.wind = hard.wind;
+  const double windy = left_over(means_over_the_fast_cycle(linear), 0);
+  const double hard_windy = left_over(means_over_the_fast_cycle(hard), 0);
+  linear.wind = hard.wind = {};
+  EXPECT_NEAR(windy / left_over(means_over_the_fast_cycle(linear), 0), 1, 0.1);
+  EXPECT_GT(hard_windy, 1.1 * left_over(means_over_the_fast_cycle(hard), 0));
 }
 
 TEST(WarmUp, IsTheSumOfItsPhases) {
@@ -188,7 +199,7 @@ TEST(HardGyro, HopsInACycle) {
   int hops = 0;
   double mode = 0;
   for (const double set_point_c : rate_cycle_c(1)) {
-    gyro.step(plant.air());
+    gyro.step(plant.air(), plant.output_percent() / 100);
     plant.step({set_point_c}, true);
     const double now = gyro.bias_parts().mode_hops / step;
     if (now != std::round(now) || now == mode) continue;
@@ -210,10 +221,12 @@ TEST(HardGyro, IsTheLinearOneWithoutItsTerms) {
   hard.bias.warm_up.clear();
   hard.bias.plays = linear.bias.plays;
   hard.bias.mode_hops = {};
+  hard.wind = {};
+  hard.power_growth = {};
   ReducedGyro stripped(hard), plain(linear);
   for (int t = 0; t < 600; ++t) {
-    stripped.step({20 + t / 20.0});
-    plain.step({20 + t / 20.0});
+    stripped.step({20 + t / 20.0}, 0);
+    plain.step({20 + t / 20.0}, 0);
     ASSERT_EQ(stripped.bias().value, plain.bias().value) << t;
   }
 }
@@ -227,7 +240,7 @@ TEST(ColdStart, BeginsAsWarmAsTheAirAndEndsWhereItRestsSwitchedOn) {
   const ReducedGyro at_rest(warm);
   for (const double celsius : gyro.inner_c()) EXPECT_NEAR(celsius, -40, 1e-6);
   EXPECT_GT(at_rest.places_c()[0], -39);
-  for (int t = 0; t < 72000; ++t) gyro.step({-40});
+  for (int t = 0; t < 72000; ++t) gyro.step({-40}, 0);
   for (std::size_t i = 0; i < kThermalPlaces; ++i) EXPECT_NEAR(gyro.places_c()[i], at_rest.places_c()[i], 0.01) << i;
 }
 
@@ -273,6 +286,44 @@ TEST(Tilt, BringsInEarthRateAcrossTheAxis) {
       .arcsec_per_pulse = 1e-6, .tilt_arcmin = 0.5, .crosswise_earth_rate_deg_per_h = 10.6};
   EXPECT_NEAR(hourly_rate(parameters, 60), 10.6 * std::sin(0.5 / 60 * std::numbers::pi / 180), 1e-9);
   EXPECT_NEAR(hourly_rate(parameters, 20), 0, 1e-9);
+}
+
+TEST(DeadBand, IsOffByDefault) {
+  EXPECT_EQ(laboratory_of_rig("virtual").gyro.dead_band.half_width_deg_per_h, 0);
+  EXPECT_EQ(half_width_deg_per_h({}, {-40}), 0);
+  EXPECT_EQ(locked({1e-9}, 0).value, 1e-9);
+}
+
+TEST(DeadBand, GrowsFromWhereTheDitherSags) {
+  const DeadBand band{.half_width_deg_per_h = 0.4, .sags_below_c = 10};
+  for (const auto& [block_c, width] : {std::pair(60.0, 0.0), {10.0, 0.0}, {-15.0, 0.2}, {-40.0, 0.4}, {-45.0, 0.44}})
+    EXPECT_NEAR(half_width_deg_per_h(band, {block_c}), width, 1e-15) << block_c;
+}
+
+TEST(DeadBand, LosesWhatIsBelowItAndTheRootOfTheSquaresBeyond) {
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_EQ(locked({sign * 0.2}, 0.3).value, 0);
+    EXPECT_EQ(locked({sign * 0.3}, 0.3).value, 0);
+    EXPECT_DOUBLE_EQ(locked({sign * 0.5}, 0.3).value, sign * 0.4);
+    EXPECT_NEAR(locked({sign * 10.6}, 0.3).value, sign * (10.6 - 0.3 * 0.3 / 2 / 10.6), 1e-5);
+  }
+}
+
+TEST(DeadBand, IsReadOutInTheColdAlone) {
+  const ReadoutParameters parameters{.arcsec_per_pulse = 1e-6,
+                                     .earth_rate_deg_per_h = 0.5,
+                                     .dead_band = {.half_width_deg_per_h = 0.3, .sags_below_c = 0}};
+  EXPECT_NEAR(hourly_rate(parameters, -40), 0.4, 1e-9);
+  EXPECT_NEAR(hourly_rate(parameters, 20), 0.5, 1e-9);
+}
+
+/// What the shipped rig loses of Earth's rate.
+TEST(HardGyro, ItsDeadBandLeavesTwoThousandthsInTheCold) {
+  auto parameters = laboratory_of_rig("virtual-hard").gyro;
+  parameters.arcsec_per_pulse = 1e-6;
+  const double with = hourly_rate(parameters, -40);
+  parameters.dead_band = {};
+  EXPECT_NEAR(with - hourly_rate(parameters, -40), -0.2 * 0.2 / 2 / 10.6, 2e-5);
 }
 
 TEST(LostPulses, AreAsManyAsTheFileSays) {
@@ -321,7 +372,7 @@ TEST(DrawGyro, DrawsWhatOnlyAHardRigHas) {
   const auto type = laboratory_of_rig("virtual-hard");
   const auto& before = std::get<ReducedGyroParameters>(type.body);
   EXPECT_EQ(std::get<ReducedGyroParameters>(draw_gyro(type, 0).body).bias.growth.mirrors, before.bias.growth.mirrors);
-  std::vector<double> gammas, logarithms, ageing;
+  std::vector<double> gammas, logarithms, ageing, widths;
   int turned = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const auto drawn = draw_gyro(type, seed);
@@ -334,10 +385,12 @@ TEST(DrawGyro, DrawsWhatOnlyAHardRigHas) {
       turned += factor < 0 ? 1 : 0;
     }
     EXPECT_LE(drawn.gyro.walk_growth, kMostWalkGrowth);
+    widths.push_back(std::log(drawn.gyro.dead_band.half_width_deg_per_h / type.gyro.dead_band.half_width_deg_per_h));
   }
   EXPECT_NEAR(tests::standard_deviation_of(gammas) / 0.3, 1, 4 / std::sqrt(2.0 * 400));
   EXPECT_NEAR(tests::standard_deviation_of(ageing) / 0.03, 1, 4 / std::sqrt(2.0 * 400));
   EXPECT_NEAR(tests::standard_deviation_of(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 300));
+  EXPECT_NEAR(tests::standard_deviation_of(widths) / 0.35, 1, 4 / std::sqrt(2.0 * 100));
   EXPECT_NEAR(turned, 150, 4 * std::sqrt(75.0));
 }
 

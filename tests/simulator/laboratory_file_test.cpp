@@ -96,6 +96,14 @@ TEST(LaboratoryFile, NamesAModeHopThatWouldNeverEnd) {
   expect_mistake(rig_with("virtual", "reach_modes = 1.5", "reach_modes = 0.4"), "half mode");
 }
 
+TEST(LaboratoryFile, NamesHeatAndDeadBandBeyondTheirLimits) {
+  expect_mistake(rig_with("virtual-hard", "heating = 0.1 ", "heating = 0.5 "), "-0.45 to 0.45");
+  expect_mistake(rig_with("virtual-hard", "share = 0.19 ", "share = 1.9 "), "more than all of it");
+  expect_mistake(rig_with("virtual-hard", "split_per_k = 3e-4 ", "split_per_k = -3e-2 "), "-0.01 to 0.01");
+  expect_mistake(rig_with("virtual-hard", "half_width_deg_per_h = 0.2", "half_width_deg_per_h = -0.2"), "below 0");
+  expect_mistake(rig_with("virtual-hard", "sags_below = \"0 °C\"", "sags_below = \"-40 °C\""), "above -40");
+}
+
 TEST(LaboratoryFile, HasTheEarthRateOfItsRigsGeometry) {
   for (const char* name : {"virtual", "virtual-reference", "virtual-gradients"}) {
     const auto gyro = TomlTable::parse(rig_text(name), name)->table("gyro");

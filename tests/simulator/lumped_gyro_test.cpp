@@ -19,7 +19,7 @@ std::vector<double> biases_of(const LumpedGyroParameters& parameters, const std:
   std::vector<double> biases;
   for (const double air : air_c) {
     biases.push_back(gyro.bias().value);
-    gyro.step({air});
+    gyro.step({air}, 0);
   }
   return biases;
 }

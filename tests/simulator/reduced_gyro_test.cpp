@@ -29,7 +29,7 @@ TEST(ReducedGyro, StaysAtRest) {
   const double rest_c = gyro.places_c()[0];
   const double rest_bias = gyro.bias().value;
   EXPECT_GT(rest_c, 22) << "it is switched on";
-  for (int t = 0; t < 3600; ++t) gyro.step({20});
+  for (int t = 0; t < 3600; ++t) gyro.step({20}, 0);
   EXPECT_NEAR(gyro.places_c()[0], rest_c, 1e-6);
   EXPECT_NEAR(gyro.bias().value, rest_bias, 1e-9);
 }
@@ -37,7 +37,7 @@ TEST(ReducedGyro, StaysAtRest) {
 TEST(ReducedGyro, OfEqualArmsHasNoGasFlowAtAnyTime) {
   ReducedGyro gyro(small_type());
   for (int t = 0; t < 1800; ++t) {
-    gyro.step({20 - 0.03 * t});
+    gyro.step({20 - 0.03 * t}, 0);
     ASSERT_NEAR(gyro.bias_parts().gas_flow, 0, 1e-9) << t;
   }
 }
@@ -69,7 +69,7 @@ TEST(ReducedGyro, UnequalLeadsPartTheArmsInARamp) {
   type.arms.left_lead_w_per_k = 0.01;
   ReducedGyro gyro(type);
   const double at_rest_k = at(gyro, thermal::ThermalOutput::gain_left) - at(gyro, thermal::ThermalOutput::gain_right);
-  for (int t = 0; t < 1200; ++t) gyro.step({20 + t / 30.0});
+  for (int t = 0; t < 1200; ++t) gyro.step({20 + t / 30.0}, 0);
   const double in_ramp_k = at(gyro, thermal::ThermalOutput::gain_left) - at(gyro, thermal::ThermalOutput::gain_right);
   EXPECT_LT(at_rest_k, 0);
   EXPECT_GT(in_ramp_k, 0) << "the lead now warms its arm";

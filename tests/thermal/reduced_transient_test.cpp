@@ -82,7 +82,7 @@ TEST(StepTable, IsTheStepAtAnyTemperature) {
     Eigen::VectorXd states = Eigen::VectorXd::LinSpaced(model.conduction.rows(), -30, 50);
     const Eigen::VectorXd expected = second.carry * states + second.before * 17 + second.after * 18 + second.powers;
     table.update(air_c);
-    table.step(states, 17, 18, true);
+    table.step(states, 17, 18);
     EXPECT_LE((states - expected).cwiseAbs().maxCoeff(), 1e-10);
   }
 }
@@ -94,6 +94,34 @@ TEST(ReducedTransient, StaysWhereItRests) {
     for (int i = 0; i < 20000; ++i) reduced.step({-15});
     for (std::size_t i = 0; i < start.size(); ++i) EXPECT_NEAR(reduced.outputs_c()[i], start[i], 1e-8);
   }
+}
+
+/// Powers that are added all the time are those of a model that has them.
+TEST(ReducedTransient, TakesPowersAboveTheModels) {
+  constexpr ThermalPowers kAddedW{0.1, -0.05, 0.2, 0.03, -0.01};
+  const auto more = with_added(reduced_box_gyro(), kAddedW);
+  for (const bool linear : {true, false}) {
+    ReducedTransient added(reduced_box_gyro(), {.start = {-15}, .added_w = kAddedW, .linear = linear});
+    ReducedTransient own(more, {.start = {-15}, .linear = linear});
+    for (int i = 0; i < 3000; ++i) {
+      for (std::size_t j = 0; j < kThermalOutputs; ++j)
+        ASSERT_NEAR(added.outputs_c()[j], own.outputs_c()[j], 1e-8) << i;
+      added.step({program_c(i)}, kAddedW);
+      own.step({program_c(i)});
+    }
+  }
+}
+
+/// A watt to a place for a second, and then none.
+TEST(ReducedTransient, ForgetsAPowerThatIsGone) {
+  ReducedTransient pulsed(reduced_box_gyro(), {.start = {20}, .added_w = ThermalPowers{}});
+  const double rest_c = pulsed.outputs_c()[0];
+  pulsed.step({20}, ThermalPowers{100, 0, 0, 0, 0});
+  for (int i = 0; i < 300; ++i) pulsed.step({20}, ThermalPowers{});
+  const double soon_k = pulsed.outputs_c()[0] - rest_c;
+  EXPECT_GT(soon_k, 1e-3);
+  for (int i = 0; i < 40000; ++i) pulsed.step({20}, ThermalPowers{});
+  EXPECT_NEAR(pulsed.outputs_c()[0], rest_c, 0.1 * soon_k);
 }
 
 TEST(ReducedTransient, LinearStepsAreTheExponentialsOfConstantCoefficients) {

@@ -31,10 +31,10 @@ struct ReducedModel {
   std::string source_sha256;  ///< of that file's text
   std::string mesh;           ///< such as "medium, 308831 nodes"
   CabinetAir air;
-  std::array<double, kThermalInputs - 1> powers_w{};  ///< of the inputs after the ambient, gyro switched on
-  double still_film_w_per_m2_k{};                     ///< free convection on a bench
-  double chamber_film_w_per_m2_k{};                   ///< under the chamber's fan
-  Eigen::MatrixXd conduction;                         ///< K₀, r × r, symmetric
+  ThermalPowers powers_w{};          ///< gyro switched on
+  double still_film_w_per_m2_k{};    ///< free convection on a bench
+  double chamber_film_w_per_m2_k{};  ///< under the chamber's fan
+  Eigen::MatrixXd conduction;        ///< K₀, r × r, symmetric
   std::array<Eigen::MatrixXd, kThermalCoefficients> conduction_per;
   Eigen::MatrixXd inputs;        ///< B₀, r × 6
   Eigen::VectorXd film_ambient;  ///< r

@@ -23,6 +23,8 @@ enum class ThermalInput : std::size_t { ambient, gain_left, gain_right, preampli
 inline constexpr std::size_t kThermalInputs = 6;
 inline constexpr std::array<std::string_view, kThermalInputs> kThermalInputNames{
     "ambient", "gain_left", "gain_right", "preamplifier", "ballast_left", "ballast_right"};
+/// W, of the inputs after the ambient.
+using ThermalPowers = std::array<double, kThermalInputs - 1>;
 
 /// y, °C: the thermometers' places A…H, points on the block's top face; then means over volumes. Mirrors are named by
 /// the thermometer in their corner, left is the side of B, D and F.

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The fan's side wind and the powers that follow temperature: their laws, and what they do to the hard rig's gyro.
+#include "simulator/added_heat.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "simulator/chamber_plant.hpp"
+#include "simulator/thermometer_bank.hpp"
+#include "simulator/virtual_gyro.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
+#include "tests/simulator/small_gyro.hpp"
+#include "tests/support/statistics.hpp"
+
+namespace gyrotherm::simulator {
+namespace {
+
+using thermal::ThermalInput;
+using thermal::ThermalOutput;
+using InnerC = std::array<double, thermal::kThermalOutputs>;
+
+constexpr thermal::ThermalPowers kPowersW{0.3, 0.28, 0.8, 0.07, 0.06};
+constexpr SideWind kWind{
+    .steady = 0.1, .heating = 0.1, .cooling = -0.2, .share = 0.2, .time_constant_s = 50, .gap_w_per_k = 0.04};
+constexpr PowerGrowth kGrowth{
+    .gain_per_k = 5e-4, .preamplifier_per_k = -1e-3, .ballast_per_k = 1e-4, .split_per_k = 3e-4};
+
+double watt_of(const thermal::ThermalPowers& powers_w, ThermalInput input) {
+  return powers_w[static_cast<std::size_t>(input) - 1];
+}
+
+InnerC all_at(double celsius) {
+  InnerC inner{};
+  inner.fill(celsius);
+  return inner;
+}
+
+/// To the left gain arm after so many seconds in air that is 40 K warmer than the cabinet.
+double wind_w(double output, int seconds) {
+  AddedHeat heat(kPowersW, kWind, {});
+  for (int t = 0; t < seconds; ++t) heat.follow({60}, 20, output);
+  return watt_of(heat.watts(all_at(20)), ThermalInput::gain_left);
+}
+
+TEST(AddedHeat, IsNoneByDefault) {
+  EXPECT_FALSE(AddedHeat(kPowersW, {}, {}).is_any());
+  EXPECT_EQ(AddedHeat(kPowersW, {}, {}).watts(all_at(60)), thermal::ThermalPowers{});
+  const auto linear = reduced_of_rig("virtual");
+  EXPECT_FALSE(AddedHeat(linear.model.powers_w, linear.wind, linear.power_growth).is_any());
+  const auto hard = reduced_of_rig("virtual-hard");
+  EXPECT_TRUE(AddedHeat(hard.model.powers_w, hard.wind, {}).is_any());
+  EXPECT_TRUE(AddedHeat(hard.model.powers_w, {}, hard.power_growth).is_any());
+}
+
+TEST(SideWind, PartsTheHalvesWithItsTimeConstant) {
+  const double parted_k = 0.2 * (0.1 + 0.1) * 40;
+  EXPECT_NEAR(wind_w(1, 50), 0.04 / 2 * parted_k * (1 - std::exp(-1)), 1e-12);
+  EXPECT_NEAR(wind_w(1, 5000), 0.04 / 2 * parted_k, 1e-12);
+}
+
+TEST(SideWind, TurnsWithHeaterAndCooler) {
+  for (const auto& [output, wind] : {std::pair(1.0, 0.2), {0.5, 0.15}, {0.0, 0.1}, {-0.5, 0.0}, {-1.0, -0.1}})
+    EXPECT_NEAR(wind_w(output, 5000), 0.04 / 2 * 0.2 * wind * 40, 1e-12) << output;
+}
+
+TEST(SideWind, TakesFromTheRightWhatItBringsToTheLeft) {
+  AddedHeat heat(kPowersW, kWind, {});
+  heat.follow({60}, 20, 1);
+  const auto added_w = heat.watts(all_at(35));
+  EXPECT_GT(watt_of(added_w, ThermalInput::gain_left), 0);
+  EXPECT_EQ(watt_of(added_w, ThermalInput::ballast_left), watt_of(added_w, ThermalInput::gain_left));
+  EXPECT_EQ(watt_of(added_w, ThermalInput::gain_right), -watt_of(added_w, ThermalInput::gain_left));
+  EXPECT_EQ(watt_of(added_w, ThermalInput::ballast_right), -watt_of(added_w, ThermalInput::ballast_left));
+  EXPECT_EQ(watt_of(added_w, ThermalInput::preamplifier), 0);
+}
+
+TEST(PowerGrowth, IsAlphaPerKelvinOfTheSourcesOwnTemperature) {
+  auto inner_c = all_at(50);
+  inner_c[static_cast<std::size_t>(ThermalOutput::gain_left)] = 60;
+  inner_c[static_cast<std::size_t>(ThermalOutput::gain_right)] = 58;
+  inner_c[static_cast<std::size_t>(ThermalOutput::preamplifier)] = -30;
+  AddedHeat heat(kPowersW, {}, kGrowth);
+  const auto added_w = heat.watts(inner_c);
+  const double over_w = 3e-4 * 30 * (0.3 + 0.28) / 2;
+  EXPECT_NEAR(watt_of(added_w, ThermalInput::gain_left), 0.3 * 5e-4 * 40 + over_w, 1e-15);
+  EXPECT_NEAR(watt_of(added_w, ThermalInput::gain_right), 0.28 * 5e-4 * 38 - over_w, 1e-15);
+  EXPECT_NEAR(watt_of(added_w, ThermalInput::preamplifier), 0.8 * 1e-3 * 50, 1e-15);
+  EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_left), 0.07 * 1e-4 * 30, 1e-15);
+  EXPECT_NEAR(watt_of(added_w, ThermalInput::ballast_right), 0.06 * 1e-4 * 30, 1e-15);
+  EXPECT_EQ(heat.watts(all_at(20)), thermal::ThermalPowers{}) << "the file's powers are those at 20 °C";
+  heat.switch_on(false);
+  EXPECT_EQ(heat.watts(inner_c), thermal::ThermalPowers{}) << "no power, no growth";
+}
+
+ReducedGyroParameters windy_type() {
+  ReducedGyroParameters type;
+  type.model = small_gyro();
+  type.start_c = -10;
+  type.film = thermal::GyroFilm::chamber;
+  type.bias.mirror_deg_per_h_per_k = {5e-3, -4e-3, 3e-3, 6e-3};
+  type.wind = kWind;
+  type.power_growth = kGrowth;
+  return type;
+}
+
+TEST(AddedHeat, StaysAtRestWhereTheGyroDoes) {
+  ReducedGyro gyro(windy_type());
+  const InnerC rest_c = [&] {
+    InnerC inner{};
+    std::ranges::copy(gyro.inner_c(), inner.begin());
+    return inner;
+  }();
+  EXPECT_NE(gyro.inner_c()[1], gyro.inner_c()[2]) << "left is not right";
+  for (int t = 0; t < 3600; ++t) gyro.step({-10}, 0);
+  for (std::size_t i = 0; i < rest_c.size(); ++i) EXPECT_NEAR(gyro.inner_c()[i], rest_c[i], 1e-6) << i;
+}
+
+/// At rest the heat through the film is what all sources give; of the wind none is left over.
+TEST(AddedHeat, LeavesThroughTheFilm) {
+  auto type = windy_type();
+  const double shell_c = ReducedGyro(type).places_c()[8];
+  const auto inner_c = [&] {
+    InnerC inner{};
+    std::ranges::copy(ReducedGyro(type).inner_c(), inner.begin());
+    return inner;
+  }();
+  const auto grown_w = AddedHeat(type.model.powers_w, {}, kGrowth).watts(inner_c);
+  const double sum_w = std::accumulate(grown_w.begin(), grown_w.end(), 0.0);
+  const double given_w = std::accumulate(type.model.powers_w.begin(), type.model.powers_w.end(), 0.0);
+  EXPECT_NEAR((shell_c + 10) * 25 * 0.09, given_w + sum_w, 1e-6) << "film times area of the small gyro";
+}
+
+/// Of the hard rig's gyro with these terms alone, the linear one otherwise.
+ReducedGyroParameters linear_with(const SideWind& wind, const PowerGrowth& growth) {
+  auto gyro = reduced_of_rig("virtual");
+  gyro.wind = wind;
+  gyro.power_growth = growth;
+  return gyro;
+}
+
+/// True bias once a second over the cycle at 5 °C/min in the chamber's air.
+std::vector<double> fast_cycle(const ReducedGyroParameters& parameters) {
+  ChamberPlant plant(laboratory_of_rig("virtual-hard").plant);
+  ReducedGyro gyro(parameters);
+  std::vector<double> bias;
+  for (const double set_point_c : rate_cycle_c(5)) {
+    gyro.step(plant.air(), plant.output_percent() / 100);
+    plant.step({set_point_c}, true);
+    bias.push_back(gyro.bias().value);
+  }
+  return bias;
+}
+
+/// RMS and greatest of the difference, °/h.
+struct Apart {
+  double rms{}, greatest{};
+};
+
+Apart apart(const std::vector<double>& a, const std::vector<double>& b) {
+  Apart found;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    found.rms += (a[i] - b[i]) * (a[i] - b[i]) / static_cast<double>(a.size());
+    found.greatest = std::max(found.greatest, std::abs(a[i] - b[i]));
+  }
+  found.rms = std::sqrt(found.rms);
+  return found;
+}
+
+TEST(HardGyro, ItsSideWindMovesTheBias) {
+  const auto moved =
+      apart(fast_cycle(linear_with(reduced_of_rig("virtual-hard").wind, {})), fast_cycle(linear_with({}, {})));
+  EXPECT_NEAR(moved.rms, 1.3e-3, 2e-4);
+  EXPECT_NEAR(moved.greatest, 4.8e-3, 5e-4);
+}
+
+TEST(HardGyro, ItsPowersMoveTheBias) {
+  const auto moved =
+      apart(fast_cycle(linear_with({}, reduced_of_rig("virtual-hard").power_growth)), fast_cycle(linear_with({}, {})));
+  EXPECT_NEAR(moved.rms, 1.2e-3, 2e-4);
+  EXPECT_NEAR(moved.greatest, 2e-3, 3e-4);
+}
+
+/// In air that does the very same, once made by the heater and once by the cooler.
+TEST(HardGyro, TheSameAirMakesOtherGradientsByWhatMovesIt) {
+  const auto gyro = linear_with(reduced_of_rig("virtual-hard").wind, {});
+  ReducedGyro heated(gyro), cooled(gyro);
+  for (int t = 0; t < 1200; ++t) {
+    heated.step({20 + t / 30.0}, 1);
+    cooled.step({20 + t / 30.0}, -1);
+  }
+  const auto arms_k = [](const ReducedGyro& one) {
+    return one.inner_c()[static_cast<std::size_t>(ThermalOutput::gain_left)] -
+           one.inner_c()[static_cast<std::size_t>(ThermalOutput::gain_right)];
+  };
+  EXPECT_NEAR(arms_k(heated) - arms_k(cooled), 0.2, 0.02);
+  EXPECT_NEAR(heated.bias().value - cooled.bias().value, 3.7e-3, 4e-4);
+}
+
+TEST(DrawGyro, DrawsWindAndPowersWithinTheirLimits) {
+  const auto type = laboratory_of_rig("virtual-hard");
+  const auto& before = std::get<ReducedGyroParameters>(type.body);
+  std::vector<double> logarithms;
+  int turned = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const auto drawn = draw_gyro(type, seed);
+    const auto& after = std::get<ReducedGyroParameters>(drawn.body);
+    for (const double wind : {after.wind.steady, after.wind.heating, after.wind.cooling})
+      EXPECT_LE(std::abs(wind), kMostWind);
+    EXPECT_EQ(after.wind.gap_w_per_k, before.wind.gap_w_per_k);
+    for (const double factor : {after.power_growth.gain_per_k / before.power_growth.gain_per_k,
+                                after.power_growth.split_per_k / before.power_growth.split_per_k}) {
+      logarithms.push_back(std::log(std::abs(factor)));
+      turned += factor < 0 ? 1 : 0;
+    }
+  }
+  EXPECT_NEAR(tests::standard_deviation_of(logarithms) / 0.35, 1, 4 / std::sqrt(2.0 * 400));
+  EXPECT_NEAR(turned, 200, 4 * std::sqrt(100.0));
+}
+
+}  // namespace
+}  // namespace gyrotherm::simulator

@@ -14,6 +14,7 @@
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/state_space.hpp"
 #include "analysis/methods/svr.hpp"
+#include "analysis/methods/svr_joint.hpp"
 #include "analysis/methods/svr_linear.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
@@ -80,6 +81,13 @@ constexpr std::array kMethods = {
            .compared_on = {"multi-point-t"},
            .choose = choose_svr_linear,
            .fit = fit_svr_linear,
+           .weighs_uncertainty = true},
+    Method{.name = "svr-joint",
+           .title = "PSO-SVM and a plane in one kernel",
+           .citation = "after Li et al. (2015) and Fuller (1987)",
+           .inputs = "temperatures",
+           .choose = choose_svr_joint,
+           .fit = fit_svr_joint,
            .weighs_uncertainty = true},
     Method{.name = "lsf",
            .title = "Least-squares polynomial",

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/methods/svr.hpp"
 
-#include <fmt/format.h>
-
 #include <cassert>
 #include <utility>
+
+#include "analysis/methods/held_out.hpp"
+#include "analysis/svm/kernel.hpp"
 
 namespace gyrotherm::methods {
 namespace {
@@ -20,19 +21,6 @@ SvrModel model_of(const FitInput& set, const svm::SvrSolution& solution, const s
                   .parameters = parameters,
                   .relative_gap = solution.relative_gap,
                   .kkt_violation = solution.kkt_violation};
-}
-
-// The tighter certificate if it can be had, else the common one.
-Result<svm::SvrSolution> solve(const FitInput& set, const svm::SvrParameters& parameters,
-                               const MethodOptions& options) {
-  svm::SvrOptions common = options.tuning.svr;
-  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
-    svm::SvrOptions tight = common;
-    tight.relative_gap = options.tight_gap;
-    auto solution = solve_svr(set.x, set.y, parameters, tight);
-    if (solution || solution.error().kind != FaultKind::numeric) return solution;
-  }
-  return solve_svr(set.x, set.y, parameters, common);
 }
 
 /// One past the last cluster of the stretch that begins at `first`.
@@ -59,15 +47,26 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
   return choice;
 }
 
-Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
-  if (set.x.rows() < 2) {
-    return failure(FaultKind::usage, "support vector regression",
-                   fmt::format("{} samples, needs at least two", set.x.rows()));
+Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
+                                       const svm::SvrParameters& parameters, const MethodOptions& options,
+                                       const svm::PlaneSamples* plane) {
+  svm::KernelMemory memory;
+  const svm::SvrOptions common = options.tuning.svr;
+  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
+    svm::SvrOptions tight = common;
+    tight.relative_gap = options.tight_gap;
+    auto solution = solve_svr(samples, memory, y, parameters, tight, plane);
+    if (solution || solution.error().kind != FaultKind::numeric) return solution;
   }
+  return solve_svr(samples, memory, y, parameters, common, plane);
+}
+
+Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {
+  if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const svm::SvrParameters svr{.C = value_of(parameters, "C"),
                                .sigma = value_of(parameters, "sigma"),
                                .epsilon = value_of(parameters, "epsilon")};
-  const auto solution = solve(set, svr, options);
+  const auto solution = solve_to_keep(svm::GaussianSamples(set.x), set.y, svr, options);
   if (!solution) return failure(solution.error());
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < svr.C).count();
   return Fit{.function = model_of(set, *solution, svr), .effective_parameters = static_cast<double>(free)};

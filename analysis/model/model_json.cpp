@@ -204,6 +204,7 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form("swarm", tuning.swarm);
   form("warnings", tuning.warnings);
   form("options", model.tuning_options);
+  form.if_there("log2_plane_penalty", tuning.best.plane_penalty > 0, model.tuning_options.log2_plane_penalty);
   form.if_there("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
 }
 

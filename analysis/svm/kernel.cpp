@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/svm/kernel.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
@@ -43,21 +44,60 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
   make<DoubleLanes>(x, stride, inputs, i, scale, from, count, out);
 }
 
+// out_j += scale Σ_k x_jk x_ik, or scale Σ_k (x_jk − x_ik)², for places `from` … `count` − 1.
+enum class Of { products, differences };
+
+template <class Lanes, Of of, class Real>
+[[gnu::always_inline]] inline void add(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
+                                       Real scale, int from, int count, Real* out) {
+  constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
+  for (int j = from; j < count; j += kLanes) {
+    Lanes sum = {};
+    for (Eigen::Index k = 0; k < inputs; ++k) {
+      const Real* input = x + k * stride;
+      if constexpr (of == Of::products) {
+        sum += lanes_at(input + j) * input[i];
+      } else {
+        const Lanes apart = lanes_at(input + j) - input[i];
+        sum += apart * apart;
+      }
+    }
+    lanes_at(out + j) += scale * sum;
+  }
+}
+
+GYROTHERM_CLONES
+void add_differences(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
+                     float* out) {
+  add<FloatLanes, Of::differences>(x, stride, inputs, i, scale, 0, count, out);
+}
+
+GYROTHERM_CLONES
+void add_products(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
+                  int count, double* out) {
+  add<DoubleLanes, Of::products>(x, stride, inputs, i, scale, from, count, out);
+}
+
 // Directions in which the samples reach less than this part of their greatest reach are not theirs.
 constexpr double kFlatSamples = 1e-13;
+
+// An orthonormal basis of the directions in which samples differ; a column each.
+Eigen::MatrixXd directions_of(const SampleMatrix& centred) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(kFlatSamples);
+  qr.compute(centred.transpose());
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(centred.cols(), qr.rank());
+  basis.applyOnTheLeft(qr.householderQ());
+  return basis;
+}
 
 // The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
 // inputs depend on each other, as all differences of eight thermometers do.
 Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
   if (x.rows() == 0) return x;
   const SampleMatrix centred = x.rowwise() - x.colwise().mean();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(kFlatSamples);
-  qr.compute(centred.transpose());
-  const Eigen::Index rank = qr.rank();
-  if (rank == x.cols()) return x;
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(x.cols(), rank);
-  basis.applyOnTheLeft(qr.householderQ());
+  const Eigen::MatrixXd basis = directions_of(centred);
+  if (basis.cols() == x.cols()) return x;
   return centred * basis;
 }
 
@@ -81,6 +121,39 @@ void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out, E
   assert(0 <= i && i < size_ && from % kColumnStep == 0);
   make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma), static_cast<int>(from),
               static_cast<int>(doubles_.rows()), out);
+}
+
+PlaneSamples::PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::MatrixXd>& penalty)
+    : size_(x.rows()), mean_(x.colwise().mean()) {
+  assert(x.rows() > 0 && penalty.rows() == x.cols() && penalty.cols() == x.cols());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(penalty);
+  assert(eigen.eigenvalues()(0) > 0);
+  greatest_penalty_ = eigen.eigenvalues()(x.cols() - 1);
+  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+  const SampleMatrix whole = (x.rowwise() - mean_) * root;
+  const Eigen::MatrixXd basis = directions_of(whole), coordinates = whole * basis;
+  to_slope_ = root * basis;
+  doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
+  singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());
+  doubles_.topRows(size_) = coordinates;
+  singles_.topRows(size_) = coordinates.cast<float>();
+}
+
+void PlaneSamples::add_to_row(Eigen::Index i, double scale, float* out) const {
+  assert(0 <= i && i < size_);
+  add_differences(singles_.data(), singles_.rows(), singles_.cols(), i, static_cast<float>(-0.5 * scale),
+                  static_cast<int>(singles_.rows()), out);
+}
+
+void PlaneSamples::add_to_column(Eigen::Index i, double scale, double* out, Eigen::Index from) const {
+  assert(0 <= i && i < size_ && from % kColumnStep == 0);
+  add_products(doubles_.data(), doubles_.rows(), doubles_.cols(), i, scale, static_cast<int>(from),
+               static_cast<int>(doubles_.rows()), out);
+}
+
+Eigen::VectorXd PlaneSamples::slope(const Eigen::VectorXd& beta) const {
+  assert(beta.size() == size_);
+  return to_slope_ * (doubles_.topRows(size_).transpose() * beta);
 }
 
 float* KernelMemory::singles(Eigen::Index n) {
@@ -107,7 +180,8 @@ std::size_t least_kernel_bytes(Eigen::Index n) {
          Kernel::kSpare * padded_column(n) * sizeof(double);
 }
 
-Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes)
+Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes,
+               KernelPlane plane)
     : samples_(samples),
       sigma_(sigma),
       memory_(memory),
@@ -115,11 +189,16 @@ Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memor
       singles_(memory.singles(samples.size())),
       has_row_(static_cast<std::size_t>(samples.size())),
       columns_(static_cast<std::size_t>(samples.size())),
-      most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)) {}
+      most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)),
+      plane_(plane) {
+  assert(plane.samples == nullptr || plane.samples->size() == samples.size());
+}
 
 const float* Kernel::row(Eigen::Index i) {
   float* row = singles_ + static_cast<std::size_t>(i) * row_stride_;
-  if (!has_row_[i]) samples_.single_row(i, sigma_, row);
+  if (has_row_[i] != 0) return row;
+  samples_.single_row(i, sigma_, row);
+  if (plane_.samples != nullptr) plane_.samples->add_to_row(i, plane_.scale, row);
   has_row_[i] = 1;
   return row;
 }
@@ -128,7 +207,7 @@ const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
     double* made = memory_.column(size(), kSpare + made_++);
-    samples_.double_column(i, sigma_, made);
+    fill_column(i, made, 0);
     return columns_[i] = made;
   }
   return passing_column(i, 0);
@@ -136,8 +215,13 @@ const double* Kernel::column(Eigen::Index i) {
 
 double* Kernel::passing_column(Eigen::Index i, Eigen::Index from) {
   double* spare = memory_.column(size(), spare_++ % kSpare);
-  samples_.double_column(i, sigma_, spare, from);
+  fill_column(i, spare, from);
   return spare;
+}
+
+void Kernel::fill_column(Eigen::Index i, double* out, Eigen::Index from) const {
+  samples_.double_column(i, sigma_, out, from);
+  if (plane_.samples != nullptr) plane_.samples->add_to_column(i, plane_.scale, out, from);
 }
 
 }  // namespace gyrotherm::svm

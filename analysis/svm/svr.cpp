@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -88,24 +89,42 @@ Eigen::MatrixXd squared_distances(const Eigen::Ref<const SampleMatrix>& a, const
 
 }  // namespace
 
+KernelScales kernel_scales(const SvrParameters& parameters, double greatest_penalty) {
+  assert(parameters.plane_penalty > 0);
+  const double per_square = parameters.C * std::numbers::sqrt2 * std::numbers::inv_sqrtpi;  // c
+  const double height = 1 / (1 + per_square * greatest_penalty / (parameters.sigma * parameters.sigma));
+  return {.bound = height * parameters.C, .plane = 1 / (height * per_square * parameters.plane_penalty)};
+}
+
 Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                               const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
-                              const SvrOptions& options) {
-  const auto& [C, sigma, epsilon] = parameters;
-  if (auto ok = check(samples.size(), y, C, epsilon, options); !ok) return failure(ok.error());
-  Kernel kernel(samples, sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()));
-  const SvrProblem problem{kernel, y, C, epsilon};
+                              const SvrOptions& options, const PlaneSamples* plane) {
+  if (auto ok = check(samples.size(), y, parameters.C, parameters.epsilon, options); !ok) return failure(ok.error());
+  if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
+  if (plane != nullptr && !(parameters.plane_penalty >= 1 && std::isfinite(parameters.plane_penalty)))
+    return misuse(fmt::format("plane_penalty = {}, must be at least 1 and finite", parameters.plane_penalty));
+  const KernelScales scales =
+      plane == nullptr ? KernelScales{parameters.C, 0} : kernel_scales(parameters, plane->greatest_penalty());
+  Kernel kernel(samples, parameters.sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()),
+                {plane, scales.plane});
+  const SvrProblem problem{kernel, y, scales.bound, parameters.epsilon};
   NewtonResult optimum = optimise(problem, options);
   const Certificate certificate = certify(problem, optimum.point, optimum.response);
   if (!(certificate.relative_gap <= options.relative_gap)) {
-    return failure(FaultKind::numeric, "support vector regression",
-                   fmt::format("relative duality gap {:.2g} after {} Newton steps, wanted {:.2g}; C = {}, epsilon = {}",
-                               certificate.relative_gap, optimum.steps, options.relative_gap, C, epsilon));
+    return failure(
+        FaultKind::numeric, "support vector regression",
+        fmt::format("relative duality gap {:.2g} after {} Newton steps, wanted {:.2g}; C = {}, epsilon = {}",
+                    certificate.relative_gap, optimum.steps, options.relative_gap, parameters.C, parameters.epsilon));
   }
   SvrSolution solution;
   solution.kkt_violation = kkt_violation(problem, optimum.point.beta, optimum.response);
   solution.beta = std::move(optimum.point.beta);
   solution.b = optimum.point.b;
+  solution.bound = scales.bound;
+  if (plane != nullptr) {
+    solution.slope = scales.plane * plane->slope(solution.beta);
+    solution.b -= plane->mean() * solution.slope;
+  }
   solution.relative_gap = certificate.relative_gap;
   solution.objective = certificate.objective;
   solution.support_vectors = static_cast<int>((solution.beta.array() != 0).count());
@@ -117,7 +136,6 @@ Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eig
                               const SvrParameters& parameters, const SvrOptions& options) {
   if (auto ok = check_targets(y, x.rows()); !ok) return failure(ok.error());
   if (!x.allFinite()) return misuse("a sample has a value that is not finite");
-  if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
   const GaussianSamples samples(x);
   KernelMemory memory;
   return solve_svr(samples, memory, y, parameters, options);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "analysis/svm/gaussian_sum.hpp"
@@ -24,14 +25,16 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 // A fold with its samples laid out for every evaluation.
 class PreparedFold {
  public:
-  explicit PreparedFold(const TuningFold& fold) : fold_(&fold), samples_(fold.train_x) {}
+  explicit PreparedFold(const TuningFold& fold) : fold_(&fold), samples_(fold.train_x) {
+    if (fold.plane_penalty.size() > 0) plane_.emplace(fold.train_x, fold.plane_penalty);
+  }
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
   // Of all held-out rows, in the units of target_scale squared.
   [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options,
                                              KernelMemory& memory) const {
-    const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options);
+    const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr);
     if (!solution) return failure(solution.error());
     std::vector<Eigen::Index> support;
     for (Eigen::Index i = 0; i < solution->beta.size(); ++i) {
@@ -40,13 +43,15 @@ class PreparedFold {
     const auto count = static_cast<Eigen::Index>(support.size());
     const GaussianSum sum(fold_->train_x(support, Eigen::all), Eigen::VectorXd::Constant(count, parameters.sigma),
                           solution->beta(support));
-    const Eigen::ArrayXd predicted = sum.at(fold_->test_x).array() + solution->b;
+    Eigen::ArrayXd predicted = sum.at(fold_->test_x).array() + solution->b;
+    if (plane_) predicted += (fold_->test_x * solution->slope).array();
     return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum();
   }
 
  private:
   const TuningFold* fold_;
   GaussianSamples samples_;
+  std::optional<PlaneSamples> plane_;
 };
 
 std::vector<PreparedFold> prepare(std::span<const TuningFold> folds) { return {folds.begin(), folds.end()}; }
@@ -105,45 +110,60 @@ class JudgedPositions {
   std::vector<JudgedPosition> judged_;
 };
 
-SwarmBox box_of(const TuningOptions& options) {
-  SwarmBox box{.lower = {options.log2_c.first, options.log2_sigma.first},
-               .upper = {options.log2_c.second, options.log2_sigma.second}};
-  if (options.fixed_epsilon > 0) return box;
-  box.lower.push_back(options.log2_epsilon.first);
-  box.upper.push_back(options.log2_epsilon.second);
-  return box;
+// The coordinates of a search: C, σ, ε unless it is fixed, κ if there is a plane.
+struct Coordinates {
+  SwarmBox box;
+  std::vector<const char*> names;
+  bool plane;
+};
+
+Coordinates coordinates_of(const TuningOptions& options, bool plane) {
+  Coordinates coordinates{.box = {}, .names = {}, .plane = plane};
+  const auto add = [&](const char* name, const std::pair<double, double>& bounds) {
+    coordinates.names.push_back(name);
+    coordinates.box.lower.push_back(bounds.first);
+    coordinates.box.upper.push_back(bounds.second);
+  };
+  add("C", options.log2_c);
+  add("sigma", options.log2_sigma);
+  if (options.fixed_epsilon <= 0) add("epsilon", options.log2_epsilon);
+  if (plane) add("plane penalty", options.log2_plane_penalty);
+  return coordinates;
 }
 
-SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options) {
+SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options, bool plane) {
   return {.C = std::exp2(position[0]),
           .sigma = std::exp2(position[1]),
-          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
+          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2]),
+          .plane_penalty = plane ? std::exp2(position.back()) : 0};
 }
 
 // Takes the simplest position within one standard error instead of the swarm's best, which is kept beside it. Returns
 // where it stands.
 std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
-                                  std::span<const PreparedFold> folds, const TuningOptions& options) {
+                                  std::span<const PreparedFold> folds, const TuningOptions& options, bool plane) {
   std::vector<double> parts;
   for (const PreparedFold& fold : folds)
     parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(held_out(folds)));
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(judged, parts);
-  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options),
+  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options, plane),
                                 .best_mse = mean_squared_error(judged[choice.best]),
                                 .standard_error_mse = choice.standard_error,
                                 .within = choice.within};
-  summary.best = parameters_at(judged[choice.simplest].position, options);
+  summary.best = parameters_at(judged[choice.simplest].position, options, plane);
   summary.cross_validation_mse = mean_squared_error(judged[choice.simplest]);
   return judged[choice.simplest].position;
 }
 
-std::vector<std::string> warnings_of(const std::vector<double>& taken, const SwarmBox& box, int uncertified,
+// The lower edge of κ is no shortage of room: it is the certificate.
+std::vector<std::string> warnings_of(const std::vector<double>& taken, const Coordinates& coordinates, int uncertified,
                                      int evaluations) {
-  constexpr const char* kNames[] = {"C", "sigma", "epsilon"};
+  const auto& [box, names, plane] = coordinates;
   std::vector<std::string> warnings;
   for (std::size_t k = 0; k < taken.size(); ++k) {
-    if (taken[k] != box.lower[k] && taken[k] != box.upper[k]) continue;
-    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", kNames[k], taken[k]));
+    const bool certificate = plane && k + 1 == taken.size();
+    if ((taken[k] != box.lower[k] || certificate) && taken[k] != box.upper[k]) continue;
+    warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", names[k], taken[k]));
   }
   if (uncertified > 0) {
     warnings.push_back(fmt::format("{} of {} positions missed the certificate of optimality and were passed over",
@@ -164,6 +184,9 @@ Result<void> check_fold(const TuningFold& fold, std::size_t number) {
     return wrong(fmt::format("fold {}: inputs and targets have different shapes", number));
   if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite())
     return wrong(fmt::format("fold {} has a value that is not finite", number));
+  if (fold.plane_penalty.size() > 0 &&
+      (fold.plane_penalty.rows() != fold.train_x.cols() || fold.plane_penalty.cols() != fold.train_x.cols()))
+    return wrong(fmt::format("fold {} has a penalty that is not of its {} inputs", number, fold.train_x.cols()));
   return {};
 }
 
@@ -183,9 +206,10 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   Workers workers = 0;
   const bool judges_all = options.choice == ChoiceRule::one_standard_error;
   JudgedPositions judged;
+  const bool plane = folds.front().plane_penalty.size() > 0;
   const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
     ++workers;
-    const auto shares = squared_errors(prepared, parameters_at(position, options), options.svr, memories,
+    const auto shares = squared_errors(prepared, parameters_at(position, options, plane), options.svr, memories,
                                        judges_all ? kNoLimit : limit, &workers);
     --workers;
     if (shares && judges_all) judged.add(position, *shares);
@@ -193,20 +217,20 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     ++uncertified;
     return kNoLimit;
   };
-  const SwarmBox box = box_of(options);
-  auto swarm = minimise(fitness, box, options.swarm, progress);
+  const Coordinates coordinates = coordinates_of(options, plane);
+  auto swarm = minimise(fitness, coordinates.box, options.swarm, progress);
   if (!swarm) return failure(swarm.error());
   if (!std::isfinite(swarm->best_fitness)) {
     return failure(FaultKind::numeric, "tuning",
                    fmt::format("none of {} positions could be certified", swarm->evaluations));
   }
   TuningSummary summary;
-  summary.best = parameters_at(swarm->best, options);
+  summary.best = parameters_at(swarm->best, options, plane);
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
-  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options);
-  summary.warnings = warnings_of(taken, box, uncertified, swarm->evaluations);
+  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options, plane);
+  summary.warnings = warnings_of(taken, coordinates, uncertified, swarm->evaluations);
   summary.swarm = std::move(*swarm);
   return summary;
 }

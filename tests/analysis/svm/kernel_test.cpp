@@ -57,6 +57,74 @@ TEST(GaussianSamples, EqualSamplesAreExactlyAlike) {
   EXPECT_EQ(column[11], 1);
 }
 
+// Symmetric, its eigenvalues 1 and above.
+Eigen::MatrixXd some_penalty(Eigen::Index inputs, std::uint64_t seed) {
+  const Eigen::MatrixXd root = random_samples(inputs, inputs, seed);
+  return root * root.transpose() + Eigen::MatrixXd::Identity(inputs, inputs);
+}
+
+TEST(PlaneSamples, GiveTheKernelInBothPrecisions) {
+  for (const Eigen::Index n : {1, 2, 15, 33, 70}) {
+    const Inputs x = random_samples(n, 4, n);
+    const Eigen::MatrixXd penalty = some_penalty(4, 100 + n), inverse = penalty.inverse();
+    const PlaneSamples samples(x, penalty);
+    const Eigen::MatrixXd centred = x.rowwise() - x.colwise().mean();
+    EXPECT_NEAR(samples.greatest_penalty(), penalty.operatorNorm(), 1e-9);
+    std::vector<float> row(padded_row(n), 2.0F);
+    std::vector<double> column(padded_column(n), 2.0);
+    const Eigen::Index i = n / 2;
+    samples.add_to_row(i, 0.7, row.data());
+    samples.add_to_column(i, 0.7, column.data());
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::VectorXd apart = x.row(i) - x.row(j);
+      EXPECT_NEAR(column[j], 2 + 0.7 * centred.row(i).dot(inverse * centred.row(j).transpose()), 1e-12) << n;
+      EXPECT_NEAR(row[j], 2 - 0.35 * apart.dot(inverse * apart), 1e-4) << n;
+    }
+    EXPECT_EQ(row[i], 2.0F);
+  }
+}
+
+TEST(PlaneSamples, GiveTheSlopeOfTheirFunction) {
+  const Inputs x = random_samples(40, 3, 8), beta = random_samples(40, 1, 9);
+  const Eigen::MatrixXd penalty = some_penalty(3, 10), centred = x.rowwise() - x.colwise().mean();
+  const Eigen::VectorXd expected = penalty.inverse() * (centred.transpose() * beta);
+  EXPECT_LT((PlaneSamples(x, penalty).slope(beta.col(0)) - expected).norm(), 1e-12 * expected.norm());
+}
+
+TEST(PlaneSamples, TakeInputsThatDependOnEachOther) {
+  Inputs x = random_samples(30, 4, 11);
+  x.col(3) = x.col(0) - 2 * x.col(1);
+  const Eigen::MatrixXd penalty = some_penalty(4, 12), centred = x.rowwise() - x.colwise().mean();
+  const PlaneSamples samples(x, penalty);
+  std::vector<double> column(padded_column(30));
+  samples.add_to_column(7, 1, column.data());
+  const Eigen::VectorXd expected = centred * (penalty.inverse() * centred.row(7).transpose());
+  for (Eigen::Index j = 0; j < 30; ++j) EXPECT_NEAR(column[j], expected[j], 1e-12);
+}
+
+TEST(Kernel, WithAPlaneIsTheSumOfBoth) {
+  const Inputs x = random_samples(45, 3, 13), beta_matrix = random_samples(45, 1, 14);
+  const Eigen::MatrixXd penalty = some_penalty(3, 15), centred = x.rowwise() - x.colwise().mean();
+  const GaussianSamples samples(x);
+  const PlaneSamples plane(x, penalty);
+  KernelMemory memory;
+  Kernel kernel(samples, 1.2, memory, std::size_t{1} << 20, {&plane, 0.3});
+  Eigen::MatrixXd dense = 0.3 * centred * penalty.inverse() * centred.transpose();
+  for (Eigen::Index i = 0; i < 45; ++i)
+    for (Eigen::Index j = 0; j < 45; ++j) dense(i, j) += by_definition(x, i, j, 1.2);
+  const Eigen::VectorXd beta = beta_matrix.col(0).array() - beta_matrix.mean(), response = dense * beta;
+  for (Eigen::Index i = 0; i < 45; ++i) {
+    const double* column = kernel.column(i);
+    for (Eigen::Index j = 0; j < 45; ++j) ASSERT_NEAR(column[j], dense(i, j), 1e-12);
+    EXPECT_EQ(kernel.row(i)[i], 1.0F);
+  }
+  const auto by_rows = [&](Eigen::Index i) {
+    return Eigen::Map<const Eigen::VectorXf>(kernel.row(i), 45).cast<double>().dot(beta);
+  };
+  for (Eigen::Index i = 1; i < 45; ++i)
+    EXPECT_NEAR(by_rows(i) - by_rows(0), response[i] - response[0], 1e-4) << "where Σβ = 0, but for a constant";
+}
+
 TEST(Kernel, GivesTheSameColumnsWhetherItKeepsThemOrNot) {
   const Inputs x = random_samples(50, 3, 4);
   const GaussianSamples samples(x);

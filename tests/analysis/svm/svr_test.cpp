@@ -116,6 +116,127 @@ TEST(Svr, ATighterCertificateNeverWorsensTheObjective) {
   EXPECT_GE(tight->objective, loose->objective - loose->relative_gap * std::abs(loose->objective));
 }
 
+// A plane beside Gaussians, and what the solver says of it.
+struct WithPlane {
+  Data data;
+  Eigen::MatrixXd penalty;
+  SvrParameters parameters;
+  Result<SvrSolution> solution;
+};
+
+WithPlane solve_with_plane(std::uint64_t seed, Eigen::Index n) {
+  std::mt19937_64 generator(seed);
+  WithPlane problem{
+      smooth_data(n, 3 + static_cast<Eigen::Index>(seed % 4), seed), {}, random_parameters(generator), {}};
+  const Eigen::Index inputs = problem.data.x.cols();
+  const Eigen::VectorXd variances =
+      Eigen::VectorXd::NullaryExpr(inputs, [&] { return std::exp2(uniform(generator, -14, 4)); });
+  problem.penalty = variances.asDiagonal();
+  problem.parameters.plane_penalty = std::exp2(uniform(generator, 0, 6));
+  const GaussianSamples samples(problem.data.x);
+  const PlaneSamples plane(problem.data.x, problem.penalty);
+  KernelMemory memory;
+  problem.solution = solve_svr(samples, memory, problem.data.y, problem.parameters, {.relative_gap = 1e-6}, &plane);
+  return problem;
+}
+
+// What a plane and Gaussians minimise, as the header has it, with nothing of the kernel that is solved for.
+double value_with_plane(const WithPlane& problem, const Eigen::VectorXd& slope, const Eigen::VectorXd& weights,
+                        double b) {
+  const auto& [C, sigma, epsilon, kappa] = problem.parameters;
+  const Eigen::MatrixXd kernel = kernel_by_definition(problem.data.x, sigma);
+  const double c = C * std::sqrt(2 / 3.14159265358979), rho = problem.penalty.diagonal().maxCoeff();
+  const Eigen::VectorXd gaussians = kernel * weights;
+  const Eigen::ArrayXd residual = (problem.data.y - problem.data.x * slope - gaussians).array() - b;
+  return 0.5 * c * kappa * slope.dot(problem.penalty * slope) +
+         0.5 * (1 + c * rho / (sigma * sigma)) * weights.dot(gaussians) + C * (residual.abs() - epsilon).max(0.0).sum();
+}
+
+TEST(Svr, WithAPlaneNoStepFromTheSolutionLowersWhatItMinimises) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const WithPlane problem = solve_with_plane(seed, 20 + static_cast<Eigen::Index>(seed) * 2);
+    ASSERT_TRUE(problem.solution) << text(problem.solution.error());
+    const auto& [beta, b, slope, bound, gap, violation, objective, vectors, steps] = *problem.solution;
+    EXPECT_LE(beta.lpNorm<Eigen::Infinity>(), bound);
+    EXPECT_LE(bound, problem.parameters.C);
+    const double least = value_with_plane(problem, slope, beta, b);
+    std::mt19937_64 generator(1000 + seed);
+    std::normal_distribution<double> normal;
+    for (int step = 0; step < 60; ++step) {
+      const double length = std::exp2(-step % 20);
+      const auto moved = [&](const Eigen::VectorXd& from) -> Eigen::VectorXd {
+        return from + length * Eigen::VectorXd::NullaryExpr(from.size(), [&] { return normal(generator); });
+      };
+      const double value =
+          value_with_plane(problem, step % 3 == 0 ? slope : moved(slope), step % 3 == 1 ? beta : moved(beta),
+                           b + (step % 2) * length * normal(generator));
+      EXPECT_GE(value, least * (1 - 2e-6)) << "length " << length;
+    }
+  }
+}
+
+TEST(Svr, WithAPlaneMeetsTheOptimalityConditions) {
+  for (std::uint64_t seed = 101; seed <= 220; ++seed) {
+    SCOPED_TRACE(seed);
+    const WithPlane problem = solve_with_plane(seed, 4 + static_cast<Eigen::Index>(seed % 110));
+    ASSERT_TRUE(problem.solution) << text(problem.solution.error());
+    const SvrSolution& solution = *problem.solution;
+    const auto& [C, sigma, epsilon, kappa] = problem.parameters;
+    const KernelScales scales = kernel_scales(problem.parameters, problem.penalty.diagonal().maxCoeff());
+    const SampleMatrix& x = problem.data.x;
+    const Eigen::MatrixXd centred = x.rowwise() - x.colwise().mean();
+    const Eigen::VectorXd slope = scales.plane * problem.penalty.inverse() * (centred.transpose() * solution.beta);
+    EXPECT_LT((slope - solution.slope).norm(), 1e-8 * (1 + slope.norm()));
+    const Eigen::MatrixXd kernel = kernel_by_definition(x, sigma);
+    const Eigen::ArrayXd r = (problem.data.y - kernel * solution.beta - x * solution.slope).array() - solution.b;
+    const double n = static_cast<double>(r.size());
+    EXPECT_NEAR(solution.beta.sum(), 0, 1e-9 * scales.bound * n);
+    EXPECT_LE(solution.beta.lpNorm<Eigen::Infinity>(), scales.bound);
+    const Eigen::ArrayXd beta = solution.beta;
+    const Eigen::ArrayXd terms = scales.bound * (r.abs() - epsilon).max(0.0) + epsilon * beta.abs() - r * beta;
+    const double rounding = 1e-9 * scales.bound * n;
+    EXPECT_GE(terms.minCoeff(), -rounding);
+    EXPECT_LE(terms.sum(), 1e-6 * std::abs(solution.objective) + rounding);
+  }
+}
+
+// Targets ±a at two points z = ±1: β = (t, −t), w = 2·scale·t/p, g(1) − g(−1) = 2(1 − k)t.
+TEST(Svr, WithAPlaneSolvesTwoPointsAsOnPaper) {
+  SampleMatrix x(2, 1);
+  x << 1, -1;
+  const Eigen::Vector2d y(1, -1);
+  const Eigen::MatrixXd penalty = Eigen::MatrixXd::Constant(1, 1, 0.4);
+  const GaussianSamples samples(x);
+  const PlaneSamples plane(x, penalty);
+  KernelMemory memory;
+  for (const double kappa : {1.0, 8.0}) {
+    for (const double C : {0.25, 1.0, 100.0}) {
+      const SvrParameters parameters{C, 0.8, 0.1, kappa};
+      const auto solution = solve_svr(samples, memory, y, parameters, {.relative_gap = 1e-10}, &plane);
+      ASSERT_TRUE(solution) << text(solution.error());
+      const KernelScales scales = kernel_scales(parameters, 0.4);
+      const double k = std::exp(-4 / (2 * 0.8 * 0.8)), per_t = 1 - k + 2 * scales.plane / 0.4;
+      const double t = std::min(0.9 / per_t, scales.bound);
+      EXPECT_NEAR(solution->beta[0], t, 1e-9);
+      EXPECT_NEAR(solution->slope[0], 2 * scales.plane * t / 0.4, 1e-9);
+      EXPECT_NEAR(solution->b, 0, 1e-9);
+    }
+  }
+}
+
+TEST(Svr, APlaneCannotCostLessThanItsPenalty) {
+  const Data data = smooth_data(10, 3, 11);
+  const GaussianSamples samples(data.x);
+  const PlaneSamples plane(data.x, Eigen::Matrix3d::Identity());
+  KernelMemory memory;
+  for (const double kappa : {0.0, 0.99, HUGE_VAL, std::nan("")}) {
+    const auto solution = solve_svr(samples, memory, data.y, {1, 1, 0.1, kappa}, {}, &plane);
+    ASSERT_FALSE(solution) << kappa;
+    EXPECT_EQ(solution.error().kind, FaultKind::usage);
+  }
+}
+
 // Targets ±a at two points with kernel value k: β = (t, −t) minimises (1 − k)t² − 2(a − ε)t over 0 ≤ t ≤ C.
 TEST(Svr, SolvesTwoPointsAsOnPaper) {
   SampleMatrix x(2, 1);

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "analysis/svm/kernel.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -42,6 +45,71 @@ TuningOptions quick() {
   options.swarm.particles = 6;
   options.swarm.iterations = 5;
   return options;
+}
+
+std::vector<TuningFold> with_planes(std::vector<TuningFold> folds) {
+  for (TuningFold& fold : folds) fold.plane_penalty = 0.5 * Eigen::Matrix3d::Identity();
+  return folds;
+}
+
+TEST(CrossValidation, PredictsWithThePlaneToo) {
+  const std::vector<TuningFold> folds = with_planes(four_folds(60, 0.1));
+  const SvrParameters parameters{.C = 10, .sigma = 1.5, .epsilon = 0.05, .plane_penalty = 2};
+  double sum = 0;
+  for (const TuningFold& fold : folds) {
+    const GaussianSamples samples(fold.train_x);
+    const PlaneSamples plane(fold.train_x, fold.plane_penalty);
+    KernelMemory memory;
+    const auto model = solve_svr(samples, memory, fold.train_y, parameters, {}, &plane);
+    ASSERT_TRUE(model);
+    const Eigen::VectorXd f = gaussian_kernel(fold.test_x, fold.train_x, parameters.sigma) * model->beta;
+    sum += 0.25 *
+           (f + fold.test_x * model->slope - fold.test_y + Eigen::VectorXd::Constant(f.size(), model->b)).squaredNorm();
+  }
+  const auto error = cross_validation_error(folds, parameters, {}, kNoLimit);
+  ASSERT_TRUE(error);
+  EXPECT_NEAR(*error, sum / 60, 1e-12);
+}
+
+TEST(Tuning, OfAPlaneHasOneCoordinateMoreAndNeverPaysForLessThanItsPenalty) {
+  const std::vector<TuningFold> folds = with_planes(four_folds(60, 0.1));
+  TuningOptions options = quick();
+  for (const double fixed : {0.0, 0.05}) {
+    options.fixed_epsilon = fixed;
+    const auto tuned = tune_svr(folds, options);
+    ASSERT_TRUE(tuned);
+    EXPECT_EQ(tuned->swarm.best.size(), fixed > 0 ? 3u : 4u);
+    EXPECT_EQ(tuned->best.plane_penalty, std::exp2(tuned->swarm.best.back()));
+    EXPECT_GE(tuned->best.plane_penalty, 1);
+    EXPECT_LE(tuned->best.plane_penalty, 64);
+  }
+  const auto without = tune_svr(four_folds(60, 0.1), quick());
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->best.plane_penalty, 0);
+}
+
+TEST(Tuning, WarnsOfTheUpperEdgeOfThePlanesPenaltyAlone) {
+  const std::vector<TuningFold> folds = with_planes(four_folds(60, 0.1));
+  TuningOptions options = quick();
+  options.log2_plane_penalty = {0, 0};
+  const auto warned = [](const TuningSummary& summary) {
+    return std::ranges::any_of(summary.warnings,
+                               [](const std::string& warning) { return warning.find("plane") != warning.npos; });
+  };
+  EXPECT_TRUE(warned(*tune_svr(folds, options))) << "both edges";
+  options.log2_plane_penalty = {0, 1e-9};
+  options.swarm.particles = 12;
+  const auto tuned = tune_svr(folds, options);
+  EXPECT_EQ(warned(*tuned), tuned->swarm.best.back() == 1e-9);
+}
+
+TEST(Tuning, NamesAPenaltyThatIsNotOfItsInputs) {
+  std::vector<TuningFold> folds = with_planes(four_folds(60, 0.1));
+  folds[2].plane_penalty = Eigen::Matrix2d::Identity();
+  const auto tuned = tune_svr(folds, quick());
+  ASSERT_FALSE(tuned);
+  EXPECT_EQ(tuned.error().kind, FaultKind::usage);
+  EXPECT_NE(tuned.error().what.find("fold 2"), std::string::npos);
 }
 
 TEST(CrossValidation, IsTheMeanSquaredErrorOverAllHeldOutRows) {

@@ -25,6 +25,7 @@ const char* standing(const record::RunStatus& status) {
 std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}{}\n", name(standing.state), standing.cause.empty() ? "" : ": " + standing.cause);
+  if (standing.state == RunState::held) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
   if (standing.time_left) text += fmt::format("  {} left", spoken(*standing.time_left));
   if (standing.time_left && standing.behind_plan)
     text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));

@@ -75,6 +75,8 @@ std::string Display::headline(const Sample& sample, const RunStanding& standing)
 
 std::vector<std::string> Display::lines(const Sample& sample, const RunStanding& standing) const {
   std::vector<std::string> all{headline(sample, standing)};
+  if (standing.state == RunState::held)
+    all.emplace_back("  goes on with \"gyrotherm tell RUN.db resume\", in another terminal");
   const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
   if (segment < profile_.segments.size())
     all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),

@@ -72,6 +72,17 @@ struct Shown {
   }
 };
 
+TEST(Display, SaysHowARunThatIsHeldGoesOn) {
+  Shown shown;
+  EXPECT_EQ(shown.text().find("resume"), std::string::npos);
+  shown.standing.state = RunState::held;
+  shown.standing.cause = "the profile asks: switch the unit on";
+  EXPECT_NE(
+      shown.text().find("held: the profile asks: switch the unit on\n  goes on with \"gyrotherm tell RUN.db resume\""),
+      std::string::npos)
+      << shown.text();
+}
+
 TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
   Shown shown;
   const auto text = shown.text();

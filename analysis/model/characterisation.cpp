@@ -242,12 +242,18 @@ std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<Stabil
   return all;
 }
 
-/// The mean of several figures that are independent of each other.
+/// The mean of several figures; its u is that of their own, or what their scatter says, if that is more.
 Measured mean_of(const std::vector<Measured>& figures) {
-  Measured mean{0, 0};
-  for (const Measured& figure : figures) mean = {mean.value + figure.value, std::hypot(mean.u, figure.u)};
-  const auto count = static_cast<double>(figures.size());
-  return {mean.value / count, mean.u / count};
+  const auto count = std::ssize(figures);
+  Eigen::VectorXd values(count);
+  double u = 0;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    values(k) = figures[static_cast<std::size_t>(k)].value;
+    u = std::hypot(u, figures[static_cast<std::size_t>(k)].u);
+  }
+  u /= static_cast<double>(count);
+  if (count > 1) u = std::max(u, data::figures_of(values).std / std::sqrt(static_cast<double>(count)));
+  return {values.mean(), u};
 }
 
 std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {

@@ -89,7 +89,8 @@ void describe(auto& form, Like<Retrace> auto& retrace) {
 
 /// Bias and Earth's rate told apart by turning the unit around at one set point: r± = b ± Ω, so b is the mean of the
 /// two and Ω half their difference (IEEE Std 647, bias and Earth-rate tests; a scale factor's error goes with Ω).
-/// Means over the holds of each position, so that a steady drift cancels where they take turns evenly.
+/// Means over the holds of each position, so that a steady drift cancels where they take turns evenly; what does not is
+/// in u as far as the holds of one position differ by more than their noise.
 struct TwoPosition {
   double set_point_c{};
   int as_mounted{}, turned{};                                                     ///< holds

@@ -134,7 +134,9 @@ TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
   EXPECT_EQ(result.two_position[1].turned, 2);
 }
 
-/// Over many draws the two are as uncertain as they say: half of the hypotenuse of the two positions' means.
+/// Over many draws the two are as uncertain as they say: half of the hypotenuse of the two positions' means, each of
+/// two holds whose scatter may say more than their noise; the mean square of the greater of the two is 1.48 times the
+/// noise's.
 TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
@@ -146,8 +148,29 @@ TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
     squares += std::pow(result.two_position[1].earth_rate.before.value, 2);
     variance += std::pow(result.two_position[1].earth_rate.before.u, 2);
   }
-  EXPECT_NEAR(std::sqrt(squares / variance), 1, 0.15);
+  EXPECT_NEAR(std::sqrt(squares / variance), std::sqrt(1 / 1.48), 0.12);
   EXPECT_TRUE(std::isnan(run.found(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
+}
+
+/// One position twice, before and after: 0 and 0.004 °/h, so that its mean is known to 0.002 °/h, and half of that is
+/// in Earth's rate.
+TEST(Characterisation, OfADriftBetweenTheTurnsIsMoreUncertain) {
+  MadeToOrder run;
+  auto& segments = run.dataset.segments;
+  int holds_at_20 = 0;
+  Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.clusters.start_s.size());
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    if (!segments[s].hold || segments[s].target != Celsius{20}) continue;
+    ++holds_at_20;
+    segments[s].unit.turned = holds_at_20 > 2;
+    for (Eigen::Index k = 0; k < bias.size(); ++k)
+      if (run.clusters.segment(k) == static_cast<int>(s) && holds_at_20 == 2) bias(k) = 0.004;
+  }
+  ASSERT_EQ(holds_at_20, 4);
+  const Characterisation result = run.found(bias);
+  ASSERT_EQ(result.two_position.size(), 1u);
+  EXPECT_NEAR(result.two_position[0].earth_rate.before.value, 0.001, 1e-12);
+  EXPECT_NEAR(result.two_position[0].earth_rate.before.u, 0.001, 1e-12);
 }
 
 TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {

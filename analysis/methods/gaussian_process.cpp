@@ -118,20 +118,6 @@ std::string particulars_of(const Covariance& covariance, const std::vector<data:
       fmt::join(lengths, ", "), samples);
 }
 
-/// A⁻¹ of the plane's prior.
-Eigen::MatrixXd prior_precision(const FitInput& set, double variance) {
-  const Eigen::Index inputs = set.x.cols();
-  Eigen::MatrixXd precision = Eigen::MatrixXd::Identity(inputs, inputs) / (kWidestSlope * kWidestSlope);
-  if (set.input_covariance.size() > 0) precision += static_cast<double>(set.x.rows()) / variance * set.input_covariance;
-  return precision;
-}
-
-/// What the plane of ridge-u leaves of the target.
-Eigen::VectorXd beside_the_plane(const FitInput& set) {
-  const PenalisedPlane plane = plane_of(set);
-  return set.y - ((set.x * plane.weights).array() + plane.b).matrix();
-}
-
 Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& covariance,
                                          const Eigen::MatrixXd& precision_of_slope) {
   PredictiveVariance stored{.centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all),
@@ -240,7 +226,7 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   if (!ascent) return failure(ascent.error());
   const Covariance& covariance = ascent->covariance;
   const double variance = covariance.noise * covariance.noise;
-  const Eigen::MatrixXd precision = prior_precision(set, variance);
+  const Eigen::MatrixXd precision = slope_penalty(set, variance);  // A⁻¹
   const Eigen::MatrixXd prior_times_x = precision.llt().solve(set.x.transpose());
 
   Eigen::MatrixXd factor = covariance_matrix(covariance, set.x, set.x);

@@ -48,9 +48,9 @@ struct LsSvm {
 // covariance with one length per input, which says which inputs matter, and a noise. One of the two modern methods
 // beside the paper's; the only one here that gives a standard deviation with each prediction.
 //
-// The plane's slope has the prior N(0, A), A⁻¹ = n C/σ_n² + I/kWidestSlope², C the covariance of the inputs that the
-// thermometers' uncertainty makes: without the Gaussians the plane would be that of ridge-u (ridge_u.hpp), so that what
-// the process learns lasts while the thermometers drift, and far from what was seen it goes on as a plane.
+// The plane's slope has the prior N(0, A), A⁻¹ the slope_penalty of ridge_u.hpp with the variance σ_n²: without the
+// Gaussians the plane would be that of ridge-u, so that what the process learns lasts while the thermometers drift, and
+// far from what was seen it goes on as a plane.
 
 /// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
 struct Covariance {
@@ -87,10 +87,6 @@ struct Ascent {
 /// within 0.01 … 100, σ_n within 0.001 … 2. Fails like marginal_likelihood, at the start only.
 [[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
                                               const Eigen::VectorXd& y, int most);
-
-/// How steep the plane of a Gaussian process may be, in STDs of the target per STD of an input, where the thermometers'
-/// uncertainty does not say.
-inline constexpr double kWidestSlope = 100;
 
 /// How many samples the stored variance of a Gaussian process rests on.
 inline constexpr Eigen::Index kVarianceCentres = 60;

@@ -158,6 +158,7 @@ struct Method {
   /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
   /// out.
   Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;
+  bool tunes_svr = false;           ///< its choice is of C, sigma and epsilon, by tune_svr
   bool weighs_uncertainty = false;  ///< of the thermometers: its fits are given an input_covariance
 };
 

@@ -54,6 +54,18 @@ PenalisedPlane plane_of(const FitInput& set) {
   return penalised_plane(set.x, set.y, Eigen::MatrixXd::Zero(set.x.cols(), set.x.cols()));
 }
 
+Eigen::VectorXd beside_the_plane(const FitInput& set) {
+  const PenalisedPlane plane = plane_of(set);
+  return set.y - ((set.x * plane.weights).array() + plane.b).matrix();
+}
+
+Eigen::MatrixXd slope_penalty(const FitInput& set, double variance) {
+  const Eigen::Index inputs = set.x.cols();
+  Eigen::MatrixXd penalty = Eigen::MatrixXd::Identity(inputs, inputs) / (kWidestSlope * kWidestSlope);
+  if (set.input_covariance.size() > 0) penalty += static_cast<double>(set.x.rows()) / variance * set.input_covariance;
+  return penalty;
+}
+
 Result<Fit> fit_ridge_u(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const PenalisedPlane plane = plane_of(set);

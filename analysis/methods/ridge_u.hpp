@@ -32,6 +32,17 @@ struct PenalisedPlane {
 /// The penalised_plane of a sound set (check_set); without a covariance its inputs are taken as exact.
 [[nodiscard]] PenalisedPlane plane_of(const FitInput& set);
 
+/// What plane_of leaves of the target.
+[[nodiscard]] Eigen::VectorXd beside_the_plane(const FitInput& set);
+
+/// How steep a plane beside Gaussians may be, in STDs of the target per STD of an input, where the thermometers'
+/// uncertainty does not say.
+inline constexpr double kWidestSlope = 100;
+
+/// What the slope of a plane beside Gaussians costs, nC/variance + I/kWidestSlope²: the penalty of ridge-u in units of
+/// the variance of what the plane leaves, and what keeps it positive definite. Without a covariance the second alone.
+[[nodiscard]] Eigen::MatrixXd slope_penalty(const FitInput& set, double variance);
+
 /// Fits plane_of. Fails with usage as check_set does.
 [[nodiscard]] FitFunction fit_ridge_u;
 

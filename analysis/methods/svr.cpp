@@ -11,10 +11,7 @@ namespace gyrotherm::methods {
 namespace {
 
 SvrModel model_of(const FitInput& set, const svm::SvrSolution& solution, const svm::SvrParameters& parameters) {
-  std::vector<Eigen::Index> support;
-  for (Eigen::Index i = 0; i < solution.beta.size(); ++i) {
-    if (solution.beta(i) != 0) support.push_back(i);
-  }
+  const std::vector<Eigen::Index> support = svm::support_of(solution.beta);
   return SvrModel{.support_vectors = set.x(support, Eigen::all),
                   .beta = solution.beta(support),
                   .b = solution.b,

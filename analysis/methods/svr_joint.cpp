@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "analysis/methods/held_out.hpp"
-#include "analysis/methods/kernel_methods.hpp"
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/svm/kernel.hpp"
@@ -22,18 +21,11 @@ constexpr double kLeastUnit = 1e-3;
 
 /// The root mean square of what the plane of ridge-u leaves.
 double unit_of(const FitInput& set) {
-  const PenalisedPlane plane = plane_of(set);
-  const Eigen::ArrayXd left = (set.y - set.x * plane.weights).array() - plane.b;
-  return std::max(std::sqrt(left.square().mean()), kLeastUnit);
+  return std::max(std::sqrt(beside_the_plane(set).array().square().mean()), kLeastUnit);
 }
 
 /// P.
-Eigen::MatrixXd plane_penalty(const FitInput& set) {
-  const Eigen::Index inputs = set.x.cols();
-  Eigen::MatrixXd penalty = Eigen::MatrixXd::Identity(inputs, inputs) / (kWidestSlope * kWidestSlope);
-  if (set.input_covariance.size() > 0) penalty += static_cast<double>(set.x.rows()) * set.input_covariance;
-  return penalty;
-}
+Eigen::MatrixXd penalty_of(const FitInput& set) { return slope_penalty(set, 1); }
 
 }  // namespace
 
@@ -43,7 +35,7 @@ Result<Choice> choose_svr_joint(std::span<const Fold> folds, const MethodOptions
   std::vector<Fold> in_units(folds.begin(), folds.end());
   for (Fold& fold : in_units) {
     const FitInput set{fold.train_x, fold.train_y, fold.terms, fold.input_covariance};
-    fold.plane_penalty = plane_penalty(set);
+    fold.plane_penalty = penalty_of(set);
     const double unit = unit_of(set);
     fold.train_y /= unit;
     fold.test_y /= unit;
@@ -61,12 +53,10 @@ Result<Fit> fit_svr_joint(const FitInput& set, const HyperParameters& parameters
                                .sigma = value_of(parameters, "sigma"),
                                .epsilon = value_of(parameters, "epsilon"),
                                .plane_penalty = value_of(parameters, "plane penalty")};
-  const svm::PlaneSamples plane(set.x, plane_penalty(set));
+  const svm::PlaneSamples plane(set.x, penalty_of(set));
   const auto solution = solve_to_keep(svm::GaussianSamples(set.x), set.y / unit, svr, options, &plane);
   if (!solution) return failure(solution.error());
-  std::vector<Eigen::Index> support;
-  for (Eigen::Index i = 0; i < solution->beta.size(); ++i)
-    if (solution->beta(i) != 0) support.push_back(i);
+  const std::vector<Eigen::Index> support = svm::support_of(solution->beta);
   const auto free = (solution->beta.array() != 0 && solution->beta.array().abs() < solution->bound).count();
   ExpansionModel both{.centres = set.x(support, Eigen::all),
                       .lengths = Eigen::RowVectorXd::Ones(set.x.cols()),

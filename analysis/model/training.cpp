@@ -11,9 +11,6 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/input_noise.hpp"
-#include "analysis/methods/svr.hpp"
-#include "analysis/methods/svr_joint.hpp"
-#include "analysis/methods/svr_linear.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
@@ -144,9 +141,7 @@ Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
 
 /// The one-standard-error rule knows what is simple of C, σ and ε alone.
 Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
-  const bool chooses = method.choose == methods::choose_svr || method.choose == methods::choose_svr_linear ||
-                       method.choose == methods::choose_svr_joint;
-  if (options.tuning.choice == svm::ChoiceRule::best || chooses) return {};
+  if (options.tuning.choice == svm::ChoiceRule::best || method.tunes_svr) return {};
   return failure(FaultKind::usage, "--choose",
                  fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }

@@ -101,14 +101,19 @@ Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
   return centred * basis;
 }
 
+// In both precisions, padded with zeros to what the hot loops take.
+void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
+  const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
+  doubles = Eigen::MatrixXd::Zero(padded_column(size), directions);
+  singles = Eigen::MatrixXf::Zero(padded_row(size), directions);
+  doubles.topRows(size) = coordinates;
+  singles.topRows(size) = coordinates.cast<float>();
+}
+
 }  // namespace
 
 GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()) {
-  const Eigen::MatrixXd coordinates = spanned(x);
-  doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
-  singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());
-  doubles_.topRows(size_) = coordinates;
-  singles_.topRows(size_) = coordinates.cast<float>();
+  lay_out(spanned(x), doubles_, singles_);
 }
 
 void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {
@@ -131,12 +136,9 @@ PlaneSamples::PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen:
   greatest_penalty_ = eigen.eigenvalues()(x.cols() - 1);
   const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
   const SampleMatrix whole = (x.rowwise() - mean_) * root;
-  const Eigen::MatrixXd basis = directions_of(whole), coordinates = whole * basis;
+  const Eigen::MatrixXd basis = directions_of(whole);
   to_slope_ = root * basis;
-  doubles_ = Eigen::MatrixXd::Zero(padded_column(size_), coordinates.cols());
-  singles_ = Eigen::MatrixXf::Zero(padded_row(size_), coordinates.cols());
-  doubles_.topRows(size_) = coordinates;
-  singles_.topRows(size_) = coordinates.cast<float>();
+  lay_out(whole * basis, doubles_, singles_);
 }
 
 void PlaneSamples::add_to_row(Eigen::Index i, double scale, float* out) const {

@@ -141,6 +141,13 @@ Result<SvrSolution> solve_svr(const Eigen::Ref<const SampleMatrix>& x, const Eig
   return solve_svr(samples, memory, y, parameters, options);
 }
 
+std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta) {
+  std::vector<Eigen::Index> support;
+  for (Eigen::Index i = 0; i < beta.size(); ++i)
+    if (beta[i] != 0) support.push_back(i);
+  return support;
+}
+
 Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b,
                                 double sigma) {
   assert(a.cols() == b.cols());

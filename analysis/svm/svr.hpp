@@ -22,6 +22,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 #include "core/form.hpp"
 #include "core/result.hpp"
@@ -80,6 +81,9 @@ struct SvrSolution {
   int support_vectors{};
   int iterations{};  ///< Newton steps; 0 if sequential minimal optimisation sufficed
 };
+
+/// The rows of the support vectors: those whose β is not 0.
+[[nodiscard]] std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta);
 
 /// The kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)): rows of a × rows of b, which have as many columns.
 [[nodiscard]] Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a,

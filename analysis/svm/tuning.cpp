@@ -36,10 +36,7 @@ class PreparedFold {
                                              KernelMemory& memory) const {
     const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr);
     if (!solution) return failure(solution.error());
-    std::vector<Eigen::Index> support;
-    for (Eigen::Index i = 0; i < solution->beta.size(); ++i) {
-      if (solution->beta[i] != 0) support.push_back(i);
-    }
+    const std::vector<Eigen::Index> support = support_of(solution->beta);
     const auto count = static_cast<Eigen::Index>(support.size());
     const GaussianSum sum(fold_->train_x(support, Eigen::all), Eigen::VectorXd::Constant(count, parameters.sigma),
                           solution->beta(support));

@@ -14,9 +14,7 @@ svm::SvrParameters own_parameters(const PeerParameters& parameters) {
 
 Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b, double gamma,
                                  const svm::SampleMatrix& at) {
-  std::vector<Eigen::Index> support;
-  for (Eigen::Index i = 0; i < beta.size(); ++i)
-    if (beta[i] != 0) support.push_back(i);
+  const std::vector<Eigen::Index> support = svm::support_of(beta);
   Eigen::VectorXd out(at.rows());
   for (Eigen::Index r = 0; r < at.rows(); ++r) {
     double sum = 0;

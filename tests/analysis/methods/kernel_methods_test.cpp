@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <numeric>
 
+#include "analysis/methods/ridge_u.hpp"
 #include "tests/analysis/random_samples.hpp"
 
 namespace gyrotherm::methods {

@@ -249,25 +249,25 @@ class RealRig final : public AssembledRig {
 /// clock on the wall.
 class LineOfAUnit final : public drivers::ByteStream {
  public:
-  /// `unit` outlives it.
-  LineOfAUnit(std::unique_ptr<drivers::ByteStream> line, const UnitState& unit) : line_(std::move(line)), unit_(unit) {}
+  /// `instruments`, whose unit it is of, outlive it.
+  LineOfAUnit(std::unique_ptr<drivers::ByteStream> line, simulator::VirtualInstruments& instruments)
+      : line_(std::move(line)), instruments_(instruments) {}
 
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    return line_->read(buffer, unit_.off ? Duration::zero() : within);
+    return line_->read(buffer, instruments_.unit().off ? Duration::zero() : within);
   }
   Result<void> write(std::span<const std::byte> bytes, Duration within) override { return line_->write(bytes, within); }
 
  private:
   std::unique_ptr<drivers::ByteStream> line_;
-  const UnitState& unit_;
+  simulator::VirtualInstruments& instruments_;
 };
 
 /// Those to virtual instruments of its own, which serve on loopback.
 class LoopbackWires final : public Wires {
  public:
-  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later,
-                const UnitState& unit)
-      : instruments_(std::move(instruments)), clock_(already - kSecond, later), unit_(unit) {}
+  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
+      : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
     return make_modbus(local(instruments_->chamber_port()), map.link.modbus);
@@ -279,7 +279,7 @@ class LoopbackWires final : public Wires {
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
   Wire<drivers::ByteStream> gyro() override {
     auto line = make_stream(local(instruments_->gyro_port()), {}, kConnectWithin);
-    return {.line = std::make_unique<LineOfAUnit>(std::move(line), unit_)};
+    return {.line = std::make_unique<LineOfAUnit>(std::move(line), *instruments_)};
   }
 
   const Clock& clock() const override { return clock_; }
@@ -287,10 +287,7 @@ class LoopbackWires final : public Wires {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
-  void bring_unit_to(const UnitState& state) override {
-    unit_ = state;
-    instruments_->bring_unit_to(state);
-  }
+  void bring_unit_to(const UnitState& state) override { instruments_->bring_unit_to(state); }
   std::optional<DegreesPerHour> true_bias() override { return instruments_->true_bias(); }
 
  private:
@@ -298,7 +295,6 @@ class LoopbackWires final : public Wires {
 
   std::unique_ptr<simulator::VirtualInstruments> instruments_;
   VirtualClock clock_;
-  UnitState unit_;
 };
 
 /// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
@@ -366,9 +362,8 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
-  const auto unit = start.replay.empty() ? UnitState{} : start.replay.back().unit;
   return std::make_unique<VirtualRig>(
-      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later, unit), start.gyro_may_be_off);
+      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later), start.gyro_may_be_off);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

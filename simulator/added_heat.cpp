@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/added_heat.hpp"
 
-#include <cmath>
+#include "simulator/slow_bias.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
 
 constexpr double kPowersGivenAtC = 20;
-
-double& power(thermal::ThermalPowers& powers_w, thermal::ThermalInput input) {
-  return powers_w[static_cast<std::size_t>(input) - 1];
-}
 
 /// 1 + w and 1 − w are the halves' films.
 double wind_of(const SideWind& wind, double output) {
@@ -25,21 +21,21 @@ thermal::ThermalPowers growth_w(const thermal::ThermalPowers& powers_w, const Po
   const auto above_k = [&](Output output) { return inner_c[static_cast<std::size_t>(output)] - kPowersGivenAtC; };
   auto added_w = powers_w;
   const double over_w = growth.split_per_k * above_k(Output::block) *
-                        (power(added_w, Input::gain_left) + power(added_w, Input::gain_right)) / 2;
-  power(added_w, Input::gain_left) *= growth.gain_per_k * above_k(Output::gain_left);
-  power(added_w, Input::gain_right) *= growth.gain_per_k * above_k(Output::gain_right);
-  power(added_w, Input::preamplifier) *= growth.preamplifier_per_k * above_k(Output::preamplifier);
-  power(added_w, Input::ballast_left) *= growth.ballast_per_k * above_k(Output::block);
-  power(added_w, Input::ballast_right) *= growth.ballast_per_k * above_k(Output::block);
-  power(added_w, Input::gain_left) += over_w;
-  power(added_w, Input::gain_right) -= over_w;
+                        (power_of(added_w, Input::gain_left) + power_of(added_w, Input::gain_right)) / 2;
+  power_of(added_w, Input::gain_left) *= growth.gain_per_k * above_k(Output::gain_left);
+  power_of(added_w, Input::gain_right) *= growth.gain_per_k * above_k(Output::gain_right);
+  power_of(added_w, Input::preamplifier) *= growth.preamplifier_per_k * above_k(Output::preamplifier);
+  power_of(added_w, Input::ballast_left) *= growth.ballast_per_k * above_k(Output::block);
+  power_of(added_w, Input::ballast_right) *= growth.ballast_per_k * above_k(Output::block);
+  power_of(added_w, Input::gain_left) += over_w;
+  power_of(added_w, Input::gain_right) -= over_w;
   return added_w;
 }
 
 }  // namespace
 
 AddedHeat::AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth)
-    : powers_w_(powers_w), wind_(wind), growth_(growth) {}
+    : powers_w_(powers_w), wind_(wind), growth_(growth), closes_(closes_in_a_second(wind.time_constant_s)) {}
 
 bool AddedHeat::is_any() const {
   return wind_.gap_w_per_k != 0 || growth_.gain_per_k != 0 || growth_.preamplifier_per_k != 0 ||
@@ -51,16 +47,15 @@ void AddedHeat::rest(Celsius air, double shell_c) {
 }
 
 void AddedHeat::follow(Celsius air, double shell_c, double output) {
-  const double closes = -std::expm1(-1 / wind_.time_constant_s);
-  parted_k_ += closes * (wind_.share * wind_of(wind_, output) * (air.value - shell_c) - parted_k_);
+  parted_k_ += closes_ * (wind_.share * wind_of(wind_, output) * (air.value - shell_c) - parted_k_);
 }
 
 thermal::ThermalPowers AddedHeat::watts(InnerTemperatures inner_c) const {
   using Input = thermal::ThermalInput;
   auto added_w = on_ ? growth_w(powers_w_, growth_, inner_c) : thermal::ThermalPowers{};
   const double half_w = wind_.gap_w_per_k * parted_k_ / 2;
-  for (const auto left : {Input::gain_left, Input::ballast_left}) power(added_w, left) += half_w;
-  for (const auto right : {Input::gain_right, Input::ballast_right}) power(added_w, right) -= half_w;
+  for (const auto left : {Input::gain_left, Input::ballast_left}) power_of(added_w, left) += half_w;
+  for (const auto right : {Input::gain_right, Input::ballast_right}) power_of(added_w, right) -= half_w;
   return added_w;
 }
 

@@ -59,6 +59,7 @@ class AddedHeat {
   thermal::ThermalPowers powers_w_;
   SideWind wind_;
   PowerGrowth growth_;
+  double closes_;      ///< share of the difference from its end that θ closes in a second
   double parted_k_{};  ///< θ
   bool on_ = true;
 };

@@ -5,14 +5,10 @@
 #include <utility>
 
 namespace gyrotherm::simulator {
-namespace {
 
-/// Of a difference, what a second closes.
-double closes(double time_constant_s) { return -std::expm1(-1 / time_constant_s); }
+double closes_in_a_second(double time_constant_s) { return -std::expm1(-1 / time_constant_s); }
 
-}  // namespace
-
-LaggingPart::LaggingPart(const HiddenLag& lag) : lag_(lag), closes_(closes(lag.time_constant_s)) {}
+LaggingPart::LaggingPart(const HiddenLag& lag) : lag_(lag), closes_(closes_in_a_second(lag.time_constant_s)) {}
 
 double LaggingPart::follow(double now) {
   if (!std::exchange(began_, true)) lagged_ = now;
@@ -21,7 +17,8 @@ double LaggingPart::follow(double now) {
 }
 
 RelaxingBias::RelaxingBias(const std::vector<Relaxation>& terms, double start_c) {
-  for (const auto& term : terms) terms_.push_back({term.deg_per_h_per_k, closes(term.time_constant_s), start_c});
+  for (const auto& term : terms)
+    terms_.push_back({term.deg_per_h_per_k, closes_in_a_second(term.time_constant_s), start_c});
 }
 
 void RelaxingBias::follow(double now_c) {

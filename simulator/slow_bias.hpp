@@ -7,6 +7,9 @@
 
 namespace gyrotherm::simulator {
 
+/// The share of a difference that a first-order lag of this time constant, > 0, closes in a second.
+[[nodiscard]] double closes_in_a_second(double time_constant_s);
+
 /// A share of a contribution that comes through a first-order lag: an adhesive, a mirror, the gas, which no node of the
 /// thermal model shows. Off while `share` is 0.
 struct HiddenLag {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/random.hpp"
+#include "simulator/slow_bias.hpp"
 #include "simulator/virtual_gyro.hpp"
 
 namespace gyrotherm::simulator {
@@ -156,7 +157,7 @@ ThermometerBank::ThermometerBank(const ThermometerParameters& parameters, PlaceT
   const auto& p = parameters_;
   std::ranges::copy(places_c, sensed_c_.begin());
   for (std::size_t i = 0; i < kThermalPlaces; ++i) {
-    follow_[i] = p.time_constant_s[i] > 0 ? -std::expm1(-1 / p.time_constant_s[i]) : 1;
+    follow_[i] = p.time_constant_s[i] > 0 ? closes_in_a_second(p.time_constant_s[i]) : 1;
     drift_per_sqrt_s_[i] = p.drift_k_per_sqrt_day[i] / std::sqrt(kSecondsPerDay);
     drifts_ = drifts_ || p.drift_k_per_sqrt_day[i] > 0;
     drift_k_[i] = p.drift_k_per_sqrt_day[i] * std::sqrt(p.days_since_calibration) * drift_noise_.normal();

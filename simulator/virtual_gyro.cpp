@@ -15,11 +15,6 @@ namespace {
 static_assert(static_cast<std::size_t>(thermal::ThermalOutput::h) + 1 == kBlockPlaces);
 static_assert(static_cast<std::size_t>(thermal::ThermalOutput::shell) + 1 == kThermalPlaces);
 
-/// The powers come after the ambient.
-double& power_w(thermal::ReducedModel& model, thermal::ThermalInput input) {
-  return model.powers_w[static_cast<std::size_t>(input) - 1];
-}
-
 void share(double& left_w, double& right_w, double left_over_right) {
   const double factor = left_w * left_over_right;
   const double sum = left_w + right_w;
@@ -167,10 +162,10 @@ thermal::ThermalSpread read_thermal_spread(const TomlTable& table) {
 }  // namespace
 
 thermal::ReducedModel with_unequal_arms(thermal::ReducedModel model, const UnequalArms& arms) {
-  share(power_w(model, thermal::ThermalInput::gain_left), power_w(model, thermal::ThermalInput::gain_right),
-        arms.gain_left_over_right);
-  share(power_w(model, thermal::ThermalInput::ballast_left), power_w(model, thermal::ThermalInput::ballast_right),
-        arms.ballast_left_over_right);
+  share(power_of(model.powers_w, thermal::ThermalInput::gain_left),
+        power_of(model.powers_w, thermal::ThermalInput::gain_right), arms.gain_left_over_right);
+  share(power_of(model.powers_w, thermal::ThermalInput::ballast_left),
+        power_of(model.powers_w, thermal::ThermalInput::ballast_right), arms.ballast_left_over_right);
   add_lead(model, thermal::ThermalOutput::gain_left, arms.left_lead_w_per_k);
   add_lead(model, thermal::ThermalOutput::gain_right, arms.right_lead_w_per_k);
   return model;

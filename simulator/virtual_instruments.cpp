@@ -142,6 +142,11 @@ class Servers final : public VirtualInstruments {
     laboratory_.bring_unit_to(state);
   }
 
+  [[nodiscard]] UnitState unit() override {
+    const std::scoped_lock lock(guard_);
+    return laboratory_.unit();
+  }
+
   [[nodiscard]] DegreesPerHour true_bias() override {
     const std::scoped_lock lock(guard_);
     return laboratory_.true_bias();

@@ -74,6 +74,8 @@ class VirtualInstruments {
   virtual void replay(std::span<const PastSecond> seconds) = 0;
   /// Brings the gyro to a state, as people would; from the next second on.
   virtual void bring_unit_to(const UnitState& state) = 0;
+  /// The state it was brought to last, in the seconds lived through again too.
+  [[nodiscard]] virtual UnitState unit() = 0;
 
   /// Of the world (VirtualLaboratory::true_bias): asked of the laboratory, by no instrument's line.
   [[nodiscard]] virtual DegreesPerHour true_bias() = 0;

@@ -26,6 +26,11 @@ inline constexpr std::array<std::string_view, kThermalInputs> kThermalInputNames
 /// W, of the inputs after the ambient.
 using ThermalPowers = std::array<double, kThermalInputs - 1>;
 
+/// The power of an input that is not the ambient.
+[[nodiscard]] inline double& power_of(ThermalPowers& powers_w, ThermalInput input) {
+  return powers_w[static_cast<std::size_t>(input) - 1];
+}
+
 /// y, °C: the thermometers' places A…H, points on the block's top face; then means over volumes. Mirrors are named by
 /// the thermometer in their corner, left is the side of B, D and F.
 enum class ThermalOutput : std::size_t {

@@ -92,12 +92,11 @@ std::string two_position_table(const Characterisation& result) {
 }
 
 std::string warm_up_note(const model::WarmUp& found) {
-  const std::string when = found.segment == 0 ? "with the run" : fmt::format("in segment {}", found.segment + 1);
   return fmt::format(
       "<p>Warm-up at {}, if the gyro was switched on {}: {} before compensation (to within {}&nbsp;°/h of the hold’s "
       "final bias), {} after.</p>\n",
-      celsius(found.set_point_c, 0), when, minutes(found.seconds.before), plot::format_bias(found.within.before.value),
-      minutes(found.seconds.after));
+      celsius(found.set_point_c, 0), switched_on(found), minutes(found.seconds.before),
+      plot::format_bias(found.within.before.value), minutes(found.seconds.after));
 }
 
 }  // namespace

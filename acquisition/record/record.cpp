@@ -142,6 +142,12 @@ std::optional<Celsius> unless_nan(double celsius) {
   return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
 }
 
+const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
+  if (row >= record.progress.size()) return nullptr;
+  const auto index = static_cast<std::size_t>(record.progress[row].segment);
+  return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
+}
+
 Result<Record> record_of(Database& database) {
   Record record;
   const auto read = into(record.info, read_run_info(database))

@@ -2,6 +2,7 @@
 /// A record, read back.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -42,6 +43,9 @@ struct Record {
   std::vector<Gap> gaps;
   std::vector<RecordedEvent> events;
 };
+
+/// The segment of a row, or null where none is known, as in an imported record.
+[[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
 /// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
 /// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them

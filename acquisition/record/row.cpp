@@ -137,8 +137,8 @@ Cell in_record(const Record& record, std::size_t row) {
   return cell_of((record.*Column)[row]);
 }
 Cell segment_in_record(const Record& record, std::size_t row) {
-  const auto index = static_cast<std::size_t>(record.progress[row].segment);
-  return index < record.info.segments.size() ? cell_of(record.info.segments[index].name) : Cell();
+  const auto* segment = segment_at(record, row);
+  return segment != nullptr ? cell_of(segment->name) : Cell();
 }
 Cell cycle_in_record(const Record& record, std::size_t row) {
   const auto index = static_cast<std::size_t>(record.progress[row].cycle);

@@ -64,10 +64,9 @@ void place_in_profile(Dataset& dataset, const record::Record& record) {
 /// Until the clock of a segment with a prompt runs, the unit is in people's hands.
 void drop_handling(Dataset& dataset, const record::Record& record) {
   for (std::size_t i = 0; i < record.progress.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    if (record.progress[i].in_segment != Duration{} || dataset.segment(row) < 0) continue;
-    const auto& segment = dataset.segments[static_cast<std::size_t>(dataset.segment(row))];
-    if (!segment.prompt.empty()) dataset.bias_deg_per_h(row) = kMissing;
+    const auto* segment = segment_at(record, i);
+    if (segment == nullptr || segment->prompt.empty() || record.progress[i].in_segment != Duration{}) continue;
+    dataset.bias_deg_per_h(static_cast<Eigen::Index>(i)) = kMissing;
   }
 }
 
@@ -86,20 +85,18 @@ double mean_of_first_hold(const Dataset& dataset) {
   return count > 0 ? sum / count : kMissing;
 }
 
-bool is_turned(const Dataset& dataset, Eigen::Index row) {
-  const int segment = dataset.segment(row);
-  return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned;
+void remove_earth_rate(Dataset& dataset, const record::Record& record, DegreesPerHour earth_rate) {
+  for (Eigen::Index row = 0; row < dataset.bias_deg_per_h.size(); ++row) {
+    const auto* segment = segment_at(record, static_cast<std::size_t>(row));
+    const bool turned = segment != nullptr && segment->unit.turned;
+    dataset.bias_deg_per_h(row) -= turned ? -earth_rate.value : earth_rate.value;
+  }
 }
 
-void remove_earth_rate(Dataset& dataset, DegreesPerHour earth_rate) {
-  for (Eigen::Index i = 0; i < dataset.bias_deg_per_h.size(); ++i)
-    dataset.bias_deg_per_h(i) -= is_turned(dataset, i) ? -earth_rate.value : earth_rate.value;
-}
-
-void set_zero(Dataset& dataset, const std::optional<DegreesPerHour>& earth_rate) {
+void set_zero(Dataset& dataset, const record::Record& record) {
   dataset.bias_zero = "nothing removed";
-  if (earth_rate) {
-    remove_earth_rate(dataset, *earth_rate);
+  if (const auto& earth_rate = record.info.gyro.earth_rate) {
+    remove_earth_rate(dataset, record, *earth_rate);
     dataset.bias_zero = "earth rate removed";
     return;
   }
@@ -150,7 +147,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path) {
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
   place_in_profile(dataset, record);
   drop_handling(dataset, record);
-  set_zero(dataset, info.gyro.earth_rate);
+  set_zero(dataset, record);
   for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));
   }

@@ -354,6 +354,10 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   return result;
 }
 
+std::string switched_on(const WarmUp& warm_up) {
+  return warm_up.segment == 0 ? "with the run" : fmt::format("in segment {}", warm_up.segment + 1);
+}
+
 std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
   constexpr std::size_t kFewestStarts = 3;
   std::map<long, std::vector<BeforeAfter>> by_set_point;  // in steps of kSameSetPointK

@@ -124,6 +124,9 @@ void describe(auto& form, Like<WarmUp> auto& warm_up) {
   form("seconds", warm_up.seconds);
 }
 
+/// When the gyro was switched on, in words: "with the run", "in segment 3".
+[[nodiscard]] std::string switched_on(const WarmUp& warm_up);
+
 /// How much the final biases of several starts at one set point differ, °/h (type A).
 struct TurnOn {
   double set_point_c{};

@@ -115,8 +115,7 @@ std::string describe(const model::Characterisation& result) {
   for (const model::WarmUp& found : result.warm_ups)
     text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on {}\n", "warm-up",
                         minutes(found.seconds.before), minutes(found.seconds.after), found.within.before.value,
-                        found.within.after.value, found.set_point_c,
-                        found.segment == 0 ? "with the run" : fmt::format("in segment {}", found.segment + 1));
+                        found.within.after.value, found.set_point_c, switched_on(found));
   return text;
 }
 

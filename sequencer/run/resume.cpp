@@ -75,8 +75,8 @@ namespace {
 constexpr std::int64_t kMostReplayed = 10'000'000;  ///< seconds of a virtual world: four months
 
 UnitState unit_at(const record::Record& record, std::size_t row) {
-  const auto segment = static_cast<std::size_t>(record.progress[row].segment);
-  return segment < record.info.segments.size() ? record.info.segments[segment].unit : UnitState{};
+  const auto* segment = segment_at(record, row);
+  return segment != nullptr ? segment->unit : UnitState{};
 }
 
 /// Every second up to and with `last`: the set point as the chamber had it (where it did not answer: as the profile

@@ -217,9 +217,10 @@ std::string RunController::prompt_of(const Sample& sample) {
   if (in_segment != Duration{} || segment == answered_ || phase == Phase::complete) return {};
   const auto& prompt = profile_.segments[static_cast<std::size_t>(segment)].prompt;
   if (prompt.empty()) return {};
-  if (!rig_.file().simulated) return "the profile asks: " + prompt;
+  auto asked = "the profile asks: " + prompt;
+  if (!rig_.file().simulated) return asked;
   answered_ = segment;
-  note(EventKind::note, "the profile asks: " + prompt + "; done by the virtual rig");
+  note(EventKind::note, asked + "; done by the virtual rig");
   return {};
 }
 

@@ -45,7 +45,14 @@ struct Samples {
   return samples;
 }
 
-/// The same, dealt into folds of which each is held out once.
+/// The bend in the first two of three inputs, with little noise, and a steep slope in the third.
+[[nodiscard]] inline Samples bent_plane(Eigen::Index rows, std::uint64_t seed) {
+  Samples samples = bent_samples(rows, 3, 0.05, seed);
+  samples.y += 4 * samples.x.col(2);
+  return samples;
+}
+
+/// Samples dealt into folds of which each is held out once.
 [[nodiscard]] inline std::vector<methods::Fold> folds_of(const Samples& samples, Eigen::Index count) {
   std::vector<methods::Fold> folds;
   for (Eigen::Index f = 0; f < count; ++f) {

@@ -21,12 +21,6 @@ HyperParameters with(HyperParameters parameters, std::string_view name, double v
   return parameters;
 }
 
-data::Samples steep_bend(Eigen::Index rows, std::uint64_t seed) {
-  data::Samples samples = data::bent_samples(rows, 3, 0.05, seed);
-  samples.y += 4 * samples.x.col(2);
-  return samples;
-}
-
 /// A plane and normal noise, so that what any plane leaves is normal.
 data::Samples noisy_plane(Eigen::Index rows, std::uint64_t seed) {
   data::Samples samples{data::normal_matrix(rows, 3, seed), {}, data::letters(3)};
@@ -37,7 +31,7 @@ data::Samples noisy_plane(Eigen::Index rows, std::uint64_t seed) {
 const ExpansionModel& expansion_of(const Fit& fit) { return std::get<ExpansionModel>(fit.function); }
 
 TEST(SvrJoint, IsOneSolveOfBothInUnitsOfWhatThePlaneOfRidgeULeaves) {
-  const data::Samples samples = steep_bend(150, 1), elsewhere = steep_bend(50, 2);
+  const data::Samples samples = data::bent_plane(150, 1), elsewhere = data::bent_plane(50, 2);
   const Eigen::MatrixXd covariance = Eigen::Vector3d(0.1, 0.02, 0.05).asDiagonal();
   MethodOptions options;
   options.tight_gap = 1e-9;
@@ -103,30 +97,9 @@ TEST(SvrJoint, CostsThePlaneAsManyTimesAsItIsTold) {
   }
 }
 
-TEST(SvrJoint, GoesOnAsAPlaneWhereSupportVectorsStop) {
-  const data::Samples samples = steep_bend(200, 3);
-  const auto beside = fit_svr_joint(samples.set(), kJointParameters, {}),
-             alone = fit_svr(samples.set(), kJointParameters, {});
-  ASSERT_TRUE(beside && alone);
-  const data::SampleMatrix far = Eigen::RowVector3d(0, 0, 8);
-  EXPECT_NEAR(value_of(beside->function, far)(0), 32, 2);
-  EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel has forgotten the slope";
-}
-
-TEST(SvrJoint, WithALargerUncertaintyDependsLessOnThatInput) {
-  const data::Samples samples = steep_bend(150, 4);
-  const auto slope_of = [&](double variance) {
-    const Eigen::MatrixXd covariance = Eigen::Vector3d(0, 0, variance).asDiagonal();
-    const auto fit = fit_svr_joint({samples.x, samples.y, samples.terms, covariance}, kJointParameters, {});
-    return std::get<ExpansionModel>(fit->function).slope(2);
-  };
-  EXPECT_GT(slope_of(0), slope_of(0.1));
-  EXPECT_GT(slope_of(0.1), slope_of(1));
-}
-
 // Not the Gaussians alone: they take over what a dearer plane gives up.
 TEST(SvrJoint, WithALargerUncertaintyItIsFlatter) {
-  const data::Samples samples = steep_bend(150, 5);
+  const data::Samples samples = data::bent_plane(150, 5);
   const auto steepness_of = [&](double variance) {
     const Eigen::MatrixXd covariance = variance * Eigen::Matrix3d::Identity();
     const auto fit = fit_svr_joint({samples.x, samples.y, samples.terms, covariance}, kJointParameters, {});
@@ -139,7 +112,7 @@ TEST(SvrJoint, WithALargerUncertaintyItIsFlatter) {
 }
 
 TEST(SvrJoint, MovesWithItsInputsAsItsDerivativeSays) {
-  const data::Samples samples = steep_bend(120, 8);
+  const data::Samples samples = data::bent_plane(120, 8);
   const auto fit = fit_svr_joint(samples.set(), kJointParameters, {});
   ASSERT_TRUE(fit);
   const ExpansionModel& both = expansion_of(*fit);
@@ -167,7 +140,7 @@ TEST(SvrJoint, OfAnExactPlaneIsThePlaneToWithinItsTube) {
 }
 
 TEST(SvrJoint, TakesInputsThatDependOnEachOther) {
-  data::Samples samples = steep_bend(120, 9);
+  data::Samples samples = data::bent_plane(120, 9);
   const data::Samples three = samples;
   samples.x.conservativeResize(Eigen::NoChange, 4);
   samples.x.col(3) = samples.x.col(0) - samples.x.col(2);
@@ -178,7 +151,7 @@ TEST(SvrJoint, TakesInputsThatDependOnEachOther) {
 }
 
 TEST(SvrJoint, TunesAFourthCoordinateThatIsNoCheaperThanTheCertificate) {
-  const data::Samples samples = steep_bend(120, 6);
+  const data::Samples samples = data::bent_plane(120, 6);
   MethodOptions options;
   options.tuning.swarm.particles = 6;
   options.tuning.swarm.iterations = 4;
@@ -192,7 +165,7 @@ TEST(SvrJoint, TunesAFourthCoordinateThatIsNoCheaperThanTheCertificate) {
   EXPECT_EQ(value_of(choice->parameters, "plane penalty"), choice->tuning->best.plane_penalty);
   const auto fit = fit_svr_joint(samples.set(), choice->parameters, options);
   ASSERT_TRUE(fit);
-  const data::Samples unseen = steep_bend(200, 7);
+  const data::Samples unseen = data::bent_plane(200, 7);
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 

@@ -14,14 +14,8 @@ namespace {
 
 const HyperParameters kParameters = {{"C", 10}, {"sigma", 1.5}, {"epsilon", 0.1}};
 
-data::Samples bent_plane(Eigen::Index rows, std::uint64_t seed) {
-  data::Samples samples = data::bent_samples(rows, 3, 0.05, seed);
-  samples.y += 4 * samples.x.col(2);
-  return samples;
-}
-
 TEST(SvrLinear, IsAPlaneAndTheSupportVectorsOfWhatItLeaves) {
-  const data::Samples samples = bent_plane(150, 1), elsewhere = bent_plane(50, 2);
+  const data::Samples samples = data::bent_plane(150, 1), elsewhere = data::bent_plane(50, 2);
   const Eigen::MatrixXd covariance = Eigen::Vector3d(0.1, 0.02, 0.05).asDiagonal();
   const auto fit = fit_svr_linear({samples.x, samples.y, samples.terms, covariance}, kParameters, {});
   ASSERT_TRUE(fit);
@@ -37,26 +31,6 @@ TEST(SvrLinear, IsAPlaneAndTheSupportVectorsOfWhatItLeaves) {
   EXPECT_NEAR(fit->effective_parameters, plane.effective_parameters + support->effective_parameters, 1e-12);
 }
 
-TEST(SvrLinear, GoesOnAsAPlaneWhereSupportVectorsStop) {
-  const data::Samples samples = bent_plane(200, 3);
-  const auto beside = fit_svr_linear(samples.set(), kParameters, {}), alone = fit_svr(samples.set(), kParameters, {});
-  ASSERT_TRUE(beside && alone);
-  const data::SampleMatrix far = Eigen::RowVector3d(0, 0, 8);
-  EXPECT_NEAR(value_of(beside->function, far)(0), 32, 2);
-  EXPECT_LT(value_of(alone->function, far)(0), 16) << "a Gaussian kernel has forgotten the slope";
-}
-
-TEST(SvrLinear, WithALargerUncertaintyDependsLessOnThatInput) {
-  const data::Samples samples = bent_plane(150, 4);
-  const auto slope_of = [&](double variance) {
-    const Eigen::MatrixXd covariance = Eigen::Vector3d(0, 0, variance).asDiagonal();
-    const auto fit = fit_svr_linear({samples.x, samples.y, samples.terms, covariance}, kParameters, {});
-    return std::get<ExpansionModel>(fit->function).slope(2);
-  };
-  EXPECT_GT(slope_of(0), slope_of(0.1));
-  EXPECT_GT(slope_of(0.1), slope_of(1));
-}
-
 TEST(SvrLinear, OfAnExactPlaneIsThePlane) {
   data::Samples samples{data::normal_matrix(60, 2, 5), {}, data::letters(2)};
   samples.y = (2 * samples.x.col(0) - samples.x.col(1)).array() + 0.5;
@@ -66,7 +40,7 @@ TEST(SvrLinear, OfAnExactPlaneIsThePlane) {
 }
 
 TEST(SvrLinear, TunesOnWhatThePlaneLeaves) {
-  const data::Samples samples = bent_plane(120, 6);
+  const data::Samples samples = data::bent_plane(120, 6);
   MethodOptions options;
   options.tuning.swarm.particles = 6;
   options.tuning.swarm.iterations = 4;
@@ -75,7 +49,7 @@ TEST(SvrLinear, TunesOnWhatThePlaneLeaves) {
   EXPECT_LT(choice->tuning->cross_validation_mse, 0.2);
   const auto fit = fit_svr_linear(samples.set(), choice->parameters, options);
   ASSERT_TRUE(fit);
-  const data::Samples unseen = bent_plane(200, 7);
+  const data::Samples unseen = data::bent_plane(200, 7);
   EXPECT_LT((value_of(fit->function, unseen.x) - unseen.y).norm(), 0.15 * unseen.y.norm());
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "sequencer/run/chamber_lead.hpp"
+#include "tests/sequencer/profile/profiles.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {
@@ -80,37 +81,20 @@ TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
 }
 
 TEST(UploadedProgram, OfSoaksWithDifferentBandsIsRefused) {
-  const std::string text = R"(schema = "gyrotherm-profile/1"
-name = "two bands"
-[[segment]]
-kind = "hold"
-at = 20
-time = "10 min"
-guaranteed_soak = true
+  const auto profile = profile::parsed(profile::kHold20 + R"(guaranteed_soak = true
 soak_band = 1
 [[segment]]
 kind = "hold"
 time = "10 min"
 guaranteed_soak = true
 soak_band = 2
-)";
-  const auto profile = profile::parse_profile(text, "p.toml");
-  ASSERT_TRUE(profile) << gyrotherm::text(profile.error());
-  EXPECT_EQ(program_of(*profile).error().kind, FaultKind::usage);
+)");
+  EXPECT_EQ(program_of(profile).error().kind, FaultKind::usage);
 }
 
 TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
-  const std::string text = R"(schema = "gyrotherm-profile/1"
-name = "turned"
-[[segment]]
-kind = "hold"
-at = 20
-time = "10 min"
-prompt = "look at the window"
-)";
-  const auto profile = profile::parse_profile(text, "p.toml");
-  ASSERT_TRUE(profile) << gyrotherm::text(profile.error());
-  EXPECT_EQ(program_of(*profile).error().where, "p.toml:3:1");
+  const auto profile = profile::parsed(profile::kHold20 + "prompt = \"look at the window\"\n");
+  EXPECT_EQ(program_of(profile).error().where, "p.toml:4:1");
 }
 
 TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {

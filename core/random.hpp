@@ -57,6 +57,8 @@ enum class RandomPurpose : std::uint64_t {
   side_wind = 25,
   power_growth = 26,
   dead_band = 27,
+  own_temperature = 28,
+  own_values = 29,
 };
 
 /// One purpose's numbers under one seed. Each purpose has its own stream, so that a new purpose disturbs no other.

@@ -27,10 +27,13 @@ template <class T>
   return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
 }
 
-/// What the gyro counted, and over exactly how long by its own clock.
-struct PulseCount {
-  std::int64_t pulses{};
+/// What a gyro, with all its axes, counted in a second, over exactly how long by its own clock, and what it told of
+/// itself meanwhile. Of a unit that was dropped from the run there is nothing in it.
+struct GyroCount {
+  std::vector<std::int64_t> pulses;  ///< of each axis
   Duration interval{};
+  std::vector<double> values{};  ///< its housekeeping (own temperature, discharge current …), each the mean of the
+                                 ///< frames that had it; NaN where none had
 };
 
 /// How many frames of a gyro's stream came whole and intact; how many more the stream itself shows to be missing; and
@@ -118,17 +121,24 @@ inline constexpr std::initializer_list<RunState> kRunStates = {
     RunState::execute, RunState::suspended, RunState::held,    RunState::aborting,
     RunState::aborted, RunState::stopped,   RunState::complete};
 
+/// One unit under test in one second. Its axes and the values that it sends have one instrument: they come together or
+/// not at all. What analogue inputs measure of it are values of it too, and come each by itself.
+struct UnitReading {
+  Reading<GyroCount> count;
+  std::vector<Reading<double>> analogue{};  ///< the last of its values, behind those that it sends
+  FrameCount frames{};                      ///< counted since the rig was assembled
+  std::vector<DegreesPerHour> true_bias{};  ///< of a virtual one, in this second, of each axis, as its laboratory knows
+};
+
 /// One second of the whole rig. `thermometers` is in the order of the rig's channels, as read (not calibrated).
 struct Sample {
   std::int64_t slot{};  ///< whole seconds since the run started; each has one sample or lies in one gap
   Instant at;
   Reading<ChamberState> chamber;
   std::vector<Reading<Celsius>> thermometers;
-  Reading<PulseCount> gyro;
+  std::vector<UnitReading> units;  ///< in the order of the rig's units under test
   ProfilePosition progress;
-  FrameCount gyro_frames{};                   ///< counted since the rig was assembled
-  RunState state{};                           ///< what was judged at this sample
-  std::optional<DegreesPerHour> true_bias{};  ///< of a virtual gyro, in this second, as its laboratory knows it
+  RunState state{};  ///< what was judged at this sample
 };
 
 /// Where a run stands and where it goes, for whoever watches it.
@@ -174,13 +184,15 @@ enum class EventKind {
   note,
   interrupted,
   finished,
-  state,    ///< the run's state changed, and why
-  command,  ///< of an operator, with who it was
+  state,     ///< the run's state changed, and why
+  command,   ///< of an operator, with who it was
+  dropped,   ///< a unit under test, by an operator
+  returned,  ///< one that was dropped
 };
 [[nodiscard]] inline const char* name(EventKind kind) {
-  return word_in<EventKind::command>({"started", "resumed", "segment", "fault", "recovered", "interlock", "note",
-                                      "interrupted", "finished", "state", "command"},
-                                     kind);
+  return word_in<EventKind::returned>({"started", "resumed", "segment", "fault", "recovered", "interlock", "note",
+                                       "interrupted", "finished", "state", "command", "dropped", "returned"},
+                                      kind);
 }
 
 /// What an event is about, where it is about one thing.

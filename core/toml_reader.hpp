@@ -123,6 +123,14 @@ template <class T, std::size_t N>
   return found == words.end() ? words.front().second : found->second;
 }
 
+/// The same where the key may be absent, or "default": then nothing.
+template <class T, std::size_t N>
+[[nodiscard]] std::optional<T> one_of_or_default(const Vocabulary<T, N>& words, const TomlTable& table,
+                                                 const char* key) {
+  if (!table.has(key) || table.text(key) == "default") return std::nullopt;
+  return one_of(words, table, key);
+}
+
 /// Returns `value`, which was read at `key`, as a T. Outside [low, high] it is a mistake, and the nearest bound is
 /// returned.
 template <class T>

@@ -88,7 +88,21 @@ class Thermometer {
   [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
 };
 
-/// A gyro that sends frames by itself.
+/// One instrument with inputs for voltages and currents, which tell of gyros what their frames do not.
+class AnalogueInputs {
+ public:
+  virtual ~AnalogueInputs() = default;
+  /// Who it is, in words. Fails with timeout, disconnected, refused or corrupted, and with mismatch if it is another
+  /// than the one that is expected.
+  [[nodiscard]] virtual Result<std::string> identify() = 0;
+  /// One reading of each input that is used, in their order, each in the unit of measure that the instrument's
+  /// description says; within a second plus one exchange. A silent instrument yields its fault in every place, an open
+  /// or over-range input its own fault in its place.
+  [[nodiscard]] virtual std::vector<Result<double>> read() = 0;
+};
+
+/// A gyro that sends frames by itself: of one axis or several, and of one unit under test or of several behind one
+/// interface.
 class Gyro {
  public:
   virtual ~Gyro() = default;
@@ -102,7 +116,7 @@ class Gyro {
   /// `expected` of its time is covered or the driver's limit is over. Fails with timeout, disconnected or corrupted:
   /// frames were lost, or the count begins anew here, after a silence or a broken line; what was counted meanwhile is
   /// unknown, and the next read counts from here.
-  [[nodiscard]] virtual Result<PulseCount> read(Duration expected) = 0;
+  [[nodiscard]] virtual Result<GyroCount> read(Duration expected) = 0;
   /// Frames of all reads so far. A gyro without frames has none.
   [[nodiscard]] virtual FrameCount frames() const { return {}; }
 };

@@ -68,6 +68,44 @@ double finest_step(const RegisterItem& item) {
   return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
 }
 
+bool matches(std::string_view pattern, std::string_view text) {
+  const auto star = pattern.find('*');
+  if (star == std::string_view::npos) return pattern == text;
+  if (!text.starts_with(pattern.substr(0, star))) return false;
+  pattern.remove_prefix(star + 1);
+  for (std::size_t from = star; from <= text.size(); ++from)
+    if (matches(pattern, text.substr(from))) return true;
+  return false;
+}
+
+Result<void> check_fingerprint(const RegisterMap& map, double found) {
+  const auto& print = *map.identity;
+  const auto masked = [&](double value) {
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
+  };
+  constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
+  if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
+  return failure(FaultKind::mismatch, place(named(map, print.item)),
+                 fmt::format("holds {}, expected {} of a {} {}", found, print.value, map.vendor, map.name));
+}
+
+Result<std::string> ItemExchange::identify(const RegisterItem& instead) {
+  const auto who = fmt::format("{} {}", map_.vendor, map_.name);
+  if (!map_.identity) return read(instead).map([&](double) { return who + " (its map has no fingerprint to check)"; });
+  const auto& print = item(map_.identity->item);
+  if (print.type == RegisterType::text) {
+    const auto found = read_text(print);
+    if (!found) return found;
+    if (matches(map_.identity->pattern, *found)) return fmt::format("{} ({} = {})", who, print.name, *found);
+    return failure(FaultKind::mismatch, place(print),
+                   fmt::format("reads \"{}\", expected \"{}\"", *found, map_.identity->pattern));
+  }
+  const auto found = read(print);
+  if (!found) return failure(found.error());
+  if (auto same = check_fingerprint(map_, *found); !same) return failure(std::move(same.error()));
+  return fmt::format("{} ({} = {})", who, print.name, *found);
+}
+
 const RegisterItem& ItemExchange::item(std::string_view name) const { return named(map_, name); }
 
 std::vector<const RegisterItem*> ItemExchange::needed_by(std::span<const RegisterItem* const> items) const {

@@ -26,6 +26,13 @@ using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 /// The finest step that the controller keeps, in this program's units.
 [[nodiscard]] double finest_step(const RegisterItem& item);
 
+/// Whether `text` is what `pattern` says, in which "*" stands for any characters or none.
+[[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
+
+/// Compares what the register of the map's fingerprint, which is a number, holds with what it should. Fails with
+/// mismatch.
+[[nodiscard]] Result<void> check_fingerprint(const RegisterMap& map, double found);
+
 class ItemExchange {
  public:
   /// All of them outlive it.
@@ -33,6 +40,10 @@ class ItemExchange {
       : map_(map), registers_(registers), pauses_(pauses) {}
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
+
+  /// Who the unit is, in words, by the map's fingerprint; where the map has none, whoever lets `instead` be read. Fails
+  /// with mismatch if it is another, or like read().
+  [[nodiscard]] Result<std::string> identify(const RegisterItem& instead);
 
   /// The items that `items` need to be understood: decimals and units.
   [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;

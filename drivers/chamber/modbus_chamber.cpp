@@ -90,19 +90,7 @@ class ModbusChamber final : public Chamber {
   Result<std::string> identify() override {
     limits_.reset();
     turns_.begin_anew_at_once();
-    const auto who = fmt::format("{} {}", map_.vendor, map_.name);
-    if (identity_ && identity_->type == RegisterType::text) {
-      const auto found = items_.read_text(*identity_);
-      if (!found) return found;
-      if (matches(map_.identity->pattern, *found)) return fmt::format("{} ({} = {})", who, identity_->name, *found);
-      return failure(FaultKind::mismatch, place(*identity_),
-                     fmt::format("reads \"{}\", expected \"{}\"", *found, map_.identity->pattern));
-    }
-    const auto found = items_.read(identity_ ? *identity_ : air_);
-    if (!found) return failure(found.error());
-    if (!identity_) return who + " (its map has no fingerprint to check)";
-    if (auto same = check_number(*found); !same) return failure(std::move(same.error()));
-    return fmt::format("{} ({} = {})", who, identity_->name, *found);
+    return items_.identify(air_);
   }
 
   /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
@@ -238,23 +226,13 @@ class ModbusChamber final : public Chamber {
     return core;
   }
 
-  [[nodiscard]] Result<void> check_number(double found) const {
-    const auto& print = *map_.identity;
-    const auto masked = [&](double value) {
-      return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
-    };
-    constexpr std::uint32_t kAllBits = 0xFFFFFFFF;
-    if (print.mask == kAllBits ? found == print.value : masked(found) == masked(print.value)) return {};
-    return failure(FaultKind::mismatch, place(*identity_),
-                   fmt::format("holds {}, expected {} of a {} {}", found, print.value, map_.vendor, map_.name));
-  }
-
   [[nodiscard]] Result<ChamberState> look() {
     const auto began = pauses_->now();
     const auto core = look_at_core(began);
     if (!core) return failure(core.error());
     if (map_.one_block && identity_) {
-      const auto same = items_.value_in(*core, *identity_).and_then([&](double found) { return check_number(found); });
+      const auto same =
+          items_.value_in(*core, *identity_).and_then([&](double found) { return check_fingerprint(map_, found); });
       if (!same) return failure(same.error());
     }
     const auto air = items_.value_in(*core, air_);
@@ -397,16 +375,6 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
 }
 
 }  // namespace
-
-bool matches(std::string_view pattern, std::string_view text) {
-  const auto star = pattern.find('*');
-  if (star == std::string_view::npos) return pattern == text;
-  if (!text.starts_with(pattern.substr(0, star))) return false;
-  pattern.remove_prefix(star + 1);
-  for (std::size_t from = star; from <= text.size(); ++from)
-    if (matches(pattern, text.substr(from))) return true;
-  return false;
-}
 
 std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
                                              std::unique_ptr<Pauses> pauses) {

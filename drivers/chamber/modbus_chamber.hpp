@@ -14,9 +14,6 @@
 
 namespace gyrotherm::drivers {
 
-/// Whether `text` is what `pattern` says, in which "*" stands for any characters or none.
-[[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
-
 /// `registers` are those of the map's link in use. Where the map allows one block, each read() checks the fingerprint
 /// too, and fails with mismatch if another unit answers; what the map calls a sentinel, or says cannot be, is
 /// out_of_range. State and alarms are asked for as often as the map says, and are then those of the last time; a

@@ -238,7 +238,11 @@ struct OrderFinding {
 
 [[nodiscard]] const char* name(WordOrder order);
 
-// Pieces of parse_register_map() for the reader of the map's [simulated] table. Mistakes are noted in the table.
+// Pieces of parse_register_map() for the readers of the map's [simulated] table and of other units' maps. Mistakes are
+// noted in the table.
+
+/// What the map of any Modbus unit has: name, vendor, source, [link], [[register]], [identity].
+void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map);
 
 /// The item that `key` names; nothing, and a mistake, if there is none.
 [[nodiscard]] const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,

@@ -635,7 +635,25 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
   }
 }
 
+/// What the map of any unit has; returns what its items have where they do not say.
+ItemDefaults read_any_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map) {
+  map.name = file.text("name");
+  map.vendor = file.text("vendor");
+  for (const auto* said : {"model", "firmware"}) (void)file.text(said, "");  // for people
+  (void)file.text("source");
+  const auto link = file.table("link");
+  read_links(link, map);
+  auto defaults = read_item_defaults(link, word_order);
+  read_items(file, defaults, map);
+  if (file.has("identity")) read_identity(file.table("identity"), map);
+  return defaults;
+}
+
 }  // namespace
+
+void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map) {
+  (void)read_any_unit(file, word_order, map);
+}
 
 const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                const std::string& name) {
@@ -681,15 +699,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   RegisterMap map;
   map.text = text;
   (void)parsed->choice("schema", {"gyrotherm-chamber/1"});
-  map.name = parsed->text("name");
-  map.vendor = parsed->text("vendor");
-  for (const auto* said : {"model", "firmware"}) (void)parsed->text(said, "");  // for people
-  (void)parsed->text("source");
-  const auto link = parsed->table("link");
-  read_links(link, map);
-  const auto defaults = read_item_defaults(link, word_order);
-  read_items(*parsed, defaults, map);
-  if (parsed->has("identity")) read_identity(parsed->table("identity"), map);
+  const auto defaults = read_any_unit(*parsed, word_order, map);
   if (parsed->has("control")) read_control(parsed->table("control"), map);
   read_sequences(parsed->table("sequence"), map);
   read_states(*parsed, map);
@@ -699,7 +709,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
   parsed->ignore("simulated");  // the simulator reads it
   check_required(*parsed, map);
-  check_block(link, map);
+  check_block(parsed->table("link"), map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   const auto usual = map.links.front().kind;
   return on_link(std::move(map), usual);

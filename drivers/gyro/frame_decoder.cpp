@@ -71,20 +71,6 @@ std::optional<std::vector<std::string_view>> split_line(const LineFormat& format
   return words;
 }
 
-/// The inverse, terminator and check included.
-std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
-  std::string line;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) line += i == format.header_words ? format.header_end : format.separators.substr(0, 1);
-    line += words[i];
-  }
-  if (check.kind != CheckKind::none) {
-    const auto covered = bytes_in(line).subspan(std::min(static_cast<std::size_t>(check.from), line.size()));
-    line += fmt::format("{}{:0{}x}", format.mark, check_value(check, covered), 2 * byte_count(check));
-  }
-  return line + format.terminator;
-}
-
 /// One whole frame, bytes or words, that lies in someone's buffer.
 struct FrameView {
   std::span<const std::byte> bytes{};
@@ -92,19 +78,19 @@ struct FrameView {
   std::optional<std::uint32_t> id{};
 };
 
-bool has_field(const FrameField& field, std::optional<std::uint32_t> id) {
-  return field.ids.empty() || (id && std::find(field.ids.begin(), field.ids.end(), *id) != field.ids.end());
-}
-
 constexpr double kFarthestTime = 9.2e18;  // counts, below 2^63
 
 std::uint32_t status_of(const RawValue& raw) { return static_cast<std::uint32_t>(raw.whole); }
 
-bool is_good(const FrameField& field, std::uint32_t status) {
-  if ((status & field.mask) != field.good) return false;
-  return std::none_of(field.rules.begin(), field.rules.end(), [&](const auto& rule) {
-    return rule.verdict == StatusMeaning::invalid && (status & rule.mask) != rule.good;
-  });
+void judge_status(const FrameField& field, std::uint32_t status, GyroFrame& frame) {
+  bool good = (status & field.mask) == field.good, flagged = !good;
+  for (const auto& rule : field.rules) {
+    if ((status & rule.mask) == rule.good) continue;
+    flagged = true;
+    good = good && rule.verdict != StatusMeaning::invalid;
+  }
+  frame.good = frame.good && good;
+  frame.flagged = frame.flagged || flagged;
 }
 
 std::optional<std::uint64_t> timestamp_of(const FrameField& field, const RawValue& raw) {
@@ -114,77 +100,33 @@ std::optional<std::uint64_t> timestamp_of(const FrameField& field, const RawValu
   return static_cast<std::uint64_t>(std::llround(counts));
 }
 
+void place_gyro(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
+  auto& axis = frame.axes[field.slot];
+  if (!raw.is_real) axis.pulses = raw.whole;
+  if (std::isfinite(value)) axis.value = value;
+  frame.good = frame.good && std::isfinite(value);
+}
+
 void place(const FrameField& field, const RawValue& raw, double value, GyroFrame& frame) {
   switch (field.role) {
     case FieldRole::pulse_count:
     case FieldRole::increment:
     case FieldRole::rate:
-    case FieldRole::integrated_angle:
-      if (!raw.is_real) frame.pulses = raw.whole;
-      if (std::isfinite(value)) frame.gyro = value;
-      frame.good = frame.good && std::isfinite(value);
-      break;
+    case FieldRole::integrated_angle: place_gyro(field, raw, value, frame); break;
     case FieldRole::sequence: frame.sequence = static_cast<std::uint32_t>(raw.whole); break;
     case FieldRole::timestamp: frame.timestamp = timestamp_of(field, raw); break;
-    case FieldRole::status: frame.good = frame.good && is_good(field, status_of(raw)); break;
-    case FieldRole::temperature: frame.temperature = value; break;
-    case FieldRole::value: break;
+    case FieldRole::status: judge_status(field, status_of(raw), frame); break;
+    case FieldRole::temperature:
+    case FieldRole::value:
+      if (is_housekeeping(field) && std::isfinite(value)) frame.values[field.slot] = value;
+      break;
+    case FieldRole::other_axis: break;
   }
-}
-
-/// What a field of this frame holds on the wire; statuses are good ones, or bad ones.
-RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
-  switch (field.role) {
-    case FieldRole::pulse_count:
-    case FieldRole::increment:
-    case FieldRole::rate:
-    case FieldRole::integrated_angle:
-      if (!is_real(field.type) && frame.pulses) return {.whole = *frame.pulses};
-      return unscaled(field, frame.gyro.value_or(0));
-    case FieldRole::sequence: return {.whole = frame.sequence.value_or(0)};
-    case FieldRole::timestamp:
-      if (!is_real(field.type)) return {.whole = static_cast<std::int64_t>(frame.timestamp.value_or(0))};
-      return unscaled(field, static_cast<double>(frame.timestamp.value_or(0)) * field.unit_s);
-    case FieldRole::temperature: return unscaled(field, frame.temperature.value_or(0));
-    case FieldRole::status:
-    case FieldRole::value: return {.real = 0, .is_real = is_real(field.type)};
-  }
-  return {};
-}
-
-/// Bits of a status under its masks; the others keep what they hold.
-RawValue status_value(const FrameField& field, const RawValue& present, bool good) {
-  auto status = status_of(present);
-  for (const auto& rule : field.rules) status = (status & ~rule.mask) | rule.good;
-  status = (status & ~field.mask) | ((good ? field.good : ~field.good) & field.mask);
-  return {.whole = status};
-}
-
-std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& frame) {
-  std::vector<std::string> words(format.line->words, "0");
-  if (!format.line->starts_with.empty()) words.front() = format.line->starts_with;
-  for (const auto& field : format.fields) {
-    auto& word = words[static_cast<std::size_t>(field.offset)];
-    const bool status = field.role == FieldRole::status;
-    word = print_word(field, status ? status_value(field, {}, frame.good) : raw_value(field, frame));
-  }
-  const auto line = join_line(*format.line, format.check, words);
-  const auto bytes = std::as_bytes(std::span(line));
-  return {bytes.begin(), bytes.end()};
-}
-
-/// The first message that has the gyro's field.
-std::optional<FrameVariant> gyro_variant(const FrameFormat& format) {
-  for (const auto& variant : format.variants)
-    if (!format.gyro() || has_field(*format.gyro(), variant.id)) return variant;
-  if (!format.id) return std::nullopt;
-  const auto* gyro = format.gyro();
-  return FrameVariant{.id = gyro && !gyro->ids.empty() ? gyro->ids.front() : 0};
 }
 
 /// Of one field; nothing if this message lacks it (or, in a line, if the word is no number).
 std::optional<RawValue> raw_of(const FrameField& field, const FrameView& view) {
-  if (!has_field(field, view.id)) return std::nullopt;
+  if (!is_in_message(field, view.id)) return std::nullopt;
   if (!is_word(field.type)) return read_raw(field, view.bytes);
   const auto word = static_cast<std::size_t>(field.offset);
   return word < view.words.size() ? parse_word(field, view.words[word]) : std::nullopt;
@@ -209,20 +151,26 @@ bool is_refuted(const FrameFormat& format, const FrameView& view) {
   return false;
 }
 
-/// `values` becomes every field, scaled, in the format's order.
-GyroFrame decode_frame(const FrameFormat& format, const FrameView& view, std::vector<std::optional<double>>& values) {
-  GyroFrame frame;
+/// `frame`, which has a place for every axis and value, becomes this one; `all` becomes every field, scaled, in the
+/// format's order.
+void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& frame,
+                  std::vector<std::optional<double>>& all) {
+  std::fill(frame.axes.begin(), frame.axes.end(), AxisReading{});
+  std::fill(frame.values.begin(), frame.values.end(), std::nullopt);
+  frame.sequence.reset();
+  frame.timestamp.reset();
+  frame.good = true;
+  frame.flagged = false;
   const auto sequence = sequence_of(format, view);
-  values.assign(format.fields.size(), std::nullopt);
+  all.assign(format.fields.size(), std::nullopt);
   for (std::size_t i = 0; i < format.fields.size(); ++i) {
     const auto& field = format.fields[i];
     if (field.every > 1 && (!sequence || *sequence % field.every != field.turn)) continue;
     const auto raw = raw_of(field, view);
     if (!raw) continue;
-    values[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
-    place(field, *raw, *values[i], frame);
+    all[i] = field.role == FieldRole::status ? raw->number(is_signed(field.type)) : scaled(field, *raw);
+    place(field, *raw, *all[i], frame);
   }
-  return frame;
 }
 
 constexpr std::size_t kTakenBytesWorthMoving = 4096;
@@ -294,30 +242,10 @@ Finding find_run(const FrameFormat& format, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame) {
-  if (format.line) return encode_line(format, frame);
-  const auto variant = gyro_variant(format);
-  std::vector<std::byte> bytes(variant && variant->length != 0 ? variant->length : format.length);
-  std::copy(format.sync.begin(), format.sync.end(), bytes.begin());
-  const auto head = [&](const HeadNumber& at, std::uint64_t number) {
-    store_bits(std::span(bytes).subspan(at.offset, at.bytes), at.big_endian, number);
-  };
-  if (format.id) head(*format.id, variant->id);
-  if (format.length_at) head(*format.length_at, bytes.size() - format.length_plus);
-  const auto id = variant ? std::optional(variant->id) : std::nullopt;
-  for (const auto& field : format.fields)
-    if (has_field(field, id) && field.role != FieldRole::status && field.role != FieldRole::value)
-      write_raw(field, bytes, raw_value(field, frame));
-  for (const auto& field : format.fields)
-    if (has_field(field, id) && field.role == FieldRole::status)
-      if (const auto present = read_raw(field, bytes))
-        write_raw(field, bytes, status_value(field, *present, frame.good));
-  seal(variant && variant->check ? *variant->check : format.check, bytes);
-  return bytes;
-}
-
 FrameDecoder::FrameDecoder(FrameFormat format) : format_(std::move(format)) {
   assert(format_.line || (format_.length > 0 && format_.sync.size() <= format_.length));
+  frame_.axes.resize(format_.axes.size());
+  frame_.values.resize(format_.values().size());
 }
 
 void FrameDecoder::feed(std::span<const std::byte> bytes) {
@@ -334,9 +262,9 @@ void FrameDecoder::reject(std::size_t bytes) {
   locked_ = false;
 }
 
-std::optional<GyroFrame> FrameDecoder::take() { return format_.line ? take_line() : take_bytes(); }
+const GyroFrame* FrameDecoder::take() { return format_.line ? take_line() : take_bytes(); }
 
-std::optional<GyroFrame> FrameDecoder::take_bytes() {
+const GyroFrame* FrameDecoder::take_bytes() {
   while (begin_ < buffer_.size()) {
     const auto bytes = waiting();
     const bool tail = locked_ && !format_.tail.empty() && bytes.size() >= format_.tail.size() &&
@@ -347,7 +275,7 @@ std::optional<GyroFrame> FrameDecoder::take_bytes() {
     }
     const bool believed = locked_ || format_.lock_frames == 0;
     const auto found = believed ? find_frame(format_, bytes) : find_run(format_, bytes);
-    if (found.kind == Finding::more) return std::nullopt;
+    if (found.kind == Finding::more) return nullptr;
     if (found.kind == Finding::nothing) {
       reject(1);
       continue;
@@ -360,12 +288,13 @@ std::optional<GyroFrame> FrameDecoder::take_bytes() {
     locked_ = true;
     sequence_ = sequence;
     begin_ += found.view.bytes.size();
-    return decode_frame(format_, found.view, values_);
+    decode_frame(format_, found.view, frame_, values_);
+    return &frame_;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
-std::optional<GyroFrame> FrameDecoder::take_line() {
+const GyroFrame* FrameDecoder::take_line() {
   const auto& line = *format_.line;
   while (const auto end = find_terminator(line, waiting())) {
     const auto size = *end + line.terminator.size();
@@ -378,10 +307,12 @@ std::optional<GyroFrame> FrameDecoder::take_line() {
     if (!fits) reject(size);
     begin_ += fits ? size : 0;
     locked_ = true;
-    if (fits) return decode_frame(format_, view, values_);
+    if (!fits) continue;
+    decode_frame(format_, view, frame_, values_);
+    return &frame_;
   }
   if (waiting().size() > line.longest) reject(waiting().size() - line.longest);
-  return std::nullopt;
+  return nullptr;
 }
 
 std::vector<std::string> FrameDecoder::complaints() const {

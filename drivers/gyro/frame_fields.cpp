@@ -68,9 +68,17 @@ bool is_word(FieldType type) { return type >= FieldType::hexadecimal; }
 
 bool is_gyro(FieldRole role) { return role <= FieldRole::integrated_angle; }
 
+bool is_housekeeping(const FrameField& field) {
+  return field.role == FieldRole::temperature || (field.role == FieldRole::value && !field.unit.empty());
+}
+
 bool is_counted(const FrameField& field) {
   return !is_real(field.type) && field.zero == 0 &&
          (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);
+}
+
+bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id) {
+  return field.ids.empty() || (id && std::find(field.ids.begin(), field.ids.end(), *id) != field.ids.end());
 }
 
 std::optional<std::size_t> place_of(const FrameField& field, std::size_t length) {
@@ -100,6 +108,7 @@ std::optional<RawValue> read_raw(const FrameField& field, std::span<const std::b
   const auto place = place_of(field, frame.size());
   if (!place) return std::nullopt;
   const auto whole = load_bits(frame.subspan(*place, field.bytes), field.big_endian, field.bits_per_byte);
+  if ((whole & field.when_mask) != field.when_value) return std::nullopt;
   if (field.type == FieldType::f32)
     return RawValue{.real = std::bit_cast<float>(static_cast<std::uint32_t>(whole)), .is_real = true};
   if (field.type == FieldType::f64) return RawValue{.real = std::bit_cast<double>(whole), .is_real = true};
@@ -116,9 +125,7 @@ void write_raw(const FrameField& field, std::span<std::byte> frame, const RawVal
   } else if (field.type == FieldType::f64) {
     whole = std::bit_cast<std::uint64_t>(raw.real);
   } else {
-    const auto mask = low_mask(field.bits) << field.low_bit;
-    whole = load_bits(bytes, field.big_endian, field.bits_per_byte) & ~mask;
-    whole |= static_cast<std::uint64_t>(raw.whole) << field.low_bit & mask;
+    whole = with_slice(field, load_bits(bytes, field.big_endian, field.bits_per_byte), raw);
   }
   store_bits(bytes, field.big_endian, whole, field.bits_per_byte);
 }
@@ -146,6 +153,12 @@ std::string print_word(const FrameField& field, const RawValue& raw) {
   if (is_hexadecimal(field.type))
     return fmt::format("{:08x}", (static_cast<std::uint64_t>(raw.whole) & low_mask(field.bits)) << field.low_bit);
   return field.type == FieldType::integer ? fmt::format("{}", raw.whole) : fmt::format("{:.9f}", raw.real);
+}
+
+std::uint64_t with_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw) {
+  const auto mask = low_mask(field.bits) << field.low_bit;
+  whole = (whole & ~mask) | (static_cast<std::uint64_t>(raw.whole) << field.low_bit & mask);
+  return (whole & ~field.when_mask) | field.when_value;
 }
 
 double scaled(const FrameField& field, const RawValue& raw) {

@@ -42,7 +42,8 @@ enum class FieldRole {
   timestamp,         ///< device time
   status,            ///< must equal `good` under `mask`, and obey the field's rules
   temperature,       ///< °C after scaling
-  value,             ///< of no part in the bias: another axis, an acceleration
+  value,             ///< of no part in the bias; housekeeping if it has a unit: an acceleration, a current
+  other_axis,        ///< of the gyro, but not asked for; no word of a file
 };
 
 /// An exact factor: numerator / denominator * 2^power_of_two.
@@ -80,6 +81,9 @@ struct FrameField {
   std::vector<std::uint32_t> ids{};  ///< the messages that have this field; empty: all
   std::uint32_t every = 1;           ///< present when sequence modulo `every` is `turn`
   std::uint32_t turn = 0;
+  std::uint64_t when_mask{};  ///< present when the integer, of which the field is a slice, has `when_value` under this
+  std::uint64_t when_value{};
+  std::size_t slot{};  ///< of a gyro's field its axis, of housekeeping its value, as FrameFormat counts them
 
   ExactScale scale{};  ///< value = raw * scale + zero, in `unit`
   double zero{};
@@ -106,10 +110,14 @@ struct RawValue {
 [[nodiscard]] bool is_real(FieldType type);
 [[nodiscard]] bool is_word(FieldType type);
 [[nodiscard]] bool is_gyro(FieldRole role);  ///< pulse_count, increment, rate, integrated_angle
+/// What a gyro tells of itself and the record keeps: a temperature, or a value with a unit.
+[[nodiscard]] bool is_housekeeping(const FrameField& field);
 
 /// Counts are exact: an integer that wraps where its bits end.
 [[nodiscard]] bool is_counted(const FrameField& field);
 
+/// The messages named by the field hold `id`; a field that names none is in all.
+[[nodiscard]] bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id);
 /// Where in a frame of `length` bytes the field begins; nothing if it does not fit.
 [[nodiscard]] std::optional<std::size_t> place_of(const FrameField& field, std::size_t length);
 /// An unsigned number of up to 8 bytes, the lower `bits_per_byte` bits of each.
@@ -117,17 +125,19 @@ struct RawValue {
 /// The inverse; of each byte only the lower `bits_per_byte` bits are written.
 void store_bits(std::span<std::byte> bytes, bool big_endian, std::uint64_t value, unsigned bits_per_byte = 8);
 
-/// Nothing if the frame is too short for the field.
+/// Nothing if the frame is too short for the field, or does not have under `when_mask` what it must.
 [[nodiscard]] std::optional<RawValue> read_raw(const FrameField& field, std::span<const std::byte> frame);
-/// Writes the slice, no bit beside it; integers wrap at its width.
+/// Writes the slice, and what `when_mask` covers, no bit beside them; integers wrap at the slice's width.
 void write_raw(const FrameField& field, std::span<std::byte> frame, const RawValue& raw);
 /// A whole word must be a number of the field's type, and fit in 64 bits.
 [[nodiscard]] std::optional<RawValue> parse_word(const FrameField& field, std::string_view word);
 [[nodiscard]] std::string print_word(const FrameField& field, const RawValue& raw);
+/// `whole`, an integer of which the field is a slice, with the slice written as write_raw does.
+[[nodiscard]] std::uint64_t with_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 
 /// raw * scale + zero.
 [[nodiscard]] double scaled(const FrameField& field, const RawValue& raw);
-/// The raw value nearest to `value`, which must be finite.
+/// The raw value nearest to `value`, which must be finite; a slice may be narrower than it.
 [[nodiscard]] RawValue unscaled(const FrameField& field, double value);
 /// Arc seconds per unit of an angle ("rad", "deg", "arcsec"), or per second and unit of a rate ("rad/s", "deg/s",
 /// "deg/h": 1 °/h is 1 arcsec/s exactly); nothing for another unit.

@@ -8,15 +8,13 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
+#include "drivers/gyro/frame_roles.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kMostSyncBytes = 8;
 constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
-
-constexpr auto kRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
-    "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
 
 /// Whole numbers from 0 to `highest`.
 std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
@@ -94,50 +92,6 @@ std::size_t shortest_frame(const FrameFormat& format) {
   return shortest;
 }
 
-/// No message may have both.
-bool collide(const FrameField& one, const FrameField& other) {
-  if (one.ids.empty() || other.ids.empty()) return true;
-  return std::any_of(one.ids.begin(), one.ids.end(),
-                     [&](auto id) { return std::find(other.ids.begin(), other.ids.end(), id) != other.ids.end(); });
-}
-
-bool is_single(FieldRole role) {
-  return is_gyro(role) || role == FieldRole::sequence || role == FieldRole::timestamp || role == FieldRole::temperature;
-}
-
-void check_roles(const TomlTable& table, const FrameFormat& format) {
-  bool two_kinds = false;
-  for (const auto& field : format.fields) {
-    if (!is_single(field.role)) continue;
-    const auto same = std::count_if(format.fields.begin(), format.fields.end(), [&](const auto& other) {
-      return other.role == field.role && collide(field, other) && other.every == field.every &&
-             other.turn == field.turn;
-    });
-    if (same > 1)
-      table.mistake("", fmt::format("{} fields have the role \"{}\", expected one", same, word_of(kRoles, field.role)));
-    two_kinds = two_kinds || (is_gyro(field.role) && field.role != format.gyro()->role);
-  }
-  if (!format.gyro() || two_kinds)
-    table.mistake("",
-                  "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
-                  "\"integrated_angle\"");
-  if (format.clocked_by_sequence && (!format.find(FieldRole::sequence) || format.rate_hz <= 0))
-    table.mistake("clock", "the clock is the sequence, expected a field with that role and \"rate_hz\"");
-}
-
-/// Fields of other axes are values like any other.
-void choose_axis(const TomlTable& table, const std::string& wanted, FrameFormat& format) {
-  std::vector<std::string> axes;
-  for (const auto& field : format.fields)
-    if (is_gyro(field.role) && !field.axis.empty()) axes.push_back(field.axis);
-  format.axis = wanted.empty() ? table.text("axis", axes.empty() ? "" : axes.front()) : wanted;
-  if (!wanted.empty()) table.ignore("axis");
-  if (!format.axis.empty() && std::find(axes.begin(), axes.end(), format.axis) == axes.end())
-    table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", format.axis));
-  for (auto& field : format.fields)
-    if (is_gyro(field.role) && field.axis != format.axis) field.role = FieldRole::value;
-}
-
 constexpr std::int64_t kMostCounts = std::int64_t{1} << 62;
 
 constexpr auto kFieldTypes = words_in_order<FieldType::u8, FieldType::f64>("u8", "u16", "u24", "u32", "u64", "i8",
@@ -184,6 +138,13 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
       table.mistake("ids", fmt::format("no message has the id {:#x}", id));
   field.every = whole<std::uint32_t>(table, "every", 1, 65536, 1);
   field.turn = whole<std::uint32_t>(table, "turn", 0, field.every - 1, 0);
+  if (format.line || is_real(field.type) || !table.has("when")) return;
+  const auto when = table.table("when");
+  field.when_mask = word32(when, "mask", 0);
+  field.when_value = word32(when, "value", 0);
+  const auto held = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
+  if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 || (held < 32 && field.when_mask >> held != 0))
+    when.mistake("mask", "the mask is empty, holds bits that the field's bytes do not, or does not hold the value");
 }
 
 void check_place(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
@@ -290,14 +251,14 @@ void read_meaning(const TomlTable& table, FrameField& field) {
 
 /// One field of `format`, of which everything but the fields is known.
 FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
-  FrameField field{.role = one_of(kRoles, table, "role")};
+  FrameField field{.role = one_of(kFieldRoles, table, "role")};
   read_place(table, format, field);
   read_presence(table, format, field);
   check_place(table, format, field);
   if (table.has("scale")) field.scale = read_scale(table.table("scale"));
   field.zero = table.number("zero", 0);
   read_meaning(table, field);
-  field.name = table.text("name", field.axis.empty() ? word_of(kRoles, field.role) : "gyro_" + field.axis);
+  field.name = table.text("name", field.axis.empty() ? word_of(kFieldRoles, field.role) : "gyro_" + field.axis);
   table.ignore("confidence");
   return field;
 }
@@ -330,16 +291,6 @@ LineFormat read_line_format(const TomlTable& table) {
 
 }  // namespace
 
-const FrameField* FrameFormat::find(FieldRole role) const {
-  const auto found = std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.role == role; });
-  return found == fields.end() ? nullptr : &*found;
-}
-
-const FrameField* FrameFormat::gyro() const {
-  const auto found = std::find_if(fields.begin(), fields.end(), [](const auto& field) { return is_gyro(field.role); });
-  return found == fields.end() ? nullptr : &*found;
-}
-
 std::size_t FrameFormat::head_size() const {
   auto head = sync.size();
   for (const auto& number : {id, length_at})
@@ -347,7 +298,7 @@ std::size_t FrameFormat::head_size() const {
   return head;
 }
 
-FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
+FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes) {
   FrameFormat format;
   format.name = table.text("name");
   if (table.has("line")) {
@@ -359,13 +310,13 @@ FrameFormat read_frame_format(const TomlTable& table, const std::string& axis) {
   format.rate_hz = table.number("rate_hz", 0);
   if (!(format.rate_hz >= 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
   format.clocked_by_sequence = one_of(kClocks, table, "clock", "device");
-  for (const auto& field : table.tables("field")) format.fields.push_back(read_frame_field(field, format));
+  const auto fields = table.tables("field");
+  for (const auto& field : fields) format.fields.push_back(read_frame_field(field, format));
   if (table.has("check"))
     format.check = read_frame_check(table.table("check"), shortest_frame(format), format.line.has_value());
   if (format.line && (format.check.kind == CheckKind::none) != format.line->mark.empty())
     table.mistake("line", "a check and the mark before it belong together");
-  choose_axis(table, axis, format);
-  check_roles(table, format);
+  settle_roles(table, fields, axes, format);
   return format;
 }
 

@@ -78,8 +78,9 @@ struct FrameFormat {
   std::vector<FrameField> fields{};
   FrameCheck check{};
 
-  std::string axis{};              ///< of the gyro, where the stream has several
-  std::optional<HeadNumber> id{};  ///< which message a frame is
+  std::vector<std::string> axes{};      ///< of the gyro, in the order asked for; one empty name if the gyro has none
+  std::vector<std::string> all_axes{};  ///< that the description names, in its order
+  std::optional<HeadNumber> id{};       ///< which message a frame is
   std::vector<FrameVariant>
       variants{};  ///< with an id: all that there are (any other too, if the head tells the length)
   std::optional<HeadNumber> length_at{};  ///< the head tells the length,
@@ -90,22 +91,45 @@ struct FrameFormat {
   double rate_hz{};                       ///< nominal; 0: not said
   bool clocked_by_sequence{};             ///< time is frames counted, at the nominal rate
 
-  /// The first field with this role; a gyro's field of another axis has the role `value`.
+  /// The first field with this role; a gyro's field of an axis that was not asked for has the role `other_axis`.
   [[nodiscard]] const FrameField* find(FieldRole role) const;
-  /// The field that the bias is made of: never null in a format that was read without mistakes.
+  /// The fields that biases are made of, one for each of `axes`, in their order; of an axis that comes in several
+  /// messages the first field. At least one in a format that was read without mistakes. They point into `fields`.
+  [[nodiscard]] std::vector<const FrameField*> gyros() const;
+  /// The first of them; null if there is none.
   [[nodiscard]] const FrameField* gyro() const;
+  /// The housekeeping: every temperature and every value that has a unit, in the order of `fields`, one for each name.
+  [[nodiscard]] std::vector<const FrameField*> values() const;
   /// Bytes that must be seen before a frame's length is known.
   [[nodiscard]] std::size_t head_size() const;
 };
 
+/// What a gyro tells of itself in each reading, beside its axes.
+struct HousekeepingValue {
+  std::string name;  ///< letters, digits and '_'; no two of one format are the same
+  std::string unit;  ///< of a temperature "°C", of a number "1"
+  bool is_temperature{};
+};
+
+/// The names and units of GyroCount::values, in their order: those of FrameFormat::values(), and where there are any,
+/// "frames", the number of frames that were averaged, and "flagged", the number of frames whose status broke a rule or
+/// was not good.
+[[nodiscard]] std::vector<HousekeepingValue> housekeeping_of(const FrameFormat& format);
+
+/// What a frame says of one axis; nothing if the frame lacks it.
+struct AxisReading {
+  std::optional<std::int64_t> pulses{};  ///< the axis's field unscaled, if it is an integer
+  std::optional<double> value{};         ///< the axis's field scaled, in its unit
+};
+
 /// One frame's fields. A role that the format, or this message, lacks is absent.
 struct GyroFrame {
-  std::optional<std::int64_t> pulses{};  ///< the gyro's field unscaled, if it is an integer
+  std::vector<AxisReading> axes{};  ///< in the order of FrameFormat::axes
   std::optional<std::uint32_t> sequence{};
   std::optional<std::uint64_t> timestamp{};  ///< counts of the field's unit_s
   bool good = true;
-  std::optional<double> gyro{};         ///< the gyro's field scaled, in its unit
-  std::optional<double> temperature{};  ///< °C
+  bool flagged = false;                         ///< a status is not good, or breaks a rule that only warns
+  std::vector<std::optional<double>> values{};  ///< in the order of FrameFormat::values(), each in its unit
 };
 
 /// Reads a [frame] table; mistakes are noted in it (the caller asks for the verdict). The keys are described, with
@@ -136,8 +160,9 @@ struct GyroFrame {
 ///     reflected = false
 ///     final_xor = 0
 ///
-/// `axis`: the gyro wanted, instead of the file's own choice.
-[[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::string& axis = "");
+/// `axes`: the axes wanted, in this order, each of them one of FrameFormat::all_axes; none: the file's own choice,
+/// which is its key `axis`, or else the first.
+[[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {});
 
 /// Takes bytes as they come, gives whole good frames; resynchronises from the byte after a false sync, in lines of text
 /// at the next line. The first line is not believed, as its beginning may be missing, unless it begins as `starts_with`
@@ -146,8 +171,8 @@ class FrameDecoder {
  public:
   explicit FrameDecoder(FrameFormat format);
   void feed(std::span<const std::byte> bytes);
-  /// The next whole good frame; nothing if more bytes are needed.
-  [[nodiscard]] std::optional<GyroFrame> take();
+  /// The next whole good frame, which is kept until the next call; null if more bytes are needed.
+  [[nodiscard]] const GyroFrame* take();
   /// Bytes that were part of no good frame, so far.
   [[nodiscard]] std::uint64_t rejected_bytes() const { return rejected_; }
   /// Every field of the frame taken last, scaled, in the format's order; nothing where that frame lacks it.
@@ -157,8 +182,8 @@ class FrameDecoder {
 
  private:
   [[nodiscard]] std::span<const std::byte> waiting() const { return std::span(buffer_).subspan(begin_); }
-  [[nodiscard]] std::optional<GyroFrame> take_line();
-  [[nodiscard]] std::optional<GyroFrame> take_bytes();
+  [[nodiscard]] const GyroFrame* take_line();
+  [[nodiscard]] const GyroFrame* take_bytes();
   void reject(std::size_t bytes);
 
   FrameFormat format_;
@@ -167,11 +192,13 @@ class FrameDecoder {
   std::uint64_t rejected_{};
   bool locked_{};  ///< the last bytes taken were a good frame, or a whole line
   std::optional<std::uint32_t> sequence_{};
+  GyroFrame frame_;  ///< taken last
   std::vector<std::optional<double>> values_;
 };
 
-/// The bytes of a frame (used by the virtual gyro, and by tests): of the first message that carries the gyro. Counts
-/// wrap at the width of their fields; bytes of no field are zero.
+/// The bytes of a frame (used by the virtual gyro, and by tests): of the message that carries most axes, and of those
+/// the most housekeeping. Counts wrap at the width of their fields, housekeeping stops at it; what `frame` lacks is
+/// zero in its unit, or not there if the frame may do without; bytes of no field are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
 
 }  // namespace gyrotherm::drivers

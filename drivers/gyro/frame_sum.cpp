@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gyrotherm::drivers {
 
@@ -32,69 +33,118 @@ Duration seconds_of(double seconds) { return from_seconds(std::min(seconds, kMos
 
 }  // namespace
 
-std::optional<double> arcsec_per_count(const FrameFormat& format) {
-  const auto& field = *format.gyro();
+std::optional<double> arcsec_per_count(const FrameFormat& format, std::size_t axis) {
+  const auto& field = *format.gyros()[axis];
   if (!is_counted(field)) return kArcsecPerCount;
   const auto unit = arcsec_per(field.unit, field.role);
   if (!unit) return std::nullopt;
   return field.scale.of(*unit);
 }
 
-std::uint64_t FrameSum::frames_since(std::uint32_t sequence) const {
-  const auto* field = format_.find(FieldRole::sequence);
-  return forward(sequence, *sequence_, field->range) / field->step;
+FrameSum::FrameSum(const FrameFormat& format)
+    : clocked_by_sequence_(format.clocked_by_sequence), rate_hz_(format.rate_hz) {
+  for (const auto* field : format.gyros())
+    axes_.push_back({.role = field->role,
+                     .is_counted = is_counted(*field),
+                     .range = field->range,
+                     .wraps_at = field->wraps_at,
+                     .arcsec_per_unit = arcsec_per(field->unit, field->role).value_or(0)});
+  if (const auto* field = format.find(FieldRole::sequence)) sequence_format_ = {field->range, field->step};
+  if (const auto* field = format.find(FieldRole::timestamp)) time_ = {field->range, field->unit_s};
 }
 
 void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
+  tally.axes.resize(axes_.size());
   tally.bad += frame.good ? 0 : 1;
-  const auto before = sequence_;
+  if (frame.sequence && sequence_ && sequence_format_)
+    tally.lost +=
+        forward(*sequence_ + sequence_format_->step, *frame.sequence, sequence_format_->range) / sequence_format_->step;
   if (frame.sequence) sequence_ = frame.sequence;
-  if (frame.sequence && before) {
-    const auto* field = format_.find(FieldRole::sequence);
-    tally.lost += forward(*before + field->step, *frame.sequence, field->range) / field->step;
+  if (frame.timestamp) timestamp_ = frame.timestamp;
+  bool whole = true;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (i < frame.axes.size()) add_reading(frame.axes[i], axes_[i]);
+    whole = whole && axes_[i].share.frames > 0;
   }
-  if (frame.pulses || frame.gyro) add_gyro(frame, tally);
+  if (whole) end_round(tally);
 }
 
-void FrameSum::add_gyro(const GyroFrame& frame, FrameTally& tally) {
-  const auto& field = *format_.gyro();
-  const bool first = !origin_;
-  origin_ = true;
-  const double value = frame.gyro.value_or(0);
-  const auto pulses = frame.pulses.value_or(0);
-  if (!first) {
-    ++tally.frames;
-    const double arcsec = value * arcsec_per(field.unit, field.role).value_or(0);
-    if (field.role == FieldRole::rate) tally.arcsec_per_s += arcsec;
-    if (field.role == FieldRole::increment && is_counted(field)) tally.counts += pulses;
-    if (field.role == FieldRole::increment && !is_counted(field)) tally.arcsec += arcsec;
-    if (field.role == FieldRole::pulse_count && pulses_) tally.counts += signed_step(*pulses_, pulses, field.range);
-    if (field.role == FieldRole::integrated_angle && angle_)
-      tally.arcsec += wrapped(value - *angle_, field.wraps_at) * *arcsec_per(field.unit, field.role);
+void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
+  if (!reading.pulses && !reading.value) return;
+  const double value = reading.value.value_or(0);
+  const auto pulses = reading.pulses.value_or(0);
+  auto& share = axis.share;
+  ++share.frames;
+  switch (axis.role) {
+    case FieldRole::rate: share.arcsec_per_s += value * axis.arcsec_per_unit; break;
+    case FieldRole::increment:
+      if (axis.is_counted)
+        share.counts += pulses;
+      else
+        share.arcsec += value * axis.arcsec_per_unit;
+      break;
+    case FieldRole::pulse_count:
+      if (axis.pulses) share.counts += signed_step(*axis.pulses, pulses, axis.range);
+      break;
+    case FieldRole::integrated_angle:
+      if (axis.angle) share.arcsec += wrapped(value - *axis.angle, axis.wraps_at) * axis.arcsec_per_unit;
+      break;
+    default: break;
   }
-  const auto* time = format_.find(FieldRole::timestamp);
-  tally.frame = Duration::zero();
-  if (format_.clocked_by_sequence && gyro_sequence_ && sequence_)
-    tally.frame = seconds_of(static_cast<double>(frames_since(*gyro_sequence_)) / format_.rate_hz);
-  else if (!format_.clocked_by_sequence && time && timestamp_ && frame.timestamp)
-    tally.frame = seconds_of(static_cast<double>(forward(*timestamp_, *frame.timestamp, time->range)) * time->unit_s);
-  tally.interval += tally.frame;
-  if (format_.rate_hz > 0 && !format_.find(FieldRole::sequence) && tally.frame > Duration::zero())
-    tally.lost += static_cast<std::uint64_t>(
-        std::max<std::int64_t>(0, std::llround(to_seconds(tally.frame) * format_.rate_hz) - 1));
-  gyro_sequence_ = sequence_;
-  timestamp_ = frame.timestamp;
-  pulses_ = pulses;
-  angle_ = value;
+  axis.pulses = pulses;
+  axis.angle = value;
 }
 
-std::int64_t FrameSum::counts(const FrameTally& tally, Duration interval) const {
-  const auto& field = *format_.gyro();
-  if (is_counted(field)) return tally.counts;
-  double arcsec = tally.arcsec;
-  if (field.role == FieldRole::rate && tally.frames > 0)
-    arcsec = tally.arcsec_per_s / static_cast<double>(tally.frames) * to_seconds(interval);
-  return std::llround(std::clamp(arcsec / kArcsecPerCount, -kFarthestCount, kFarthestCount));
+Duration FrameSum::since_last_round() const {
+  if (clocked_by_sequence_ && round_sequence_ && sequence_ && sequence_format_)
+    return seconds_of(
+        static_cast<double>(forward(*round_sequence_, *sequence_, sequence_format_->range) / sequence_format_->step) /
+        rate_hz_);
+  if (!clocked_by_sequence_ && time_ && round_timestamp_ && timestamp_)
+    return seconds_of(static_cast<double>(forward(*round_timestamp_, *timestamp_, time_->range)) * time_->unit_s);
+  return Duration::zero();
+}
+
+void FrameSum::end_round(FrameTally& tally) {
+  const bool dropped = std::exchange(dropped_, false);
+  const bool counts = std::exchange(origin_, true) && !dropped;
+  tally.round = counts ? since_last_round() : Duration::zero();
+  tally.interval += tally.round;
+  tally.rounds += counts ? 1 : 0;
+  if (rate_hz_ > 0 && !sequence_format_ && tally.round > Duration::zero())
+    tally.lost +=
+        static_cast<std::uint64_t>(std::max<std::int64_t>(0, std::llround(to_seconds(tally.round) * rate_hz_) - 1));
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto share = std::exchange(axes_[i].share, {});
+    if (!counts) continue;
+    auto& axis = tally.axes[i];
+    axis.frames += share.frames;
+    axis.counts += share.counts;
+    axis.arcsec += share.arcsec;
+    axis.arcsec_per_s += share.arcsec_per_s;
+  }
+  round_sequence_ = sequence_;
+  round_timestamp_ = timestamp_;
+}
+
+void FrameSum::drop_round() {
+  for (auto& axis : axes_) {
+    dropped_ = dropped_ || axis.share.frames > 0;
+    axis.share = {};
+  }
+}
+
+std::vector<std::int64_t> FrameSum::counts(const FrameTally& tally, Duration interval) const {
+  std::vector<std::int64_t> all(axes_.size());
+  for (std::size_t i = 0; i < std::min(all.size(), tally.axes.size()); ++i) {
+    const auto& axis = tally.axes[i];
+    double arcsec = axis.arcsec;
+    if (axes_[i].role == FieldRole::rate && axis.frames > 0)
+      arcsec = axis.arcsec_per_s / static_cast<double>(axis.frames) * to_seconds(interval);
+    all[i] = axes_[i].is_counted ? axis.counts
+                                 : std::llround(std::clamp(arcsec / kArcsecPerCount, -kFarthestCount, kFarthestCount));
+  }
+  return all;
 }
 
 }  // namespace gyrotherm::drivers

@@ -1,55 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames added up to one interval: increments summed (never thinned out), the mean of rates, the wrapped difference of
-/// counts and angles; with what the interval lacks.
+/// Frames added up to one interval, each axis for itself: increments summed (never thinned out), the mean of rates, the
+/// wrapped difference of counts and angles; with what the interval lacks.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <utility>
+#include <vector>
 
 #include "core/quantity.hpp"
 #include "drivers/gyro/frame_format.hpp"
 
 namespace gyrotherm::drivers {
 
-/// What one count of the sum is, arcsec: the scale of an integer field in an angle's unit; 1e-6 for a rate or a real
-/// number. Nothing for plain pulses, whose weight the rig file has.
-[[nodiscard]] std::optional<double> arcsec_per_count(const FrameFormat& format);
+/// What one count of the sum of an axis is, arcsec: the scale of an integer field in an angle's unit; 1e-6 for a rate
+/// or a real number. Nothing for plain pulses, whose weight the rig file has. `axis`: an index of FrameFormat::axes.
+[[nodiscard]] std::optional<double> arcsec_per_count(const FrameFormat& format, std::size_t axis);
 
-/// What was seen since the last read.
+/// What was seen of one axis.
+struct AxisTally {
+  std::uint64_t frames{};  ///< with its field
+  std::int64_t counts{};   ///< exact, of integer fields
+  double arcsec{};         ///< of real angles
+  double arcsec_per_s{};   ///< sum of rates, over `frames` of them
+};
+
+/// What was seen since the last read. A round is what brings every axis once: a frame, if one frame has all axes, or as
+/// many messages as it takes. Axes count in whole rounds, so that all of them cover the same interval.
 struct FrameTally {
-  std::uint64_t frames{};  ///< with the gyro's field, after the first one ever
-  std::uint64_t lost{};  ///< by a jump of the sequence; without one, by a jump of the device's time at the nominal rate
-  std::uint64_t bad{};   ///< marked so by the gyro
-  Duration interval{};   ///< by the device's clock (time or sequence); zero if the format has none
-  Duration frame{};      ///< between the last two frames, likewise
-  std::int64_t counts{};  ///< exact, of integer fields
-  double arcsec{};        ///< of real angles
-  double arcsec_per_s{};  ///< sum of rates, over `frames` of them
+  std::uint64_t rounds{};  ///< after the first one ever
+  std::uint64_t lost{};    ///< frames, by a jump of the sequence; without one, by a jump of the device's time at the
+                           ///< nominal rate
+  std::uint64_t bad{};     ///< frames marked so by the gyro
+  Duration interval{};     ///< by the device's clock (time or sequence); zero if the format has none
+  Duration round{};        ///< between the last two rounds, likewise
+  std::vector<AxisTally> axes{};  ///< in the order of FrameFormat::axes
 };
 
 class FrameSum {
  public:
-  explicit FrameSum(FrameFormat format) : format_(std::move(format)) {}
-  /// Adds what lies between the newest frame and this one, which becomes the newest. The first one is the origin.
+  explicit FrameSum(const FrameFormat& format);
+  /// Adds what lies between the newest round and this frame, once the frame ends a round, which becomes the newest. The
+  /// first one is the origin.
   void add(const GyroFrame& frame, FrameTally& tally);
+  /// What has come since the last whole round is not trusted, as frames were lost or bad: the round that it belongs to
+  /// counts for nothing but to count from.
+  void drop_round();
   [[nodiscard]] bool has_origin() const { return origin_; }
   /// The format has a clock of the device's own.
-  [[nodiscard]] bool has_clock() const { return format_.clocked_by_sequence || format_.find(FieldRole::timestamp); }
-  /// The sum in counts (see arcsec_per_count) over `interval`, which a rate needs.
-  [[nodiscard]] std::int64_t counts(const FrameTally& tally, Duration interval) const;
+  [[nodiscard]] bool has_clock() const { return clocked_by_sequence_ || time_.has_value(); }
+  /// The sum of each axis in counts (see arcsec_per_count) over `interval`, which a rate needs.
+  [[nodiscard]] std::vector<std::int64_t> counts(const FrameTally& tally, Duration interval) const;
 
  private:
-  void add_gyro(const GyroFrame& frame, FrameTally& tally);
-  [[nodiscard]] std::uint64_t frames_since(std::uint32_t sequence) const;
+  /// One axis: how its field is summed, its newest value, and its share of the round that is not whole yet.
+  struct Axis {
+    FieldRole role{};
+    bool is_counted{};
+    std::uint64_t range{};
+    double wraps_at{};
+    double arcsec_per_unit{};
+    std::optional<std::int64_t> pulses{};
+    std::optional<double> angle{};
+    AxisTally share{};
+  };
+  struct Sequence {
+    std::uint64_t range{};
+    std::uint64_t step{};
+  };
+  struct Time {
+    std::uint64_t range{};
+    double unit_s{};
+  };
 
-  FrameFormat format_;
+  static void add_reading(const AxisReading& reading, Axis& axis);
+  void end_round(FrameTally& tally);
+  [[nodiscard]] Duration since_last_round() const;
+
+  std::vector<Axis> axes_;
+  std::optional<Sequence> sequence_format_;
+  std::optional<Time> time_;
+  bool clocked_by_sequence_{};
+  double rate_hz_{};
   bool origin_{};
-  std::optional<std::uint32_t> sequence_{};
-  std::optional<std::uint32_t> gyro_sequence_{};  ///< of the newest frame with the gyro's field
-  std::optional<std::uint64_t> timestamp_{};
-  std::optional<std::int64_t> pulses_{};
-  std::optional<double> angle_{};
+  bool dropped_{};                                 ///< the round that is not whole yet
+  std::optional<std::uint32_t> sequence_{};        ///< of the newest frame
+  std::optional<std::uint64_t> timestamp_{};       ///< the newest
+  std::optional<std::uint32_t> round_sequence_{};  ///< of the newest round
+  std::optional<std::uint64_t> round_timestamp_{};
 };
 
 }  // namespace gyrotherm::drivers

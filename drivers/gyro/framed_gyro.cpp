@@ -17,6 +17,7 @@
 
 #include "core/process.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/line/deadline.hpp"
 
@@ -51,7 +52,8 @@ std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key) {
 
 }  // namespace
 
-Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file, const std::string& axis) {
+Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file,
+                                     const std::vector<std::string>& axes) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
   GyroStream stream;
@@ -64,7 +66,7 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
   stream.port = read_port(parsed->table("port"));
   stream.start = read_commands(*parsed, "start");
   stream.stop = read_commands(*parsed, "stop");
-  stream.frame = read_frame_format(parsed->table("frame"), axis);
+  stream.frame = read_frame_format(parsed->table("frame"), axes);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   return stream;
 }
@@ -193,7 +195,8 @@ class FramedGyro final : public Gyro {
         commands_(std::move(commands)),
         clock_(clock),
         decoder_(format_),
-        sum_(format_) {}
+        sum_(format_),
+        means_(format_) {}
   ~FramedGyro() override;
   FramedGyro(const FramedGyro&) = delete;
   FramedGyro& operator=(const FramedGyro&) = delete;
@@ -211,12 +214,12 @@ class FramedGyro final : public Gyro {
     return take(kSecond).map([](const MaybeCount&) {});
   }
 
-  Result<PulseCount> read(Duration expected) override {
-    const auto count = take(expected);
+  Result<GyroCount> read(Duration expected) override {
+    auto count = take(expected);
     if (!count) return failure(count.error());
     if (!*count)
       return failure(FaultKind::corrupted, place(), "its count begins anew; what it counted before is not known");
-    return **count;
+    return std::move(**count);
   }
 
   FrameCount frames() const override { return frames_; }
@@ -242,12 +245,13 @@ class FramedGyro final : public Gyro {
   }
 
   /// Nothing: a frame to count from, and no more.
-  using MaybeCount = std::optional<PulseCount>;
+  using MaybeCount = std::optional<GyroCount>;
 
   [[nodiscard]] Result<MaybeCount> take(Duration expected) {
     if (!open_ && !commands_.start.empty())
       if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     FrameTally tally;
+    means_.begin();
     auto count = take(expected, tally);
     frames_.lost += tally.lost;
     frames_.bad += tally.bad;
@@ -263,14 +267,14 @@ class FramedGyro final : public Gyro {
     while (true) {
       const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
-        if (more.error().kind == FaultKind::timeout && (enough || tally.frames > 0)) return verdict(tally, expected);
+        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return verdict(tally, expected);
         start_afresh();
         return failure(more.error());
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
       if (enough && !*more) return verdict(tally, expected);
       if (!deadline.over()) continue;
-      if (tally.frames > 0) return verdict(tally, expected);
+      if (tally.rounds > 0) return verdict(tally, expected);
       start_afresh();
       return failure(FaultKind::corrupted, place(), "bytes come, but no good frame");
     }
@@ -285,7 +289,8 @@ class FramedGyro final : public Gyro {
     const bool first = !sum_.has_origin();
     const auto lost = tally.lost;
     decoder_.feed(std::span(chunk).first(*size));
-    while (const auto frame = decoder_.take()) {
+    while (const auto* frame = decoder_.take()) {
+      if (sum_.has_origin()) means_.add(*frame);
       sum_.add(*frame, tally);
       ++frames_.seen;
     }
@@ -297,17 +302,18 @@ class FramedGyro final : public Gyro {
 
   /// Half a frame is near enough: the frame that is due next would overshoot by as much.
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const {
-    if (!sum_.has_clock()) return tally.frames > 0;
-    return tally.frames > 0 && tally.interval + tally.frame / 2 >= expected;
+    if (!sum_.has_clock()) return tally.rounds > 0;
+    return tally.rounds > 0 && tally.interval + tally.round / 2 >= expected;
   }
 
-  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, Duration expected) const {
+  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, Duration expected) {
+    if (tally.lost > 0 || tally.bad > 0) sum_.drop_round();
     if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
     if (tally.bad > 0)
       return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
-    if (tally.frames == 0) return std::nullopt;
+    if (tally.rounds == 0) return std::nullopt;
     const auto interval = sum_.has_clock() ? tally.interval : expected;
-    return PulseCount{sum_.counts(tally, interval), interval};
+    return GyroCount{sum_.counts(tally, interval), interval, means_.values()};
   }
 
   /// Where neither a sequence nor the device's time tells of lost frames, or where so few counts do that a gap may
@@ -332,6 +338,7 @@ class FramedGyro final : public Gyro {
   bool open_ = false;
   FrameDecoder decoder_;
   FrameSum sum_;
+  FrameMeans means_;
   FrameCount frames_;
 };
 

@@ -37,9 +37,9 @@ struct GyroStream {
   std::string text;  ///< the file, as read
 };
 
-/// Fails with bad_file, every mistake with its place. `axis`: the gyro wanted, instead of the file's own choice.
+/// Fails with bad_file, every mistake with its place. `axes`: as read_frame_format has them.
 [[nodiscard]] Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file,
-                                                   const std::string& axis = "");
+                                                   const std::vector<std::string>& axes = {});
 
 // A line that is read all the time by a thread of its own, so that nothing that a gyro sends between two readings
 // overflows the system's buffers (a serial port's holds a tenth of a second of a thousand frames).
@@ -64,14 +64,18 @@ struct GyroCommands {
 /// if its reply comes. A reply that does not come is a timeout. The commands of `commands.stop` are sent to an open
 /// gyro when it goes.
 ///
-/// Pulses are counts of the frame's field; for a rate or a real number, 1e-6 arcsec each (arcsec_per_count in
-/// frame_sum.hpp). Interval: between the frame that ended the last read and the newest one, by the device's clock; by
-/// `expected` itself if the format has none. A read that saw less than `expected` returns what it saw with its exact
-/// interval; one that saw a single frame, and none before it to count from, fails with corrupted, but where that frame
-/// is what take_origin() waits for. Lost frames make the read fail with corrupted: a jump of the sequence; without one,
-/// of the device's time at the nominal rate; without both, or where a lock stands in for a sync, bytes that are no
-/// frame. Frames that the gyro marks as bad make it fail with out_of_range; the next read counts from the newest frame.
-/// After a timeout or a broken line there is no frame to count from.
+/// Pulses, in the order of FrameFormat::axes, are counts of the axis's field; for a rate or a real number, 1e-6 arcsec
+/// each (arcsec_per_count in frame_sum.hpp). Where it takes several messages to bring every axis, they count in whole
+/// rounds of them. Interval: between the frame that ended the last read and the newest one, by the device's clock; by
+/// `expected` itself if the format has none. Values, in the order of housekeeping_of(), are of the frames of this read,
+/// of a first read of those behind its origin.
+///
+/// A read that saw less than `expected` returns what it saw with its exact interval; one that saw a single frame, and
+/// none before it to count from, fails with corrupted, but where that frame is what take_origin() waits for. Lost
+/// frames make the read fail with corrupted: a jump of the sequence; without one, of the device's time at the nominal
+/// rate; without both, or where a lock stands in for a sync, bytes that are no frame. Frames that the gyro marks as bad
+/// make it fail with out_of_range; the next read counts from the newest frame. After a timeout or a broken line there
+/// is no frame to count from.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

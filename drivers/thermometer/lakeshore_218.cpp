@@ -17,8 +17,9 @@ namespace {
 constexpr Celsius kAbsoluteZero{-273.15};
 constexpr Celsius kHottest{1000};  ///< above every sensor that the instrument takes
 
+/// An input without a sensor, or with a broken one, reads 0 K.
 Result<Celsius> plausible(Celsius reading, std::size_t input) {
-  if (reading >= kAbsoluteZero && reading <= kHottest) return reading;
+  if (reading > kAbsoluteZero && reading <= kHottest) return reading;
   return failure(FaultKind::out_of_range, fmt::format("input {}", input),
                  fmt::format("{} °C cannot be", reading.value));
 }

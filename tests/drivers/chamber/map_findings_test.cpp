@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "core/file.hpp"
-#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
 

@@ -61,10 +61,10 @@ TEST(GyroStream, DecodesThePublishedFramesOfTheKvhImus) {
       near(fed.value(std::string("gyro_") + axes[i]), expected.gyro[i]);
       near(fed.value(std::string("acceleration_") + axes[i]), expected.acceleration[i]);
     }
-    EXPECT_EQ(fed.frames[0].gyro, fed.value("gyro_z"));
+    EXPECT_EQ(fed.frames[0].axes[0].value, fed.value("gyro_z"));
     EXPECT_EQ(fed.value("status"), expected.status);
     EXPECT_EQ(fed.frames[0].sequence, expected.sequence);
-    EXPECT_EQ(fed.frames[0].temperature, expected.temperature);
+    EXPECT_EQ(fed.housekeeping("temperature"), expected.temperature);
     EXPECT_EQ(fed.frames[0].good, expected.status == 0x77);
   }
 }
@@ -82,13 +82,13 @@ TEST(GyroStream, PassesOverThePublishedKvhTestMessage) {
                        tests::from_hex(kKvh1750a) + tests::from_hex(kKvhTest) + tests::from_hex(kKvh1775));
   ASSERT_EQ(fed.frames.size(), 3u);
   EXPECT_EQ(fed.rejected, 0u);
-  EXPECT_FALSE(fed.frames[1].gyro);
+  EXPECT_FALSE(fed.frames[1].axes[0].value);
 }
 
 TEST(GyroStream, AnyAxisMayBeTheGyro) {
   for (const auto* axis : {"x", "y", "z"}) {
-    const tests::Fed fed(tests::shipped_stream("kvh-17xx-a", axis).frame, tests::from_hex(kKvh1775));
-    EXPECT_EQ(fed.frames.at(0).gyro, fed.value(std::string("gyro_") + axis));
+    const tests::Fed fed(tests::shipped_stream("kvh-17xx-a", {axis}).frame, tests::from_hex(kKvh1775));
+    EXPECT_EQ(fed.frames.at(0).axes[0].value, fed.value(std::string("gyro_") + axis));
   }
 }
 
@@ -96,9 +96,9 @@ TEST(GyroStream, DecodesThePublishedLineOfTheDsp3000) {
   const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-ascii").frame,
                        tests::bytes_of("33   1\r\n       0.015733   1\r\n -1.5 0\r\n"));
   ASSERT_EQ(fed.frames.size(), 2u) << "the first line may have lost its beginning";
-  EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), 0.015733);
+  EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), 0.015733);
   EXPECT_TRUE(fed.frames[0].good);
-  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), -1.5);
+  EXPECT_DOUBLE_EQ(fed.frames[1].axes[0].value.value(), -1.5);
   EXPECT_FALSE(fed.frames[1].good);
 }
 
@@ -113,13 +113,13 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
     double deg_per_h;
   } axes[] = {{"z", -215194, -516.7}, {"y", -41188, 98.9}, {"x", -9895, -23.8}};  // Y is sent negative
   for (const auto& expected : axes) {
-    const auto format = tests::shipped_stream("hg1700-rawimusxa", expected.axis).frame;
+    const auto format = tests::shipped_stream("hg1700-rawimusxa", {expected.axis}).frame;
     const tests::Fed fed(format, tests::bytes_of(kNovatelLine));
     ASSERT_EQ(fed.frames.size(), 1u);
-    EXPECT_EQ(fed.frames[0].pulses, expected.raw);
-    const double arcsec = *fed.frames[0].gyro * *arcsec_per(format.gyro()->unit, format.gyro()->role);
+    EXPECT_EQ(fed.frames[0].axes[0].pulses, expected.raw);
+    const double arcsec = *fed.frames[0].axes[0].value * *arcsec_per(format.gyro()->unit, format.gyro()->role);
     EXPECT_NEAR(arcsec * 100, expected.deg_per_h, 0.05);
-    EXPECT_EQ(fed.frames[0].temperature, 21.0);
+    EXPECT_EQ(fed.housekeeping("temperature"), 21.0);
     EXPECT_EQ(fed.frames[0].timestamp, 484620'664'389'000u);
     EXPECT_TRUE(fed.frames[0].good);
   }
@@ -129,7 +129,8 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
 /// zlib's crc32.
 TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
   const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
-  const auto bytes = encode_frame(format, {.pulses = -215194, .timestamp = 484620'664'389'000u, .temperature = 21});
+  const auto bytes =
+      encode_frame(format, {.axes = {{.pulses = -215194}}, .timestamp = 484620'664'389'000u, .values = {21}});
   const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,0,0,484620.664389000,00001500,0,0,0,-215194,0,0*e94a3b79\r\n");
 }
@@ -183,8 +184,8 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
   EXPECT_EQ(fed.rejected, 0u);
   EXPECT_EQ(fed.value("gyro_x"), 1);
   EXPECT_EQ(fed.value("gyro_y"), -1);
-  EXPECT_EQ(fed.frames[0].gyro, -123.0 / 16384);
-  EXPECT_EQ(fed.frames[0].temperature, -10.25);
+  EXPECT_EQ(fed.frames[0].axes[0].value, -123.0 / 16384);
+  EXPECT_EQ(fed.housekeeping("temperature_z"), -10.25);
   EXPECT_EQ(fed.frames[0].sequence, 16u);
   EXPECT_EQ(fed.value("latency_us"), 500);
   EXPECT_TRUE(fed.frames[0].good);
@@ -197,9 +198,9 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheHg4930) {
       tests::from_hex("0E01640038FF2C01E8030000FFFF02005555145B") +
           tests::from_hex("0E02640038FF2C01E8030000FFFF01005555E803000030F8FFFF711B0D00010000000200000003000000AE73"));
   ASSERT_EQ(fed.frames.size(), 2u);
-  EXPECT_FALSE(fed.frames[0].gyro);
-  EXPECT_EQ(fed.frames[1].pulses, 858993);
-  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 858993.0 / 8589934592.0);
+  EXPECT_FALSE(fed.frames[0].axes[0].value);
+  EXPECT_EQ(fed.frames[1].axes[0].pulses, 858993);
+  EXPECT_DOUBLE_EQ(fed.frames[1].axes[0].value.value(), 858993.0 / 8589934592.0);
   EXPECT_DOUBLE_EQ(fed.value("rate_z", 1), 300 * 600.0 / 1048576);
   EXPECT_DOUBLE_EQ(fed.value("acceleration_x", 1), 1000 * 600.0 / 16384 * 0.3048);
 }
@@ -210,7 +211,7 @@ TEST(GyroStream, DecodesAGeneratedFrameOfTheHg1120) {
       tests::from_hex("0E050000000000000000000000000000000000000000000007000000F8FFFFFF0900000001000000020000000300"
                       "00001B05"));
   ASSERT_EQ(fed.frames.size(), 1u);
-  EXPECT_EQ(fed.frames[0].pulses, 9);
+  EXPECT_EQ(fed.frames[0].axes[0].pulses, 9);
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
@@ -219,9 +220,9 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
   const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-binary").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 60u);
   EXPECT_EQ(fed.rejected, 2u);
-  EXPECT_EQ(fed.frames[0].pulses, -25);
-  EXPECT_EQ(fed.frames[1].pulses, 12345);
-  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 12345 * 6e-6);
+  EXPECT_EQ(fed.frames[0].axes[0].pulses, -25);
+  EXPECT_EQ(fed.frames[1].axes[0].pulses, 12345);
+  EXPECT_DOUBLE_EQ(fed.frames[1].axes[0].value.value(), 12345 * 6e-6);
   EXPECT_TRUE(fed.frames[1].good);
 }
 
@@ -236,8 +237,8 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
   const tests::Fed fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 20u);
   EXPECT_EQ(fed.rejected, 3u);
-  EXPECT_DOUBLE_EQ(fed.frames[0].gyro.value(), -2097 * 1000.0 / 2097152);
-  EXPECT_DOUBLE_EQ(fed.frames[1].gyro.value(), 8 * 1000.0 / 2097152);
+  EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), -2097 * 1000.0 / 2097152);
+  EXPECT_DOUBLE_EQ(fed.frames[1].axes[0].value.value(), 8 * 1000.0 / 2097152);
 
   bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);  // a count is missed: the lock is dropped
   EXPECT_EQ(tests::Fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
@@ -250,8 +251,8 @@ TEST(GyroStream, DecodesAGeneratedMessageOfTheVectorNav) {
                       "803A0AD7233C0AD7A33C8FC2F53CC3A0"));
   ASSERT_EQ(fed.frames.size(), 1u);
   EXPECT_EQ(fed.frames[0].timestamp, 123456789000u);
-  EXPECT_EQ(fed.frames[0].gyro, 0.0009765625);
-  EXPECT_EQ(fed.frames[0].temperature, 31.5);
+  EXPECT_EQ(fed.frames[0].axes[0].value, 0.0009765625);
+  EXPECT_EQ(fed.housekeeping("temperature"), 31.5);
   EXPECT_EQ(fed.value("gyro_x"), 0.5);
 }
 
@@ -260,14 +261,14 @@ TEST(GyroStream, DecodesGeneratedFramesOfKvhFormatsBAndC) {
       tests::shipped_stream("kvh-17xx-b").frame,
       tests::from_hex("FE81FF563727C5ACB7A7C5AC3800000000000000000000003F800000EE6B28007705FFD8CAD73754"));
   ASSERT_EQ(b.frames.size(), 1u);
-  EXPECT_EQ(b.frames[0].gyro, 3.0517578125e-05);
+  EXPECT_EQ(b.frames[0].axes[0].value, 3.0517578125e-05);
   EXPECT_EQ(b.frames[0].timestamp, 4'000'000'000u);
-  EXPECT_EQ(b.frames[0].temperature, -40.0);
+  EXPECT_EQ(b.housekeeping("temperature"), -40.0);
   const tests::Fed c(tests::shipped_stream("kvh-17xx-c").frame,
                      tests::from_hex("FE81FF573727C5ACB7A7C5AC3800000000000000000000003F80000041BC000077070A95717D"));
   ASSERT_EQ(c.frames.size(), 1u);
-  EXPECT_EQ(c.value("multiplexed_3"), 23.5);
-  EXPECT_TRUE(std::isnan(c.value("multiplexed_0")));
+  EXPECT_EQ(c.housekeeping("magnetic_z"), 23.5);
+  EXPECT_TRUE(std::isnan(c.housekeeping("temperature")));
 }
 
 TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
@@ -278,15 +279,15 @@ TEST(GyroStream, DecodesGeneratedMessagesOfARingLaserGyro) {
                           "C5FFFFF59D9FFFF475FAFBA"));
   ASSERT_EQ(fed.frames.size(), 2u);
   EXPECT_EQ(fed.rejected, 0u);
-  EXPECT_FALSE(fed.frames[0].pulses);
-  EXPECT_EQ(fed.frames[1].pulses, -215194);
-  EXPECT_EQ(fed.frames[1].temperature, 21.0);
+  EXPECT_FALSE(fed.frames[0].axes[0].pulses);
+  EXPECT_EQ(fed.frames[1].axes[0].pulses, -215194);
+  EXPECT_EQ(fed.housekeeping("temperature", 1), 21.0);
   EXPECT_EQ(fed.frames[1].timestamp, 484620'664'389'000u);
 }
 
 TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
   const auto names = tests::shipped_streams();
-  EXPECT_EQ(names.size(), 13u);
+  EXPECT_EQ(names.size(), 14u);
   for (const auto& name : names) {
     const auto stream = tests::shipped_stream(name);
     EXPECT_FALSE(stream.source.empty());
@@ -297,20 +298,20 @@ TEST(GyroStream, EveryShippedDescriptionReadsBackWhatItEncodes) {
       const auto count = sequence ? i * sequence->step % sequence->range : i;
       const double value = (static_cast<double>(i) - 100) / 1024;
       const auto pulses = static_cast<std::int64_t>(i) - 100;
-      const GyroFrame frame{.pulses = is_real(stream.frame.gyro()->type) ? std::nullopt : std::optional(pulses),
+      const auto exact = is_real(stream.frame.gyro()->type) ? std::nullopt : std::optional(pulses);
+      const GyroFrame frame{.axes = {{.pulses = exact, .value = value}},
                             .sequence = static_cast<std::uint32_t>(count),
                             .timestamp = 1'000'000 * i,
-                            .good = i % 3 != 0,
-                            .gyro = value};
+                            .good = i % 3 != 0};
       bytes = bytes + encode_frame(stream.frame, frame) + stream.frame.tail;
     }
     const tests::Fed fed(stream.frame, bytes);
     ASSERT_EQ(fed.frames.size(), kFrames) << name;
     for (std::size_t i = 0; i < kFrames; ++i) {
       if (is_real(stream.frame.gyro()->type))
-        EXPECT_NEAR(fed.frames[i].gyro.value(), (static_cast<double>(i) - 100) / 1024, 1e-9) << name;
+        EXPECT_NEAR(fed.frames[i].axes[0].value.value(), (static_cast<double>(i) - 100) / 1024, 1e-9) << name;
       else
-        EXPECT_EQ(fed.frames[i].pulses, static_cast<std::int64_t>(i) - 100) << name;
+        EXPECT_EQ(fed.frames[i].axes[0].pulses, static_cast<std::int64_t>(i) - 100) << name;
     }
   }
 }

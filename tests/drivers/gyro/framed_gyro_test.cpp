@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <stdexcept>
 
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
@@ -28,14 +30,15 @@ class OnFakeStream : public testing::Test {
   void skip() { ++sequence, timestamp += 100'000, pulses += 7; }
   void send(int frames, bool good = true) {
     for (int i = 0; i < frames; ++i) {
-      line->say(encode_frame(format, {.pulses = pulses, .sequence = sequence, .timestamp = timestamp, .good = good}));
+      line->say(encode_frame(
+          format, {.axes = {{.pulses = pulses}}, .sequence = sequence, .timestamp = timestamp, .good = good}));
       skip();
     }
   }
   void expect_second() {
     const auto count = gyro->read(seconds(1));
     ASSERT_TRUE(count) << text(count.error());
-    EXPECT_EQ(count->pulses, 70);
+    EXPECT_EQ(count->pulses.at(0), 70);
     EXPECT_EQ(count->interval, seconds(1));
   }
 
@@ -70,7 +73,7 @@ TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
 TEST_F(FramedGyro, TheFirstReadCoversWhatItSaw) {
   send(4);
   const auto count = gyro->read(seconds(1)).value();
-  EXPECT_EQ(count.pulses, 21);
+  EXPECT_EQ(count.pulses.at(0), 21);
   EXPECT_EQ(count.interval, milliseconds(300));
 }
 
@@ -96,7 +99,7 @@ TEST_F(FramedGyro, ABacklogIsCountedWhole) {
   ASSERT_TRUE(gyro->take_origin());
   send(1000);
   const auto count = gyro->read(seconds(1)).value();
-  EXPECT_EQ(count.pulses, 7000);
+  EXPECT_EQ(count.pulses.at(0), 7000);
   EXPECT_EQ(count.interval, seconds(100));
 }
 
@@ -116,7 +119,7 @@ TEST_F(FramedGyro, CountsDownAsWellAsUp) {
   pulses = -30;
   timestamp = 1'000'000;
   send(1);
-  EXPECT_EQ(gyro->read(seconds(1)).value().pulses, -30);
+  EXPECT_EQ(gyro->read(seconds(1)).value().pulses.at(0), -30);
 }
 
 TEST_F(FramedGyro, LostFramesAreCountedAndTheNextReadStartsAfresh) {
@@ -159,7 +162,7 @@ TEST_F(FramedGyro, AShortSecondHasItsExactInterval) {
   ASSERT_TRUE(gyro->take_origin());
   send(6);
   const auto count = gyro->read(seconds(1)).value();
-  EXPECT_EQ(count.pulses, 42);
+  EXPECT_EQ(count.pulses.at(0), 42);
   EXPECT_EQ(count.interval, milliseconds(600));
 }
 
@@ -187,10 +190,10 @@ TEST_F(FramedGyro, IncrementsAreSummedOverTheExpectedTime) {
   pulses = 1000;
   send(1);
   ASSERT_TRUE(gyro->take_origin());
-  line->say(encode_frame(format, {.pulses = -5}));
-  line->say(encode_frame(format, {.pulses = 12}));
+  line->say(encode_frame(format, {.axes = {{.pulses = -5}}}));
+  line->say(encode_frame(format, {.axes = {{.pulses = 12}}}));
   const auto count = gyro->read(seconds(1)).value();
-  EXPECT_EQ(count.pulses, 7);
+  EXPECT_EQ(count.pulses.at(0), 7);
   EXPECT_EQ(count.interval, seconds(1));
 }
 
@@ -198,7 +201,7 @@ TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
   connect(frame_format_of(kIncrementsOnly));
   send(1);
   ASSERT_TRUE(gyro->take_origin());
-  auto garbled = encode_frame(format, {.pulses = 5});
+  auto garbled = encode_frame(format, {.axes = {{.pulses = 5}}});
   garbled[2] ^= std::byte{1};
   line->say(garbled);
   send(1);
@@ -216,6 +219,238 @@ TEST_F(FramedGyro, CountsItsFrames) {
   EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
   const FrameCount all{.seen = 30, .lost = 2, .bad = 10};
   EXPECT_EQ(gyro->frames(), all);
+}
+
+constexpr const char* kTriad = R"([frame]
+name = "triad"
+sync = [0xAA]
+length = 16
+[[frame.field]]
+role = "sequence"
+type = "u8"
+offset = 1
+[[frame.field]]
+role = "increment"
+type = "i16"
+offset = 2
+axis = "x"
+[[frame.field]]
+role = "increment"
+type = "i16"
+offset = 4
+axis = "y"
+[[frame.field]]
+role = "increment"
+type = "i16"
+offset = 6
+axis = "z"
+[[frame.field]]
+role = "temperature"
+type = "i16"
+offset = 8
+scale = { denominator = 100 }
+[[frame.field]]
+role = "value"
+name = "discharge_current"
+type = "u8"
+offset = 10
+unit = "mA"
+scale = { denominator = 10 }
+every = 4
+turn = 1
+[[frame.field]]
+role = "status"
+type = "u8"
+offset = 11
+mask = 0x01
+good = 0x01
+[[frame.field.rule]]
+mask = 0x02
+good = 0
+verdict = "warning"
+meaning = "warming up"
+[frame.check]
+kind = "sum8"
+offset = 15
+)";
+
+FrameFormat triad() {
+  const auto file = TomlTable::parse(kTriad, "triad.toml");
+  auto format = read_frame_format(file->table("frame"), {"z", "x", "y"});
+  if (const auto verdict = file->verdict(); !verdict) throw std::runtime_error(text(verdict.error()));
+  return format;
+}
+
+/// A triad on a line in memory.
+class FramedTriad : public OnFakeStream {
+ protected:
+  FramedTriad() { connect(triad()); }
+  struct Told {
+    std::int64_t z = 3;
+    double temperature = 25;
+    bool good = true, flagged = false;
+  };
+  void tell(int frames, const Told& told) {
+    for (int i = 0; i < frames; ++i)
+      line->say(encode_frame(format, {.axes = {{.pulses = told.z}, {.pulses = 1}, {.pulses = -2}},
+                                      .sequence = number++ % 256,
+                                      .good = told.good,
+                                      .flagged = told.flagged,
+                                      .values = {told.temperature, 1.5}}));
+  }
+  std::uint32_t number = 0;
+};
+
+TEST_F(FramedTriad, TellsAllAxesAndWhatTheyTellOfThemselves) {
+  tell(1, {.temperature = 90});
+  ASSERT_TRUE(gyro->take_origin());
+  tell(50, {.temperature = 20});
+  tell(50, {.temperature = 30.5, .flagged = true});
+  const auto count = gyro->read(seconds(1));
+  ASSERT_TRUE(count) << text(count.error());
+  EXPECT_EQ(count->pulses, (std::vector<std::int64_t>{300, 100, -200}));
+  ASSERT_EQ(count->values.size(), housekeeping_of(format).size());
+  EXPECT_DOUBLE_EQ(count->values[0], 25.25) << "the origin's temperature is of the second before";
+  EXPECT_DOUBLE_EQ(count->values[1], 1.5);
+  EXPECT_EQ(count->values[2], 100);
+  EXPECT_EQ(count->values[3], 50);
+}
+
+TEST_F(FramedTriad, AveragesEachSecondForItself) {
+  tell(1, {});
+  ASSERT_TRUE(gyro->take_origin());
+  tell(10, {.temperature = 20, .flagged = true});
+  EXPECT_EQ(gyro->read(seconds(1)).value().values[0], 20);
+  tell(10, {.temperature = 30});
+  const auto values = gyro->read(seconds(1)).value().values;
+  EXPECT_EQ(values[0], 30);
+  EXPECT_EQ(values[2], 10);
+  EXPECT_EQ(values[3], 0);
+}
+
+TEST_F(FramedTriad, AValueThatDidNotComeIsNoNumber) {
+  tell(2, {});
+  ASSERT_TRUE(gyro->take_origin());
+  tell(2, {});  // the sequence's turns 2 and 3
+  const auto count = gyro->read(seconds(1));
+  ASSERT_TRUE(count) << text(count.error());
+  EXPECT_EQ(count->values[0], 25);
+  EXPECT_TRUE(std::isnan(count->values[1]));
+}
+
+TEST_F(FramedTriad, ASecondWithLostOrBadFramesFailsForAll) {
+  tell(1, {});
+  ASSERT_TRUE(gyro->take_origin());
+  tell(5, {.temperature = 99});
+  ++number;
+  tell(5, {.temperature = 99});
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
+  tell(9, {.temperature = 99});
+  tell(1, {.temperature = 99, .good = false});
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::out_of_range);
+  tell(10, {.temperature = 21});
+  const auto count = gyro->read(seconds(1));
+  ASSERT_TRUE(count) << text(count.error());
+  EXPECT_EQ(count->pulses, (std::vector<std::int64_t>{30, 10, -20}));
+  EXPECT_EQ(count->values[0], 21) << "of this second alone";
+}
+
+constexpr const char* kTwoMessages = R"([frame]
+name = "two"
+sync = [0xAA]
+[frame.id]
+offset = 1
+[[frame.message]]
+id = 1
+length = 10
+[[frame.message]]
+id = 2
+length = 10
+[[frame.field]]
+role = "sequence"
+type = "u8"
+offset = 2
+[[frame.field]]
+role = "timestamp"
+type = "u16"
+offset = 3
+unit = "ms"
+[[frame.field]]
+role = "increment"
+type = "i16"
+offset = 5
+axis = "x"
+ids = [1]
+[[frame.field]]
+role = "increment"
+type = "i16"
+offset = 5
+axis = "y"
+ids = [2]
+[[frame.field]]
+role = "temperature"
+type = "i8"
+offset = 7
+ids = [2]
+[frame.check]
+kind = "sum8"
+offset = 9
+)";
+
+/// Two axes in turn, one message a millisecond, 1 of x and 5 of y.
+class FramedMultiplex : public OnFakeStream {
+ protected:
+  FramedMultiplex() {
+    const auto file = TomlTable::parse(kTwoMessages, "two.toml");
+    auto both = read_frame_format(file->table("frame"), {"x", "y"});
+    if (const auto verdict = file->verdict(); !verdict) throw std::runtime_error(text(verdict.error()));
+    connect(both);
+    for (const auto* axis : {"x", "y"}) {
+      const auto again = TomlTable::parse(kTwoMessages, "two.toml");
+      alone.push_back(read_frame_format(again->table("frame"), {axis}));
+    }
+  }
+  void say(int messages) {
+    for (int i = 0; i < messages; ++i, ++number) {
+      const auto axis = number % 2;
+      line->say(encode_frame(alone[axis], {.axes = {{.pulses = axis == 0 ? 1 : 5}},
+                                           .sequence = number % 256,
+                                           .timestamp = number % 65536,
+                                           .values = {25}}));
+    }
+  }
+  std::vector<FrameFormat> alone;
+  std::uint32_t number = 0;
+};
+
+TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
+  say(2);
+  ASSERT_TRUE(gyro->take_origin());
+  std::int64_t x = 0;
+  for (int second = 0; second < 20; ++second) {
+    say(1000 + (second % 3 == 0 ? 1 : 0));  // a read may end between the two
+    const auto count = gyro->read(seconds(1));
+    ASSERT_TRUE(count) << text(count.error());
+    EXPECT_EQ(count->pulses[0] * 5, count->pulses[1]);
+    EXPECT_EQ(count->interval, milliseconds(2 * count->pulses[0]));
+    EXPECT_EQ(count->values[0], 25);
+    x += count->pulses[0];
+  }
+  EXPECT_EQ(x, (number - 2) / 2);
+}
+
+TEST_F(FramedMultiplex, AMessageLostAtTheEndOfASecondSpoilsNotTheNext) {
+  say(2);
+  ASSERT_TRUE(gyro->take_origin());
+  say(999);
+  ++number;  // a y that is lost
+  say(1);
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
+  say(1001);
+  const auto count = gyro->read(seconds(1));
+  ASSERT_TRUE(count) << text(count.error());
+  EXPECT_EQ(count->pulses[0] * 5, count->pulses[1]);
+  EXPECT_EQ(count->interval, milliseconds(2 * count->pulses[0]));
 }
 
 /// The same gyro, told to send by two commands, of which it answers the second.

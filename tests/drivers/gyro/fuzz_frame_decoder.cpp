@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -18,15 +19,15 @@ struct Known {
 };
 
 Known known(const std::string& name) {
-  Known all{.stream = tests::shipped_stream(name), .good = {}};
+  Known all{.stream = tests::whole_shipped_stream(name), .good = {}};
   const auto& format = all.stream.frame;
   const auto* sequence = format.find(FieldRole::sequence);
   for (; all.good.size() < 600 || all.frames < 40; ++all.frames) {
     const auto count = sequence ? all.frames * sequence->step % sequence->range : 0;
-    const auto one = encode_frame(format, {.pulses = all.frames % 7,
+    const AxisReading reading{.pulses = all.frames % 7, .value = 1e-6 * static_cast<double>(all.frames % 5)};
+    const auto one = encode_frame(format, {.axes = std::vector(format.axes.size(), reading),
                                            .sequence = static_cast<std::uint32_t>(count),
-                                           .timestamp = all.frames * 1000,
-                                           .gyro = 1e-6 * static_cast<double>(all.frames % 5)});
+                                           .timestamp = all.frames * 1000});
     all.good.insert(all.good.end(), one.begin(), one.end());
   }
   return all;
@@ -44,11 +45,14 @@ const std::vector<Known>& descriptions() {
 void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_good) {
   FrameDecoder decoder(all.stream.frame);
   FrameSum sum(all.stream.frame);
+  FrameMeans means(all.stream.frame);
   FrameTally tally;
   std::size_t taken = 0, fed = bytes.size();
   const auto take = [&] {
-    while (const auto frame = decoder.take()) {
+    while (const auto* frame = decoder.take()) {
       sum.add(*frame, tally);
+      means.add(*frame);
+      if (taken % 16 == 15) sum.drop_round();
       (void)decoder.complaints();
       ++taken;
     }
@@ -65,7 +69,10 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
     if (taken < before + all.frames / 2) std::abort();  // noise may swallow some good frames, never most of them
   }
   if (decoder.rejected_bytes() > fed) std::abort();
-  (void)sum.counts(tally, tally.interval);
+  if (sum.counts(tally, tally.interval).size() != all.stream.frame.axes.size()) std::abort();
+  const auto values = means.values();
+  if (values.size() != housekeeping_of(all.stream.frame).size()) std::abort();
+  if (!values.empty() && values[values.size() - 2] > static_cast<double>(taken)) std::abort();
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ TEST(Lakeshore218Codec, AReadingThatCannotBeIsAFaultInItsPlace) {
   EXPECT_TRUE(readings[0]);
   EXPECT_EQ(readings[1].error().kind, FaultKind::out_of_range);
   EXPECT_EQ(readings[2].error().where, "input 3");
-  EXPECT_TRUE(readings[7]);
+  EXPECT_EQ(readings[7].error().kind, FaultKind::out_of_range) << "0 K: an input without a sensor";
 }
 
 TEST(Lakeshore218Codec, WritesAsTheInstrumentDoes) {

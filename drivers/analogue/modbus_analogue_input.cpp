@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/analogue/modbus_analogue_input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <string_view>
+#include <utility>
+
+#include "drivers/chamber/item_exchange.hpp"
+#include "drivers/chamber/status_turns.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// A reading that has lasted so long is left: nobody waits for it any more.
+constexpr Duration kLongestLook = std::chrono::milliseconds(900);
+
+/// Spans that follow each other become one, as long as it is no longer than `at_most`.
+std::vector<ReadSpan> joined(const std::vector<ReadSpan>& spans, std::uint16_t at_most) {
+  std::vector<ReadSpan> all;
+  for (const auto& span : spans) {
+    const bool follows =
+        !all.empty() && all.back().function == span.function && all.back().first + all.back().count == span.first;
+    if (follows && all.back().count + span.count <= at_most)
+      all.back().count = static_cast<std::uint16_t>(all.back().count + span.count);
+    else
+      all.push_back(span);
+  }
+  return all;
+}
+
+bool holds(const ReadSpan& span, const RegisterItem& item) {
+  return span.function == read_function(item) && item.address >= span.first &&
+         item.address + word_count(item) <= span.first + span.count;
+}
+
+class ModbusAnalogueInputs final : public AnalogueInputs {
+ public:
+  ModbusAnalogueInputs(AnalogueMap map, std::vector<std::size_t> wanted, std::string place,
+                       std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses)
+      : map_(std::move(map)),
+        wanted_(std::move(wanted)),
+        place_(std::move(place)),
+        registers_(std::move(registers)),
+        pauses_(std::move(pauses)),
+        items_(map_.registers, *registers_, *pauses_) {
+    assert(!wanted_.empty());
+    plan_ = plan();
+  }
+
+  Result<std::string> identify() override {
+    auto who = items_.identify(items_.item(input(wanted_.front()).item));
+    return who ? who : failure(here(std::move(who.error())));
+  }
+
+  std::vector<Result<double>> read() override {
+    const auto began = pauses_->now();
+    Snapshot found;
+    std::vector<std::pair<ReadSpan, Fault>> lost;
+    bool silent = false;
+    for (const auto& span : plan_) {
+      if (silent) {
+        lost.emplace_back(span, lost.back().second);
+        continue;
+      }
+      if (pauses_->now() - began >= kLongestLook) {
+        lost.emplace_back(span, Fault{FaultKind::timeout, place_, "the line is too slow for a reading a second"});
+        silent = true;
+        continue;
+      }
+      auto words = registers_->read(span.function, span.first, span.count);
+      if (words) {
+        found.add(span, std::move(*words));
+        continue;
+      }
+      silent = words.error().kind != FaultKind::refused;
+      lost.emplace_back(span, std::move(words.error()));
+    }
+    std::vector<Result<double>> values;
+    for (const auto wanted : wanted_) values.push_back(value_of(input(wanted), found, lost));
+    return values;
+  }
+
+ private:
+  [[nodiscard]] const AnalogueInput& input(std::size_t index) const { return map_.inputs.at(index); }
+
+  /// What an input is read from, with what is needed to understand it.
+  [[nodiscard]] std::vector<const RegisterItem*> items_of(const AnalogueInput& input) const {
+    std::vector<const RegisterItem*> items{&items_.item(input.item)};
+    if (!input.status.empty()) items.push_back(&items_.item(input.status));
+    const auto context = items_.needed_by(items);
+    items.insert(items.end(), context.begin(), context.end());
+    return items;
+  }
+
+  [[nodiscard]] std::vector<ReadSpan> plan() const {
+    std::vector<const RegisterItem*> all, wanted;
+    const auto add = [&](std::vector<const RegisterItem*>& to, const AnalogueInput& input) {
+      const auto items = items_of(input);
+      to.insert(to.end(), items.begin(), items.end());
+    };
+    for (const auto& input : map_.inputs) add(all, input);
+    for (const auto index : wanted_) add(wanted, input(index));
+    const auto at_most = map_.registers.link.modbus.read_at_most;
+    auto spans = joined(plan_reads(all, map_.registers.holes, at_most), at_most);
+    std::erase_if(spans, [&](const auto& span) {
+      return std::ranges::none_of(wanted, [&](const auto* item) { return holds(span, *item); });
+    });
+    return spans;
+  }
+
+  [[nodiscard]] Result<double> value_of(const AnalogueInput& input, const Snapshot& found,
+                                        const std::vector<std::pair<ReadSpan, Fault>>& lost) const {
+    for (const auto* item : items_of(input))
+      for (const auto& [span, fault] : lost)
+        if (holds(span, *item)) return failure(fault);
+    if (!input.status.empty()) {
+      const auto& status = items_.item(input.status);
+      const auto code = items_.value_in(found, status);
+      if (!code) return failure(here(code.error()));
+      if (const auto word = meaning(status, *code); word != kNormalStatus)
+        return failure(here({FaultKind::out_of_range, gyrotherm::drivers::place(status), word}));
+    }
+    auto value = items_.value_in(found, items_.item(input.item));
+    return value ? value : failure(here(std::move(value.error())));
+  }
+
+  /// Items are called a chamber's; these are this unit's.
+  [[nodiscard]] Fault here(Fault fault) const {
+    constexpr std::string_view kChamber = "chamber ";
+    if (fault.where.starts_with(kChamber)) fault.where = place_ + " " + fault.where.substr(kChamber.size());
+    return fault;
+  }
+
+  AnalogueMap map_;
+  std::vector<std::size_t> wanted_;
+  std::string place_;
+  std::unique_ptr<Registers> registers_;
+  std::unique_ptr<Pauses> pauses_;
+  ItemExchange items_;
+  std::vector<ReadSpan> plan_;
+};
+
+}  // namespace
+
+std::unique_ptr<AnalogueInputs> make_modbus_analogue_inputs(AnalogueMap map, std::vector<std::size_t> wanted,
+                                                            std::string place, std::unique_ptr<Registers> registers,
+                                                            std::unique_ptr<Pauses> pauses) {
+  return std::make_unique<ModbusAnalogueInputs>(std::move(map), std::move(wanted), std::move(place),
+                                                std::move(registers), std::move(pauses));
+}
+
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "drivers/gyro/frame_format.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// Words as a line, with its check and terminator.
+std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
+  std::string line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) line += i == format.header_words ? format.header_end : format.separators.substr(0, 1);
+    line += words[i];
+  }
+  if (check.kind != CheckKind::none) {
+    const auto covered =
+        std::as_bytes(std::span(line)).subspan(std::min(static_cast<std::size_t>(check.from), line.size()));
+    line += fmt::format("{}{:0{}x}", format.mark, check_value(check, covered), 2 * byte_count(check));
+  }
+  return line + format.terminator;
+}
+
+/// The nearest value that the slice holds.
+RawValue within_slice(const FrameField& field, const RawValue& raw) {
+  if (raw.is_real || field.bits >= 63) return raw;
+  const auto values = std::int64_t{1} << field.bits;
+  const auto lowest = is_signed(field.type) ? -values / 2 : 0;
+  return {.whole = std::clamp(raw.whole, lowest, lowest + values - 1)};
+}
+
+RawValue raw_gyro(const FrameField& field, const GyroFrame& frame) {
+  const auto axis = field.slot < frame.axes.size() ? frame.axes[field.slot] : AxisReading{};
+  if (!is_real(field.type) && axis.pulses) return {.whole = *axis.pulses};
+  return unscaled(field, axis.value.value_or(0));
+}
+
+std::optional<double> value_in(const GyroFrame& frame, std::size_t slot) {
+  return slot < frame.values.size() ? frame.values[slot] : std::nullopt;
+}
+
+/// What a field of this frame holds on the wire, but for a status.
+RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
+  if (is_gyro(field.role)) return raw_gyro(field, frame);
+  if (is_housekeeping(field)) return within_slice(field, unscaled(field, value_in(frame, field.slot).value_or(0)));
+  if (field.role == FieldRole::sequence) return {.whole = frame.sequence.value_or(0)};
+  if (field.role != FieldRole::timestamp) return {.real = 0, .is_real = is_real(field.type)};
+  const auto counts = frame.timestamp.value_or(0);
+  if (!is_real(field.type)) return {.whole = static_cast<std::int64_t>(counts)};
+  return unscaled(field, static_cast<double>(counts) * field.unit_s);
+}
+
+/// Bits of a status under its masks, good ones or bad ones; a flagged frame breaks the first rule that only warns. The
+/// others keep what they hold. What shares bits with a status is written after it.
+RawValue status_value(const FrameField& field, const RawValue& present, const GyroFrame& frame) {
+  auto status = static_cast<std::uint32_t>(present.whole);
+  bool flagged = !frame.flagged;
+  for (const auto& rule : field.rules) {
+    const bool breaks = !flagged && rule.verdict == StatusMeaning::warning;
+    status = (status & ~rule.mask) | (breaks ? ~rule.good & rule.mask : rule.good);
+    flagged = flagged || breaks;
+  }
+  status = (status & ~field.mask) | ((frame.good ? field.good : ~field.good) & field.mask);
+  return {.whole = status};
+}
+
+bool is_written(const FrameField& field, const GyroFrame& frame) {
+  if (field.every > 1 && frame.sequence.value_or(0) % field.every != field.turn) return false;
+  if (field.when_mask != 0 && is_housekeeping(field)) return value_in(frame, field.slot).has_value();
+  return field.role != FieldRole::other_axis && (field.role != FieldRole::value || is_housekeeping(field));
+}
+
+/// Integers of which several fields are slices are put together.
+class LineWriter {
+ public:
+  explicit LineWriter(const LineFormat& format) : words_(format.words, "0"), wholes_(format.words) {
+    if (!format.starts_with.empty()) words_.front() = format.starts_with;
+  }
+  void write(const FrameField& field, const GyroFrame& frame) {
+    const auto place = static_cast<std::size_t>(field.offset);
+    auto& whole = wholes_[place];
+    const bool is_hexadecimal = field.type == FieldType::hexadecimal || field.type == FieldType::signed_hexadecimal;
+    const RawValue present{.whole = static_cast<std::int64_t>(whole >> field.low_bit)};
+    const auto raw = field.role == FieldRole::status ? status_value(field, present, frame) : raw_value(field, frame);
+    whole = with_slice(field, whole, raw);
+    words_[place] = is_hexadecimal ? fmt::format("{:08x}", whole) : print_word(field, raw);
+  }
+  [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
+
+ private:
+  std::vector<std::string> words_;
+  std::vector<std::uint64_t> wholes_;
+};
+
+std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& frame) {
+  LineWriter writer(*format.line);
+  for (const bool statuses : {true, false})
+    for (const auto& field : format.fields)
+      if ((field.role == FieldRole::status) == statuses && is_written(field, frame)) writer.write(field, frame);
+  const auto line = join_line(*format.line, format.check, writer.words());
+  const auto bytes = std::as_bytes(std::span(line));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// How many axes, and how many values, the message has.
+std::pair<std::size_t, std::size_t> content_of(const FrameFormat& format, std::uint32_t id) {
+  std::pair<std::size_t, std::size_t> content{};
+  for (const auto& field : format.fields) {
+    if (!is_in_message(field, id)) continue;
+    content.first += is_gyro(field.role) ? 1 : 0;
+    content.second += is_housekeeping(field) ? 1 : 0;
+  }
+  return content;
+}
+
+/// The first message that has most of the gyro.
+std::optional<FrameVariant> fullest_variant(const FrameFormat& format) {
+  if (!format.id) return std::nullopt;
+  const auto fullest = std::max_element(
+      format.variants.begin(), format.variants.end(),
+      [&](const auto& one, const auto& other) { return content_of(format, one.id) < content_of(format, other.id); });
+  if (fullest != format.variants.end()) return *fullest;
+  const auto* gyro = format.gyro();
+  return FrameVariant{.id = gyro && !gyro->ids.empty() ? gyro->ids.front() : 0};
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame) {
+  if (format.line) return encode_line(format, frame);
+  const auto variant = fullest_variant(format);
+  std::vector<std::byte> bytes(variant && variant->length != 0 ? variant->length : format.length);
+  std::copy(format.sync.begin(), format.sync.end(), bytes.begin());
+  const auto head = [&](const HeadNumber& at, std::uint64_t number) {
+    store_bits(std::span(bytes).subspan(at.offset, at.bytes), at.big_endian, number);
+  };
+  if (format.id) head(*format.id, variant->id);
+  if (format.length_at) head(*format.length_at, bytes.size() - format.length_plus);
+  const auto id = variant ? std::optional(variant->id) : std::nullopt;
+  for (const auto& field : format.fields)
+    if (is_in_message(field, id) && field.role == FieldRole::status)
+      if (const auto present = read_raw(field, bytes)) write_raw(field, bytes, status_value(field, *present, frame));
+  for (const auto& field : format.fields)
+    if (is_in_message(field, id) && field.role != FieldRole::status && is_written(field, frame))
+      write_raw(field, bytes, raw_value(field, frame));
+  seal(variant && variant->check ? *variant->check : format.check, bytes);
+  return bytes;
+}
+
+}  // namespace gyrotherm::drivers

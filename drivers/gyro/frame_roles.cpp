@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/gyro/frame_roles.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+#include <tuple>
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr const char* kFrames = "frames";
+constexpr const char* kFlagged = "flagged";
+constexpr const char* kCelsius = "°C";
+
+bool holds(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::vector<std::string> named_axes(const FrameFormat& format) {
+  std::vector<std::string> axes;
+  for (const auto& field : format.fields)
+    if (is_gyro(field.role) && !field.axis.empty() && !holds(axes, field.axis)) axes.push_back(field.axis);
+  return axes;
+}
+
+bool has_axis(const FrameFormat& format, const std::string& axis) {
+  return std::any_of(format.fields.begin(), format.fields.end(),
+                     [&](const auto& field) { return is_gyro(field.role) && field.axis == axis; });
+}
+
+/// What the file chooses itself; a gyro without the name of an axis has the empty one.
+std::vector<std::string> own_choice(const TomlTable& table, const FrameFormat& format) {
+  if (table.has("axis")) return {table.text("axis")};
+  if (!format.all_axes.empty()) return {format.all_axes.front()};
+  return has_axis(format, "") ? std::vector<std::string>{""} : std::vector<std::string>{};
+}
+
+void choose_axes(const TomlTable& table, const std::vector<std::string>& wanted, FrameFormat& format) {
+  format.all_axes = named_axes(format);
+  if (!wanted.empty()) table.ignore("axis");
+  for (const auto& axis : wanted.empty() ? own_choice(table, format) : wanted) {
+    if (!has_axis(format, axis))
+      table.mistake("axis", fmt::format("no gyro's field has the axis \"{}\"", axis));
+    else if (holds(format.axes, axis))
+      table.mistake("axis", fmt::format("the axis \"{}\" is wanted twice", axis));
+    else
+      format.axes.push_back(axis);
+  }
+  for (auto& field : format.fields) {
+    if (!is_gyro(field.role)) continue;
+    const auto place = std::find(format.axes.begin(), format.axes.end(), field.axis);
+    if (place == format.axes.end()) field.role = FieldRole::other_axis;
+    field.slot = static_cast<std::size_t>(place - format.axes.begin());
+  }
+}
+
+void number_housekeeping(FrameFormat& format) {
+  std::vector<std::string> names;
+  for (auto& field : format.fields) {
+    if (!is_housekeeping(field)) continue;
+    const auto place = std::find(names.begin(), names.end(), field.name);
+    field.slot = static_cast<std::size_t>(place - names.begin());
+    if (place == names.end()) names.push_back(field.name);
+  }
+}
+
+/// Some message has both, by their ids.
+bool share_a_message(const FrameField& one, const FrameField& other) {
+  if (one.ids.empty() || other.ids.empty()) return true;
+  return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });
+}
+
+/// Some sequence number has both.
+bool share_a_turn(const FrameField& one, const FrameField& other) {
+  const auto common = std::gcd(one.every, other.every);
+  return one.turn % common == other.turn % common;
+}
+
+/// Some integer in their place has both.
+bool share_a_word(const FrameField& one, const FrameField& other) {
+  const auto where = [](const FrameField& field) {
+    return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
+  };
+  return where(one) != where(other) || ((one.when_value ^ other.when_value) & one.when_mask & other.when_mask) == 0;
+}
+
+/// Some frame may have both.
+bool collide(const FrameField& one, const FrameField& other) {
+  return share_a_message(one, other) && share_a_turn(one, other) && share_a_word(one, other);
+}
+
+/// They fill the same place of a GyroFrame.
+bool are_same(const FrameField& one, const FrameField& other) {
+  if (is_gyro(one.role)) return is_gyro(other.role) && one.slot == other.slot;
+  if (is_housekeeping(one)) return is_housekeeping(other) && one.slot == other.slot;
+  return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
+}
+
+/// A count or an angle of one may follow that of the other.
+bool mean_the_same(const FrameField& one, const FrameField& other) {
+  const auto meaning = [](const FrameField& field) {
+    return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,
+                      field.role == FieldRole::pulse_count ? field.range : 0);
+  };
+  return meaning(one) == meaning(other);
+}
+
+std::string word_for(const FrameField& field) {
+  return is_housekeeping(field) ? fmt::format("the name \"{}\"", field.name)
+                                : fmt::format("the role \"{}\"", word_of(kFieldRoles, field.role));
+}
+
+/// Of one field, in whose table mistakes are noted, against those before it.
+void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
+  std::size_t same = 1;
+  for (const auto* other = format.fields.data(); other != &field; ++other) {
+    if (!are_same(*other, field)) continue;
+    same += collide(*other, field) ? 1 : 0;
+    if (is_housekeeping(field) && (other->unit != field.unit || other->role != field.role))
+      table.mistake("", fmt::format("the fields with {} differ in role or unit", word_for(field)));
+    if (is_gyro(field.role) && other->role == field.role && !mean_the_same(*other, field))
+      table.mistake("", fmt::format("the fields of axis \"{}\" differ in type, scale or unit", field.axis));
+  }
+  if (same > 1) table.mistake("", fmt::format("{} fields have {}, expected one", same, word_for(field)));
+}
+
+/// An axis has one role; there is an axis.
+void check_axes(const TomlTable& table, const FrameFormat& format) {
+  const auto gyros = format.gyros();
+  const bool two_kinds = std::any_of(format.fields.begin(), format.fields.end(), [&](const auto& field) {
+    return is_gyro(field.role) && gyros[field.slot]->role != field.role;
+  });
+  if (gyros.empty() || two_kinds)
+    table.mistake("",
+                  "the frame needs either a field with the role \"pulse_count\" or one with \"increment\", \"rate\" or "
+                  "\"integrated_angle\"");
+  if (format.clocked_by_sequence && (!format.find(FieldRole::sequence) || format.rate_hz <= 0))
+    table.mistake("clock", "the clock is the sequence, expected a field with that role and \"rate_hz\"");
+}
+
+bool is_a_name(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
+    return letter == '_' || (letter < 0x80 && std::isalnum(letter) != 0);
+  });
+}
+
+void check_name(const TomlTable& table, const FrameField& field) {
+  if (!is_housekeeping(field)) return;
+  if (!is_a_name(field.name))
+    table.mistake("name", fmt::format("\"{}\" is no name, expected letters, digits and \"_\"", field.name));
+  if (field.name == kFrames || field.name == kFlagged)
+    table.mistake("name", fmt::format("\"{}\" is a count of the record's own, expected another name", field.name));
+  const bool celsius = field.unit.empty() || field.unit == "degC" || field.unit == kCelsius;
+  if (field.role == FieldRole::temperature && !celsius)
+    table.mistake("unit", "a temperature is in °C after its scale and zero, expected \"degC\"");
+}
+
+/// The first field of each slot.
+template <class Belongs>
+std::vector<const FrameField*> first_of_each(const std::vector<FrameField>& fields, Belongs belongs) {
+  std::vector<const FrameField*> found;
+  for (const auto& field : fields) {
+    if (!belongs(field)) continue;
+    if (field.slot >= found.size()) found.resize(field.slot + 1);
+    if (!found[field.slot]) found[field.slot] = &field;
+  }
+  return found;
+}
+
+}  // namespace
+
+const FrameField* FrameFormat::find(FieldRole role) const {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.role == role; });
+  return found == fields.end() ? nullptr : &*found;
+}
+
+std::vector<const FrameField*> FrameFormat::gyros() const {
+  return first_of_each(fields, [](const FrameField& field) { return is_gyro(field.role); });
+}
+
+const FrameField* FrameFormat::gyro() const {
+  const auto found = std::find_if(fields.begin(), fields.end(),
+                                  [](const auto& field) { return is_gyro(field.role) && field.slot == 0; });
+  return found == fields.end() ? nullptr : &*found;
+}
+
+std::vector<const FrameField*> FrameFormat::values() const { return first_of_each(fields, is_housekeeping); }
+
+std::vector<HousekeepingValue> housekeeping_of(const FrameFormat& format) {
+  std::vector<HousekeepingValue> all;
+  for (const auto* field : format.values()) {
+    const bool is_temperature = field->role == FieldRole::temperature;
+    all.push_back({field->name, is_temperature ? kCelsius : field->unit, is_temperature});
+  }
+  if (all.empty()) return all;
+  all.push_back({kFrames, "1", false});
+  all.push_back({kFlagged, "1", false});
+  return all;
+}
+
+void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
+                  FrameFormat& format) {
+  choose_axes(table, wanted, format);
+  number_housekeeping(format);
+  for (std::size_t i = 0; i < format.fields.size(); ++i) {
+    check_pairs(fields[i], format, format.fields[i]);
+    check_name(fields[i], format.fields[i]);
+  }
+  check_axes(table, format);
+}
+
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/analogue/modbus_analogue_input.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/fakes.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+const std::string kUnit = R"(schema = "gyrotherm-analogue-inputs/1"
+name = "AI-4"
+vendor = "Acme"
+source = "none"
+[link]
+read_at_most = 16
+[[register]]
+name = "current"
+address = 0
+count = 4
+spacing = 1
+type = "u16"
+scale = 0.001
+sentinels = { over_range = 65535 }
+[[register]]
+name = "state"
+address = 60
+count = 4
+spacing = 1
+type = "u16"
+codes = { normal = 0, burn_out = 1 }
+[[register]]
+name = "model"
+address = 100
+type = "u16"
+[identity]
+register = "model"
+value = 4711
+[[input]]
+register = "current"
+status = "state"
+unit = "mA"
+)";
+
+/// A unit on registers in memory: 1, 2, 3 and 4 mA.
+struct Unit {
+  explicit Unit(std::vector<std::size_t> wanted, const std::string& text = kUnit) {
+    auto map = parse_analogue_map(text, "map.toml");
+    auto made = std::make_unique<tests::FakeRegisters>();
+    registers = made.get();
+    registers->words = {{0, 1000}, {1, 2000}, {2, 3000}, {3, 4000}, {60, 0}, {61, 0}, {62, 0}, {63, 0}, {100, 4711}};
+    inputs = make_modbus_analogue_inputs(std::move(map.value()), std::move(wanted), "analogue input 2", std::move(made),
+                                         virtual_pauses());
+  }
+  tests::FakeRegisters* registers;
+  std::unique_ptr<AnalogueInputs> inputs;
+};
+
+TEST(ModbusAnalogueInputs, GivesTheInputsThatAreWantedInTheirOrder) {
+  Unit unit({2, 0});
+  const auto readings = unit.inputs->read();
+  ASSERT_EQ(readings.size(), 2u);
+  EXPECT_DOUBLE_EQ(readings[0].value(), 3);
+  EXPECT_DOUBLE_EQ(readings[1].value(), 1);
+}
+
+TEST(ModbusAnalogueInputs, RegistersThatFollowEachOtherAreOneExchange) {
+  Unit unit({0, 1, 2, 3});
+  (void)unit.inputs->read();
+  EXPECT_EQ(unit.registers->reads, 2) << "currents and states";
+}
+
+TEST(ModbusAnalogueInputs, WithHolesAllOfThemAre) {
+  auto text = kUnit;
+  text.replace(text.find("read_at_most = 16"), 17, "holes = true");
+  Unit unit({0, 3}, text);
+  for (std::uint16_t at = 4; at < 60; ++at) unit.registers->words[at] = 0;
+  EXPECT_DOUBLE_EQ(unit.inputs->read()[1].value(), 4);
+  EXPECT_EQ(unit.registers->reads, 1);
+}
+
+TEST(ModbusAnalogueInputs, NoExchangeIsLongerThanTheLinkAllows) {
+  auto text = kUnit;
+  text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 2");
+  Unit unit({3}, text);
+  EXPECT_DOUBLE_EQ(unit.inputs->read()[0].value(), 4);
+  EXPECT_EQ(unit.registers->reads, 2) << "what holds no input that is wanted is not read";
+}
+
+TEST(ModbusAnalogueInputs, SaysWhoItIs) {
+  Unit unit({0});
+  EXPECT_EQ(unit.inputs->identify(), "Acme AI-4 (model = 4711)");
+  unit.registers->words[100] = 5;
+  const auto another = unit.inputs->identify();
+  ASSERT_FALSE(another);
+  EXPECT_EQ(another.error().kind, FaultKind::mismatch);
+  EXPECT_EQ(another.error().where, "analogue input 2 register 100 (model)");
+}
+
+TEST(ModbusAnalogueInputs, AnInputThatDoesNotCountIsAFaultInItsPlaceAlone) {
+  Unit unit({0, 1, 2});
+  unit.registers->words[61] = 1;
+  unit.registers->words[2] = 65535;
+  const auto readings = unit.inputs->read();
+  EXPECT_DOUBLE_EQ(readings[0].value(), 1);
+  ASSERT_FALSE(readings[1]);
+  EXPECT_EQ(readings[1].error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(text(readings[1].error()), "analogue input 2 register 61 (state_2): burn_out");
+  ASSERT_FALSE(readings[2]);
+  EXPECT_EQ(readings[2].error().kind, FaultKind::out_of_range);
+  EXPECT_NE(text(readings[2].error()).find("analogue input 2 register 2 (current_3)"), std::string::npos);
+}
+
+TEST(ModbusAnalogueInputs, SilenceIsAFaultInEveryPlaceAfterOneExchange) {
+  Unit unit({0, 1});
+  unit.registers->fall_silent();
+  for (const auto& reading : unit.inputs->read()) {
+    ASSERT_FALSE(reading);
+    EXPECT_EQ(reading.error().kind, FaultKind::timeout);
+  }
+  EXPECT_EQ(unit.registers->reads, 1) << "a dead line is not asked again in the same second";
+  unit.registers->recover();
+  EXPECT_TRUE(unit.inputs->read()[1]);
+}
+
+TEST(ModbusAnalogueInputs, ARegisterThatTheUnitRefusesLeavesTheOthersAlone) {
+  auto text = kUnit;
+  text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 1");
+  Unit unit({0, 1}, text);
+  unit.registers->words.erase(1);
+  const auto readings = unit.inputs->read();
+  EXPECT_TRUE(readings[0]);
+  ASSERT_FALSE(readings[1]);
+  EXPECT_EQ(readings[1].error().kind, FaultKind::refused);
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

@@ -22,9 +22,11 @@ namespace {
 
 using ThermometerReadings = Reading<std::vector<Result<Celsius>>>;
 
+using AnalogueReadings = Reading<std::vector<Result<double>>>;
+
 /// What a gyro's worker brings.
 struct GyroReading {
-  Reading<PulseCount> count;
+  Reading<GyroCount> count;
   FrameCount frames;
 };
 
@@ -51,10 +53,69 @@ void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings
   }
 }
 
-Sample empty_sample(std::int64_t slot, Instant at) {
+GyroReading read_gyro(drivers::Gyro& gyro, Duration interval, const Clock& clock) {
+  auto count = stamped(clock, gyro.read(interval));
+  return {std::move(count), gyro.frames()};
+}
+
+/// What of an instrument's count is one unit's.
+GyroCount share_of(const GyroCount& count, const GyroInputs::Share& share) {
+  GyroCount own{.pulses = {}, .interval = count.interval};
+  for (const auto axis : share.axes) own.pulses.push_back(count.pulses[axis]);
+  for (const auto value : share.values) own.values.push_back(count.values[value]);
+  return own;
+}
+
+/// The frames are counted with the first of the units that share them.
+void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) {
+  for (const auto& share : inputs.shares) {
+    auto& unit = into.units[share.unit];
+    unit.count = reading.count.value ? Reading<GyroCount>{share_of(*reading.count.value, share), reading.count.at}
+                                     : reading.count;
+    if (&share == &inputs.shares.front()) unit.frames = reading.frames;
+  }
+}
+
+AnalogueReadings read_inputs(drivers::AnalogueInputs& inputs, const Clock& clock) {
+  return stamped<std::vector<Result<double>>>(clock, inputs.read());
+}
+
+/// The reading of one channel; a fault of the whole unit is each channel's own.
+Result<double> value_of(const AnalogueChannels& inputs, std::size_t channel, const AnalogueReadings& readings) {
+  const auto& [unit, value, name, scale, offset] = inputs.channels[channel];
+  if (!readings.value) {
+    Fault fault = readings.value.error();
+    fault.where = name;
+    return failure(fault);
+  }
+  assert(channel < readings.value->size());
+  return (*readings.value)[channel].map([&](double reading) { return reading * scale + offset; });
+}
+
+void spread(const AnalogueChannels& inputs, const AnalogueReadings& readings, Sample& into) {
+  for (std::size_t i = 0; i < inputs.channels.size(); ++i) {
+    const auto& channel = inputs.channels[i];
+    into.units[channel.unit].analogue[channel.value] = {value_of(inputs, i, readings), readings.at};
+  }
+}
+
+/// How many analogue values each unit has.
+using UnitSizes = std::vector<std::size_t>;
+
+UnitSizes units_of(const Instruments& instruments) {
+  UnitSizes units;
+  for (const auto& gyro : instruments.gyros) units.resize(units.size() + gyro.shares.size());
+  for (const auto& inputs : instruments.analogue)
+    for (const auto& channel : inputs.channels) ++units[channel.unit];
+  return units;
+}
+
+Sample empty_sample(std::int64_t slot, Instant at, const UnitSizes& units) {
   Sample sample;
   sample.slot = slot;
   sample.at = at;
+  sample.units.resize(units.size());
+  for (std::size_t i = 0; i < units.size(); ++i) sample.units[i].analogue.resize(units[i]);
   return sample;
 }
 
@@ -63,16 +124,19 @@ Result<void> switched(drivers::Chamber& chamber, bool on) { return on ? chamber.
 class InlineIo final : public InstrumentIo {
  public:
   InlineIo(Instruments instruments, InstrumentIoOptions options)
-      : instruments_(std::move(instruments)), options_(options) {}
+      : instruments_(std::move(instruments)), options_(options), units_(units_of(instruments_)) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
-    Sample sample = empty_sample(slot, clock.now());
+    Sample sample = empty_sample(slot, clock.now(), units_);
     sample.chamber = stamped(clock, instruments_.chamber.read());
     for (const ThermometerInputs& inputs : instruments_.thermometers)
       spread(inputs, read_stamped(inputs.instrument, clock), sample);
-    sample.gyro = stamped(clock, instruments_.gyro.read(options_.interval));
-    sample.gyro_frames = instruments_.gyro.frames();
-    if (instruments_.true_bias) sample.true_bias = instruments_.true_bias();
+    for (const GyroInputs& inputs : instruments_.gyros)
+      spread(inputs, read_gyro(inputs.instrument, options_.interval, clock), sample);
+    for (const AnalogueChannels& inputs : instruments_.analogue)
+      spread(inputs, read_inputs(inputs.instrument, clock), sample);
+    for (std::size_t unit = 0; instruments_.true_bias && unit < units_.size(); ++unit)
+      sample.units[unit].true_bias = instruments_.true_bias(unit);
     return sample;
   }
   Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
@@ -82,6 +146,7 @@ class InlineIo final : public InstrumentIo {
  private:
   Instruments instruments_;
   InstrumentIoOptions options_;
+  UnitSizes units_;
 };
 
 /// A thread that makes one instrument's calls, so that a blocking one delays nobody else. Jobs run one after the other;
@@ -152,7 +217,13 @@ std::string in_ms(Duration d) {
 class WorkerIo final : public InstrumentIo {
  public:
   WorkerIo(Instruments instruments, InstrumentIoOptions options)
-      : instruments_(std::move(instruments)), options_(options), thermometers_(instruments_.thermometers.size()) {}
+      : instruments_(std::move(instruments)),
+        options_(options),
+        units_(units_of(instruments_)),
+        thermometers_(instruments_.thermometers.size()),
+        gyros_(instruments_.gyros.size()),
+        analogue_(instruments_.analogue.size()),
+        frames_(instruments_.gyros.size()) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
     const Instant now = clock.now();
@@ -164,21 +235,32 @@ class WorkerIo final : public InstrumentIo {
       thermometers.push_back(thermometers_[i].post([&clock, &thermometer = instruments_.thermometers[i].instrument] {
         return read_stamped(thermometer, clock);
       }));
-    auto gyro = gyro_.post([this, &clock] {
-      auto count = stamped(clock, instruments_.gyro.read(options_.interval));
-      return GyroReading{std::move(count), instruments_.gyro.frames()};
-    });
+    std::vector<std::future<GyroReading>> gyros;
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      gyros.push_back(gyros_[i].post([this, &clock, &gyro = instruments_.gyros[i].instrument] {
+        return read_gyro(gyro, options_.interval, clock);
+      }));
+    std::vector<std::future<AnalogueReadings>> analogue;
+    for (std::size_t i = 0; i < analogue_.size(); ++i)
+      analogue.push_back(analogue_[i].post(
+          [&clock, &inputs = instruments_.analogue[i].instrument] { return read_inputs(inputs, clock); }));
 
-    Sample sample = empty_sample(slot, now);
+    Sample sample = empty_sample(slot, now, units_);
     sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
     for (std::size_t i = 0; i < thermometers_.size(); ++i) {
       auto readings = await(thermometers_[i], thermometers[i], clock, now);
       spread(instruments_.thermometers[i], in_time(std::move(readings), "thermometer", clock, now), sample);
     }
-    auto count = await(gyro_, gyro, clock, now);
-    if (count) frames_ = count->frames;
-    sample.gyro = count ? std::move(count->count) : late<PulseCount>("gyro", clock);
-    sample.gyro_frames = frames_;
+    for (std::size_t i = 0; i < gyros_.size(); ++i) {
+      auto reading = await(gyros_[i], gyros[i], clock, now);
+      if (reading) frames_[i] = reading->frames;
+      spread(instruments_.gyros[i], reading ? *reading : GyroReading{late<GyroCount>("gyro", clock), frames_[i]},
+             sample);
+    }
+    for (std::size_t i = 0; i < analogue_.size(); ++i) {
+      auto readings = await(analogue_[i], analogue[i], clock, now);
+      spread(instruments_.analogue[i], in_time(std::move(readings), "analogue input", clock, now), sample);
+    }
     return sample;
   }
 
@@ -246,12 +328,12 @@ class WorkerIo final : public InstrumentIo {
 
   Instruments instruments_;
   InstrumentIoOptions options_;
+  UnitSizes units_;
   Worker chamber_;
-  std::deque<Worker> thermometers_;  // a deque, for a worker does not move
-  Worker gyro_;
-  FrameCount frames_{};           ///< last known
-  const Clock* clock_ = nullptr;  ///< the clock of the last read
-  Duration read_at_{};            ///< when the last read began
+  std::deque<Worker> thermometers_, gyros_, analogue_;  // deques, for a worker does not move
+  std::vector<FrameCount> frames_;                      ///< of each gyro, last known
+  const Clock* clock_ = nullptr;                        ///< the clock of the last read
+  Duration read_at_{};                                  ///< when the last read began
 };
 
 }  // namespace

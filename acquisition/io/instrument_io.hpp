@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,14 +23,40 @@ struct ThermometerInputs {
   std::vector<std::string> channels;
 };
 
+/// A gyro's line, and what of its counts and values belongs to which unit under test.
+struct GyroInputs {
+  drivers::Gyro& instrument;
+  struct Share {
+    std::size_t unit{};                 ///< its place in the sample
+    std::vector<std::size_t> axes{};    ///< where each of its axes is among the instrument's
+    std::vector<std::size_t> values{};  ///< … and each of its values
+  };
+  std::vector<Share> shares;
+};
+
+/// A unit of analogue inputs, and whose value each of its readings is.
+struct AnalogueChannels {
+  drivers::AnalogueInputs& instrument;
+  struct Channel {
+    std::size_t unit{};   ///< its place in the sample
+    std::size_t value{};  ///< … and that of its value there, among the analogue ones
+    std::string name{};   ///< "u1.discharge_current_a": the place of its faults
+    double scale = 1;     ///< value = reading × scale + offset
+    double offset = 0;
+  };
+  std::vector<Channel> channels;  ///< one for each reading, in their order
+};
+
 /// The instruments of a rig. They must outlive the InstrumentIo, and nobody else calls them while it lives.
 struct Instruments {
   drivers::Chamber& chamber;
   std::vector<ThermometerInputs> thermometers;
-  drivers::Gyro& gyro;
+  std::vector<GyroInputs> gyros;
+  std::vector<AnalogueChannels> analogue{};
   const drivers::LineActivity* chamber_line = nullptr;  ///< what the chamber's line did; null: nobody keeps it
-  /// Of a virtual gyro in the second that has passed; of a real one nobody knows it. Asked by inline calls alone.
-  std::function<std::optional<DegreesPerHour>()> true_bias{};
+  /// Of the axes of a virtual unit, by its place in the sample, in the second that has passed; of a real one nobody
+  /// knows it. Asked by inline calls alone.
+  std::function<std::vector<DegreesPerHour>(std::size_t unit)> true_bias{};
 };
 
 struct InstrumentIoOptions {
@@ -43,7 +68,8 @@ struct InstrumentIoOptions {
 /// One thread, that of the tick, calls it.
 class InstrumentIo {
  public:
-  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyro. For virtual time,
+  /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs. For
+  /// virtual time,
   /// where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each driver's own
   /// deadline holds.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,

@@ -15,7 +15,9 @@ bool is_safety(const Event& event) {
     case EventKind::interrupted:
     case EventKind::finished:
     case EventKind::state:
-    case EventKind::command: return true;
+    case EventKind::command:
+    case EventKind::dropped:
+    case EventKind::returned: return true;
     case EventKind::segment:
     case EventKind::fault:
     case EventKind::recovered:

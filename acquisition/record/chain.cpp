@@ -179,8 +179,7 @@ Result<std::vector<Cursor>> cursors_of(Database& database, const RunInfo& info) 
     std::string query;
   };
   const std::array tables{
-      Table{"sample", 0, 0,
-            fmt::format("SELECT {}, chain FROM sample ORDER BY slot", sample_columns(info.thermometers))},
+      Table{"sample", 0, 0, fmt::format("SELECT {}, chain FROM sample ORDER BY slot", SampleColumns(info).names())},
       Table{"gap", 1, 0, "SELECT first, last, cause, chain FROM gap ORDER BY first"},
       Table{"fault", 1, 1, "SELECT id, slot, channel, kind, \"where\", what, chain FROM fault ORDER BY id"},
       Table{"event", 1, 2, fmt::format("SELECT id, {}, chain FROM event ORDER BY id", names_of(columns_of_events()))}};
@@ -269,8 +268,14 @@ Result<Digest> description_hash(Database& database) {
       add_rows(chain, database, "meta",
                "SELECT key, value FROM meta WHERE key NOT IN ('outcome', 'chain_start', 'chain_end') ORDER BY key")
           .and_then([&] { return add_rows(chain, database, "channel", "SELECT * FROM channel ORDER BY position"); })
+          .and_then([&] { return add_rows(chain, database, "unit", "SELECT * FROM unit ORDER BY position"); })
+          .and_then([&] { return add_rows(chain, database, "axis", "SELECT * FROM axis ORDER BY unit, position"); })
+          .and_then([&] {
+            return add_rows(chain, database, "unit_value", "SELECT * FROM unit_value ORDER BY unit, position");
+          })
           .and_then([&] { return add_rows(chain, database, "segment", "SELECT * FROM segment ORDER BY position"); })
-          .and_then([&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, position"); });
+          .and_then(
+              [&] { return add_rows(chain, database, "list", "SELECT * FROM list ORDER BY name, of, position"); });
   if (!added) return failure(added.error());
   return chain.head();
 }

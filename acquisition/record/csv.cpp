@@ -188,44 +188,101 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
                  one_line(info.rig_name), finished ? "" : ", not finished");
 }
 
-/// What counts the gyro's pulses has the gyro's own unit.
-std::string title_of(const Column<SampleRow>& column, const GyroInfo& gyro) {
-  const auto* title = column.exported.title;
-  if (column.measured_by != MeasuredBy::gyro || *column.unit != '\0') return title;
-  if (gyro.kind == GyroKind::pulse_count) return fmt::format("{} [pulses of {:g} arcsec]", title, gyro.scale);
-  return fmt::format("{} [{:g} °/h]", title, gyro.scale);
+std::string title_of(const ChannelColumn& column, const RunInfo& info) {
+  if (column.measures == Measures::temperature) return column.name + " [°C]";
+  const UnitInfo& unit = info.units[column.unit];
+  switch (column.measures) {
+    case Measures::rotation: {
+      const AxisInfo& axis = unit.axes[column.index];
+      const auto* pulses = axis.kind == GyroKind::pulse_count ? "pulses of " : "";
+      const auto* of = axis.kind == GyroKind::pulse_count ? "arcsec" : "°/h";
+      return fmt::format("{} [{}{:g} {}]", axis_label(unit, column.index), pulses, axis.scale, of);
+    }
+    case Measures::interval: return unit.name + " interval [s]";
+    case Measures::value: return fmt::format("{} [{}]", column.name, unit.values[column.index].unit);
+    case Measures::true_bias:
+      return info.units.size() == 1 && unit.axes.size() == 1 ? "true bias [°/h]"
+                                                             : axis_label(unit, column.index) + " true bias [°/h]";
+    case Measures::temperature: break;
+  }
+  return column.name;
 }
 
-void add_header(Buffer& out, const RunInfo& info) {
-  const auto add_titles = [&](std::span<const Column<SampleRow>> columns) {
-    for (const auto& column : columns)
-      if (column.exported.title != nullptr) add_cell(out, title_of(column, info.gyro));
-  };
-  add_titles(columns_before_thermometers());
-  for (const Channel& channel : info.thermometers) add_cell(out, channel.name + " [°C]");
-  add_titles(columns_after_thermometers());
-  out.push_back('\n');
+/// Nothing where a record that was put together by hand has no such column.
+double number_at(const std::vector<double>& column, std::size_t row) {
+  return row < column.size() ? column[row] : kMissing;
 }
 
-void add_row(Buffer& out, const Record& record, std::size_t row) {
-  const auto add_cells = [&](std::span<const Column<SampleRow>> columns) {
-    for (const auto& column : columns)
-      if (column.exported.title != nullptr) add_cell(out, column.exported.cell(record, row));
-  };
-  add_cells(columns_before_thermometers());
-  for (const auto& readings_c : record.thermometers_c) add_cell(out, readings_c[row]);
-  add_cells(columns_after_thermometers());
-  out.push_back('\n');
+double number_of_channel(const Record& record, const ChannelColumn& column, std::size_t row) {
+  if (column.measures == Measures::temperature) return number_at(record.thermometers_c[column.index], row);
+  const UnitColumns& unit = record.units[column.unit];
+  switch (column.measures) {
+    case Measures::rotation: return number_at(unit.rotation[column.index], row);
+    case Measures::value: return number_at(unit.values[column.index], row);
+    case Measures::true_bias: return number_at(unit.true_bias_deg_per_h[column.index], row);
+    case Measures::interval:
+    case Measures::temperature: break;
+  }
+  return number_at(unit.interval_s, row);
 }
+
+/// Calls with each column of the text table, in order: one of every record, or one of its channels.
+void each_column(std::span<const ChannelColumn> channels, const auto& use) {
+  const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
+    for (const auto& column : columns)
+      if (column.exported.title != nullptr) use(column);
+  };
+  const auto is_truth = [](const ChannelColumn& column) { return column.measures == Measures::true_bias; };
+  const auto truth = std::ranges::find_if(channels, is_truth);
+  each_fixed(columns_before_channels());
+  std::for_each(channels.begin(), truth, use);
+  each_fixed(columns_after_channels());
+  std::for_each(truth, channels.end(), use);
+}
+
+struct TitleOf {
+  Buffer& out;
+  const RunInfo& info;
+  void operator()(const Column<SampleRow>& column) const { add_cell(out, std::string_view(column.exported.title)); }
+  void operator()(const ChannelColumn& column) const { add_cell(out, title_of(column, info)); }
+};
+
+struct CellOf {
+  Buffer& out;
+  const Record& record;
+  std::size_t row;
+  void operator()(const Column<SampleRow>& column) const { add_cell(out, column.exported.cell(record, row)); }
+  void operator()(const ChannelColumn& column) const { add_cell(out, number_of_channel(record, column, row)); }
+};
 
 }  // namespace
 
-std::string to_csv(const Record& record) {
+void write_csv(const Record& record, const std::function<void(std::string_view)>& sink) {
+  constexpr std::size_t kPiece = 1 << 16;
   Buffer out;
   add_comments(out, record.info, record.finished);
-  add_header(out, record.info);
-  for (std::size_t row = 0; row < record.slot.size(); ++row) add_row(out, record, row);
-  return fmt::to_string(out);
+  const auto channels = channel_columns(record.info);
+  each_column(channels, TitleOf{out, record.info});
+  out.push_back('\n');
+  std::size_t begun = 0;  // behind the end of the line before, by which add_cell() sees where a line begins
+  const auto flush = [&] {
+    sink(std::string_view(out.data(), out.size()).substr(begun));
+    out.clear();
+    out.push_back('\n');
+    begun = 1;
+  };
+  for (std::size_t row = 0; row < record.slot.size(); ++row) {
+    each_column(channels, CellOf{out, record, row});
+    out.push_back('\n');
+    if (out.size() > kPiece) flush();
+  }
+  flush();
+}
+
+std::string to_csv(const Record& record) {
+  std::string text;
+  write_csv(record, [&](std::string_view piece) { text += piece; });
+  return text;
 }
 
 Result<void> export_record(const std::string& record_path, const std::string& csv_path) {

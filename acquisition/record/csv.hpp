@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -73,6 +74,8 @@ struct Record;
 /// units, one row per sample; an empty field where there is no value. Quoted as in RFC 4180, lines end with LF; numbers
 /// are the shortest that read back to the same value.
 [[nodiscard]] std::string to_csv(const Record& record);
+/// The same text, piece by piece: that of a record with many channels is larger than the record.
+void write_csv(const Record& record, const std::function<void(std::string_view)>& sink);
 
 /// Writes it; the file appears as a whole. Fails like read_record, or with storage.
 [[nodiscard]] Result<void> export_record(const std::string& record_path, const std::string& csv_path);

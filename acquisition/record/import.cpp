@@ -60,36 +60,70 @@ void read_time(const TomlTable& table, ImportMap& map) {
   map.time_unit = unit_named(table.choice("unit", {"s", "ms", "us", "ns"}));
 }
 
-ImportMap::ThermometerColumn read_thermometer(const TomlTable& table, bool header) {
-  return {.name = table.text("name"),
-          .column = read_column(table, header),
-          .scale = read_scale(table, 1),
-          .offset_c = table.number("offset", 0)};
-}
-
-void read_gyro(const TomlTable& table, ImportMap& map) {
-  map.gyro = read_column(table, map.header);
-  const std::string kind = table.choice("kind", {"rate", "increment"});
-  map.gyro_info.kind = kind == "increment" ? GyroKind::pulse_count : GyroKind::rate;
-  map.gyro_info.scale = read_scale(table, 0);
-  if (table.has("earth_rate")) map.gyro_info.earth_rate = DegreesPerHour{table.number("earth_rate")};
-}
-
 std::vector<std::string> read_choice(const TomlTable& table, std::string_view key, const ImportMap& map) {
   auto names = table.texts(key);
   for (const std::string& name : names) {
-    const auto same = [&](const auto& thermometer) { return thermometer.name == name; };
-    if (std::none_of(map.thermometers.begin(), map.thermometers.end(), same))
+    if (std::ranges::count(map.thermometers, name) == 0)
       table.mistake(key, fmt::format("\"{}\" is no thermometer of this map", name));
   }
   return names;
 }
 
-void check_names(const TomlTable& root, const ImportMap& map) {
+/// Of all axes.
+GyroKind kind_of(const ImportMap& map) { return map.units.front().axes.front().kind; }
+
+ImportMap::ScaledColumn read_scaled(const TomlTable& table, bool header) {
+  return {.column = read_column(table, header), .scale = read_scale(table, 1), .offset = table.number("offset", 0)};
+}
+
+void read_axis(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
+  map.axis_columns.push_back(read_column(table, map.header));
+  AxisInfo& axis = unit.axes.emplace_back();
+  const std::string kind = table.choice("kind", {"rate", "increment"});
+  axis.kind = kind == "increment" ? GyroKind::pulse_count : GyroKind::rate;
+  axis.scale = read_scale(table, 0);
+  if (table.has("earth_rate")) axis.earth_rate = DegreesPerHour{table.number("earth_rate")};
+  if (axis.kind != kind_of(map)) table.mistake("kind", "a table's axes are all rates or all increments");
+}
+
+void read_value(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
+  const bool is_temperature = table.boolean("temperature", false);
+  unit.values.push_back({.name = table.text("name"),
+                         .unit = is_temperature ? "°C" : table.text("unit"),
+                         .is_temperature = is_temperature});
+  map.value_columns.push_back(read_scaled(table, map.header));
+}
+
+void read_gyro(const TomlTable& table, ImportMap& map, bool one_of_several) {
+  UnitInfo unit;
+  if (one_of_several) unit.name = table.text("name");
+  unit.serial_number = table.text("serial_number", "");
+  unit.model = table.text("model", "");
+  map.units.push_back(std::move(unit));
+  UnitInfo& made = map.units.back();
+  if (!table.is_list("axis")) read_axis(table, map, made);
+  for (const TomlTable& axis : table.tables("axis")) {
+    read_axis(axis, map, made);
+    made.axes.back().name = axis.text("name");
+  }
+  for (const TomlTable& value : table.tables("value")) read_value(value, map, made);
+  if (!one_of_several) return;
+  made.gradients = read_choice(table, "thermometers", map);
+  made.three_point = read_choice(table, "three_point", map);
+}
+
+std::vector<Channel> channels_of(const ImportMap& map, const std::string& instrument) {
   std::vector<Channel> channels;
   for (const auto& thermometer : map.thermometers)
-    channels.push_back({.name = thermometer.name, .instrument = "", .offset = {}});
-  if (const auto good = check_channel_names(channels); !good) root.mistake("thermometer", text(good.error()));
+    channels.push_back({.name = thermometer, .instrument = instrument, .offset = {}});
+  return channels;
+}
+
+void check_names(const TomlTable& root, const ImportMap& map) {
+  RunInfo info;
+  info.thermometers = channels_of(map, "");
+  info.units = map.units;
+  if (const auto good = check_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
 }
 
 }  // namespace
@@ -104,13 +138,20 @@ Result<ImportMap> parse_import_map(std::string_view text, const std::string& fil
   root->ignore("title");
   read_file_format(root->table("file"), map);
   read_time(root->table("time"), map);
-  for (const TomlTable& table : root->tables("thermometer"))
-    map.thermometers.push_back(read_thermometer(table, map.header));
+  for (const TomlTable& table : root->tables("thermometer")) {
+    map.thermometers.push_back(table.text("name"));
+    map.thermometer_columns.push_back(read_scaled(table, map.header));
+  }
+  if (root->is_list("gyro")) {
+    for (const TomlTable& table : root->tables("gyro")) read_gyro(table, map, true);
+    if (map.units.empty()) root->mistake("gyro", "missing [[gyro]], expected at least one");
+  } else {
+    read_gyro(root->table("gyro"), map, false);
+    const TomlTable analysis = root->table("analysis");
+    map.units.front().gradients = read_choice(analysis, "gradients", map);
+    map.units.front().three_point = read_choice(analysis, "three_point", map);
+  }
   check_names(*root, map);
-  read_gyro(root->table("gyro"), map);
-  const TomlTable analysis = root->table("analysis");
-  map.gradients = read_choice(analysis, "gradients", map);
-  map.three_point = read_choice(analysis, "three_point", map);
   if (auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return map;
 }
@@ -133,6 +174,8 @@ class Reader {
   Reader(std::string_view text, const ImportMap& map, const std::string& file) : rest_(text), map_(map), file_(file) {
     if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
     rows_.thermometers_c.resize(map.thermometers.size());
+    rows_.rotation.resize(map.axis_columns.size());
+    rows_.values.resize(map.value_columns.size());
   }
 
   Result<ForeignRows> read() {
@@ -146,7 +189,7 @@ class Reader {
         if (auto located = locate_columns(); !located) return failure(located.error());
       if (auto row = read_row(); !row) return failure(row.error());
     }
-    if (rows_.gyro.empty()) return failure(mistake(1, "the file ends, expected at least one row"));
+    if (rows_.time.empty()) return failure(mistake(1, "the file ends, expected at least one row"));
     return std::move(rows_);
   }
 
@@ -198,9 +241,13 @@ class Reader {
     width_ = fields_.size();
     if (map_.time)
       if (auto place = into(time_at_, place_of(*map_.time)); !place) return place;
-    for (const auto& thermometer : map_.thermometers)
+    for (const auto& thermometer : map_.thermometer_columns)
       if (auto place = into(thermometers_at_.emplace_back(), place_of(thermometer.column)); !place) return place;
-    return into(gyro_at_, place_of(map_.gyro));
+    for (const auto& axis : map_.axis_columns)
+      if (auto place = into(axes_at_.emplace_back(), place_of(axis)); !place) return place;
+    for (const auto& value : map_.value_columns)
+      if (auto place = into(values_at_.emplace_back(), place_of(value.column)); !place) return place;
+    return {};
   }
 
   Result<double> number_at(std::size_t index) const {
@@ -232,15 +279,22 @@ class Reader {
     if (fields_.size() != width_)
       return failure(mistake(1, fmt::format("{} fields, expected {}", fields_.size(), width_)));
     if (auto time = read_time(); !time) return time;
-    for (std::size_t i = 0; i < thermometers_at_.size(); ++i) {
-      const auto number = number_at(thermometers_at_[i]);
+    if (auto read = read_scaled(thermometers_at_, map_.thermometer_columns, rows_.thermometers_c); !read) return read;
+    for (std::size_t i = 0; i < axes_at_.size(); ++i) {
+      const auto number = number_at(axes_at_[i]);
       if (!number) return failure(number.error());
-      const auto& thermometer = map_.thermometers[i];
-      rows_.thermometers_c[i].push_back(*number * thermometer.scale + thermometer.offset_c);
+      rows_.rotation[i].push_back(*number);
     }
-    const auto number = number_at(gyro_at_);
-    if (!number) return failure(number.error());
-    rows_.gyro.push_back(*number);
+    return read_scaled(values_at_, map_.value_columns, rows_.values);
+  }
+
+  Result<void> read_scaled(const std::vector<std::size_t>& places, const std::vector<ImportMap::ScaledColumn>& columns,
+                           std::vector<std::vector<double>>& into) const {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto number = number_at(places[i]);
+      if (!number) return failure(number.error());
+      into[i].push_back(*number * columns[i].scale + columns[i].offset);
+    }
     return {};
   }
 
@@ -256,8 +310,7 @@ class Reader {
   std::vector<Field> fields_;
   std::size_t width_{};  ///< fields of the header, or of the first row
   std::optional<std::size_t> time_at_;
-  std::vector<std::size_t> thermometers_at_;
-  std::size_t gyro_at_{};
+  std::vector<std::size_t> thermometers_at_, axes_at_, values_at_;
   std::optional<double> first_time_;
   ForeignRows rows_;
 };
@@ -280,7 +333,7 @@ std::vector<Duration> intervals(const std::vector<Duration>& time, const ImportM
   std::vector<Duration> interval = spacings(time);
   const Duration usual = median(interval);
   interval.insert(interval.begin(), usual);
-  if (map.gyro_info.kind == GyroKind::rate) std::fill(interval.begin(), interval.end(), usual);
+  if (kind_of(map) == GyroKind::rate) std::fill(interval.begin(), interval.end(), usual);
   return interval;
 }
 
@@ -326,11 +379,8 @@ RunInfo describe(const ImportMap& map, std::string_view table, const std::string
   info.rig_name = map.name;
   info.rig_text = map.text;
   info.imported = true;
-  for (const auto& thermometer : map.thermometers)
-    info.thermometers.push_back({.name = thermometer.name, .instrument = "imported from " + file, .offset = {}});
-  info.gyro = map.gyro_info;
-  info.gradients = map.gradients;
-  info.three_point = map.three_point;
+  info.thermometers = channels_of(map, "imported from " + file);
+  info.units = map.units;
   return info;
 }
 
@@ -346,15 +396,24 @@ Result<void> insert_silences(RunFile& run, const ForeignRows& rows, const Silenc
   return run.insert_event(static_cast<std::int64_t>(silences.first_after), event);
 }
 
+void take_row(const ForeignRows& rows, std::size_t i, SampleRow& row) {
+  for (std::size_t channel = 0; channel < row.thermometers_c.size(); ++channel)
+    row.thermometers_c[channel] = rows.thermometers_c[channel][i];
+  auto rotation = rows.rotation.begin();
+  auto values = rows.values.begin();
+  for (UnitRow& unit : row.units) {
+    unit.interval = rows.interval[i];
+    for (double& number : unit.rotation) number = (*rotation++)[i];
+    for (double& number : unit.values) number = (*values++)[i];
+  }
+}
+
 Result<void> insert_rows(RunFile& run, const ForeignRows& rows, const Silences& silences) {
-  SampleRow row{.thermometers_c = std::vector<double>(rows.thermometers_c.size())};
-  for (std::size_t i = 0; i < rows.gyro.size(); ++i) {
+  SampleRow row = empty_row(run.info());
+  for (std::size_t i = 0; i < rows.time.size(); ++i) {
     row.slot = static_cast<std::int64_t>(i);
     row.monotonic = rows.time[i];
-    row.interval = rows.interval[i];
-    row.gyro = rows.gyro[i];
-    for (std::size_t channel = 0; channel < row.thermometers_c.size(); ++channel)
-      row.thermometers_c[channel] = rows.thermometers_c[channel][i];
+    take_row(rows, i, row);
     if (auto inserted = run.insert(row); !inserted) return inserted;
     if (i != silences.first_after) continue;
     if (auto inserted = insert_silences(run, rows, silences); !inserted) return inserted;
@@ -389,7 +448,7 @@ Result<ImportSummary> import_record(const std::string& table_path, const std::st
   const Silences silences = find_silences(rows->time);
   const RunInfo info = describe(*map, *table, table_path, program_version);
   if (auto written = write(record_path, info, *rows, silences); !written) return failure(written.error());
-  return ImportSummary{rows->gyro.size(), rows->time.back(), silences.count};
+  return ImportSummary{rows->time.size(), rows->time.back(), silences.count};
 }
 
 }  // namespace gyrotherm::record

@@ -15,8 +15,8 @@
 
 namespace gyrotherm::record {
 
-// How a foreign text table is to be read: which column is the time, which are thermometers, which is the gyro, and in
-// what units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
+// How a foreign text table is to be read: which column is the time, which are thermometers, which are the gyros'
+// axes and own values, and in what units (`profiles/imports/*.toml`, schema gyrotherm-import/1).
 
 inline constexpr const char* kImportSchema = "gyrotherm-import/1";
 
@@ -41,20 +41,20 @@ struct ImportMap {
   Duration time_unit{};
   Duration interval{};
 
-  struct ThermometerColumn {
-    std::string name;
+  /// A column of something that is stored in a unit of its own: number × scale + offset.
+  struct ScaledColumn {
     ColumnName column;
-    double scale = 1;     ///< °C per unit of the file
-    double offset_c = 0;  ///< reading = number × scale + offset
+    double scale = 1;
+    double offset = 0;
   };
-  std::vector<ThermometerColumn> thermometers;
+  std::vector<std::string> thermometers;
+  std::vector<ScaledColumn> thermometer_columns;  ///< of each, in °C
 
-  /// The number is stored as it is. rate: `scale` °/h per unit; pulse_count (increments): `scale` arcsec per unit.
-  ColumnName gyro;
-  GyroInfo gyro_info;
-
-  std::vector<std::string> gradients;
-  std::vector<std::string> three_point;
+  /// The units under test of the file, each with its axes and values. An axis' number is stored as it is: rate: `scale`
+  /// °/h per unit; pulse_count (increments): `scale` arcsec per unit; all of them are the one or the other.
+  std::vector<UnitInfo> units;
+  std::vector<ColumnName> axis_columns;     ///< of all units' axes, in order
+  std::vector<ScaledColumn> value_columns;  ///< … and values
 };
 
 /// Fails with bad_file: all mistakes at once, each with file:line:column.
@@ -68,9 +68,10 @@ struct ImportMap {
 /// Columns of equal length, one row per row of the file.
 struct ForeignRows {
   std::vector<Duration> time;                       ///< since the first row, strictly increasing
-  std::vector<Duration> interval;                   ///< what the gyro's number covers
+  std::vector<Duration> interval;                   ///< what a gyro's number covers
   std::vector<std::vector<double>> thermometers_c;  ///< per thermometer of the map
-  std::vector<double> gyro;                         ///< as in the file
+  std::vector<std::vector<double>> rotation;        ///< per axis of the map, as in the file
+  std::vector<std::vector<double>> values;          ///< per value of the map
 };
 
 /// Reads every row. Lines may end with LF or CRLF, a byte order mark is allowed, empty lines do not count; numbers have

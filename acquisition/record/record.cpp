@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_parts.hpp"
@@ -25,17 +25,41 @@ Fault explained(Fault fault, const std::string& path) {
   return fault;
 }
 
-constexpr std::array kNumbers{
-    &Record::time_s, &Record::set_point_c,     &Record::chamber_air_c,      &Record::chamber_set_point_c,
-    &Record::gyro,   &Record::gyro_interval_s, &Record::true_bias_deg_per_h};
+/// Every column of numbers, in an order of its own that two records of one run share.
+void each_number(Record& record, const std::function<void(std::vector<double>&)>& use) {
+  for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c})
+    use(*column);
+  std::ranges::for_each(record.thermometers_c, use);
+  for (auto& unit : record.units) {
+    use(unit.interval_s);
+    for (auto* columns : {&unit.rotation, &unit.values, &unit.true_bias_deg_per_h})
+      std::ranges::for_each(*columns, use);
+  }
+}
 
 void reserve(Record& record, std::size_t rows) {
   record.slot.reserve(rows);
-  for (const auto column : kNumbers) (record.*column).reserve(rows);
   record.thermometers_c.resize(record.info.thermometers.size());
-  for (auto& column : record.thermometers_c) column.reserve(rows);
+  for (const auto& unit : record.info.units) {
+    auto& columns = record.units.emplace_back();
+    columns.rotation.resize(unit.axes.size());
+    columns.values.resize(unit.values.size());
+    columns.true_bias_deg_per_h.resize(unit.axes.size());
+  }
+  each_number(record, [rows](std::vector<double>& column) { column.reserve(rows); });
   record.progress.reserve(rows);
   record.state.reserve(rows);
+}
+
+void add_to(std::vector<std::vector<double>>& columns, const std::vector<double>& numbers) {
+  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].push_back(numbers[i]);
+}
+
+void add(UnitColumns& unit, const UnitRow& row) {
+  add_to(unit.rotation, row.rotation);
+  unit.interval_s.push_back(row.interval ? static_cast<double>(row.interval->count()) * 1e-9 : kMissing);
+  add_to(unit.values, row.values);
+  add_to(unit.true_bias_deg_per_h, row.true_bias_deg_per_h);
 }
 
 void add(Record& record, const SampleRow& row) {
@@ -45,10 +69,8 @@ void add(Record& record, const SampleRow& row) {
   record.set_point_c.push_back(progress.set_point.value);
   record.chamber_air_c.push_back(row.chamber_air_c);
   record.chamber_set_point_c.push_back(row.chamber_set_point_c);
-  for (std::size_t i = 0; i < row.thermometers_c.size(); ++i) record.thermometers_c[i].push_back(row.thermometers_c[i]);
-  record.gyro.push_back(row.gyro);
-  record.gyro_interval_s.push_back(row.interval ? static_cast<double>(row.interval->count()) * 1e-9 : kMissing);
-  record.true_bias_deg_per_h.push_back(row.true_bias_deg_per_h);
+  add_to(record.thermometers_c, row.thermometers_c);
+  for (std::size_t i = 0; i < record.units.size(); ++i) add(record.units[i], row.units[i]);
   record.progress.push_back(progress);
   record.state.push_back(row.state.value_or(RunState::execute));
   record.last_utc = row.utc;
@@ -96,9 +118,9 @@ void join(Record& record, Record part, const Continuation& continuation) {
   const auto last = std::max(kept > 0 ? record.slot[kept - 1] : -1, record.gaps.empty() ? -1 : record.gaps.back().last);
   if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
   extend(record.slot, part.slot);
-  for (const auto column : kNumbers) extend(record.*column, part.*column);
-  for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
-    extend(record.thermometers_c[i], part.thermometers_c[i]);
+  std::vector<const std::vector<double>*> more;
+  each_number(part, [&](std::vector<double>& column) { more.push_back(&column); });
+  each_number(record, [&, next = more.begin()](std::vector<double>& column) mutable { extend(column, **next++); });
   extend(record.progress, part.progress);
   extend(record.state, part.state);
   record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());

@@ -24,6 +24,15 @@ struct Gap {
 /// A temperature as a record has it: NaN is not known.
 [[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
 
+/// What a unit under test measured, as columns.
+struct UnitColumns {
+  std::vector<std::vector<double>> rotation;  ///< per axis: pulses, or the foreign number
+  std::vector<double> interval_s;             ///< over which the pulses were counted
+  std::vector<std::vector<double>> values;    ///< per value of the unit
+  std::vector<std::vector<double>>
+      true_bias_deg_per_h;  ///< per axis, of a virtual gyro: what temperatures and warm-up made of its bias
+};
+
 /// Columns of equal length, one row per sample in order of time; NaN where a reading was a fault.
 struct Record {
   RunInfo info;
@@ -34,9 +43,7 @@ struct Record {
   std::vector<double> chamber_air_c;
   std::vector<double> chamber_set_point_c;          ///< as read back
   std::vector<std::vector<double>> thermometers_c;  ///< per channel of info.thermometers, raw
-  std::vector<double> gyro;                         ///< pulses, or the foreign number
-  std::vector<double> gyro_interval_s;
-  std::vector<double> true_bias_deg_per_h;  ///< of a virtual gyro: what temperatures and warm-up made of its bias
+  std::vector<UnitColumns> units;                   ///< per unit of info.units
   std::vector<ProfilePosition> progress;
   std::vector<RunState> state;         ///< execute throughout an imported record
   std::optional<Duration> last_utc{};  ///< the wall clock at the last row; imported: none

@@ -18,7 +18,21 @@ namespace gyrotherm::record {
 
 namespace {
 
-SampleRow row_of(const Sample& sample) {
+/// What an analogue input measured stands behind what the unit sent, whether or not it sent anything.
+UnitRow row_of(const UnitReading& reading, const UnitInfo& unit) {
+  UnitRow row;
+  if (const auto& count = reading.count.value) {
+    row.rotation.assign(count->pulses.begin(), count->pulses.end());
+    if (!count->pulses.empty()) row.interval = count->interval;
+    row.values = count->values;
+  }
+  if (!reading.analogue.empty()) row.values.resize(unit.values.size() - reading.analogue.size(), kMissing);
+  for (const auto& analogue : reading.analogue) row.values.push_back(analogue.value.value_or(kMissing));
+  for (const auto bias : reading.true_bias) row.true_bias_deg_per_h.push_back(bias.value);
+  return row;
+}
+
+SampleRow row_of(const Sample& sample, const RunInfo& info) {
   SampleRow row{.slot = sample.slot, .monotonic = sample.at.since_start, .utc = sample.at.utc};
   if (const auto& chamber = sample.chamber.value) {
     row.chamber_air_c = chamber->air.value;
@@ -27,13 +41,9 @@ SampleRow row_of(const Sample& sample) {
   row.thermometers_c.reserve(sample.thermometers.size());
   for (const auto& reading : sample.thermometers)
     row.thermometers_c.push_back(reading.value.value_or(Celsius{kMissing}).value);
-  if (const auto& gyro = sample.gyro.value) {
-    row.gyro = static_cast<double>(gyro->pulses);
-    row.interval = gyro->interval;
-  }
   row.progress = sample.progress;
   row.state = sample.state;
-  if (sample.true_bias) row.true_bias_deg_per_h = sample.true_bias->value;
+  for (std::size_t i = 0; i < sample.units.size(); ++i) row.units.push_back(row_of(sample.units[i], info.units[i]));
   return row;
 }
 
@@ -42,15 +52,23 @@ void add_missing(Entry& entry, const std::string& channel, const Reading<T>& rea
   if (!reading.value) entry.missing.push_back({channel, reading.value.error()});
 }
 
+/// What analogue inputs measure of a unit has each a channel of its own, the last of the unit's values.
+void add_missing(Entry& entry, const UnitInfo& unit, const UnitReading& reading) {
+  add_missing(entry, unit.name, reading.count);
+  const auto sent = unit.values.size() - reading.analogue.size();
+  for (std::size_t i = 0; i < reading.analogue.size(); ++i)
+    add_missing(entry, unit.name + "." + unit.values[sent + i].name, reading.analogue[i]);
+}
+
 }  // namespace
 
 Entry entry_of(const Sample& sample, std::span<const Event> events, const RunInfo& info) {
-  Entry entry{.first = sample.slot, .last = sample.slot, .sample = row_of(sample)};
+  Entry entry{.first = sample.slot, .last = sample.slot, .sample = row_of(sample, info)};
   entry.events.assign(events.begin(), events.end());
-  if (!sample.chamber.value) add_missing(entry, "chamber", sample.chamber);
+  add_missing(entry, "chamber", sample.chamber);
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
     add_missing(entry, info.thermometers[i].name, sample.thermometers[i]);
-  if (!sample.gyro.value) add_missing(entry, "gyro", sample.gyro);
+  for (std::size_t i = 0; i < sample.units.size(); ++i) add_missing(entry, info.units[i], sample.units[i]);
   return entry;
 }
 
@@ -125,11 +143,10 @@ void take_at(auto& of, From from, int i) {
     take_at<Rest...>(member, from, i);
 }
 template <class Row, auto... Path>
-constexpr Column<Row> column(const char* name, const char* type, Exported exported = {},
-                             MeasuredBy measured_by = MeasuredBy::nobody, const char* unit = "") {
+constexpr Column<Row> column(const char* name, const char* type, Exported exported = {}, const char* unit = "") {
   constexpr auto cell = [](const Row& row) { return cell_at<Path...>(row); };
   constexpr auto take = [](Row& row, From from, int i) { take_at<Path...>(row, from, i); };
-  return {name, type, cell, take, measured_by, unit, exported};
+  return {name, type, cell, take, exported, unit};
 }
 
 template <auto Column>
@@ -147,28 +164,19 @@ Cell cycle_in_record(const Record& record, std::size_t row) {
 Cell phase_in_record(const Record& record, std::size_t row) {
   return record.info.imported ? Cell() : cell_of(record.progress[row].phase);
 }
-Cell true_bias_in_record(const Record& record, std::size_t row) {
-  return row < record.true_bias_deg_per_h.size() ? cell_of(record.true_bias_deg_per_h[row]) : Cell();
-}
-
-constexpr std::array kBeforeThermometers{
+constexpr std::array kBeforeChannels{
     column<SampleRow, &SampleRow::slot>("slot", "INTEGER PRIMARY KEY", {"slot", in_record<&Record::slot>}),
     column<SampleRow, &SampleRow::monotonic>("monotonic_ns", "INTEGER NOT NULL",
                                              {"time [s]", in_record<&Record::time_s>}),
     column<SampleRow, &SampleRow::utc>("utc_ns", "INTEGER"),
     column<SampleRow, &SampleRow::progress, &ProfilePosition::set_point>(
         "set_point_c", "REAL", {"set point [°C]", in_record<&Record::set_point_c>}),
-    column<SampleRow, &SampleRow::chamber_air_c>(
-        "chamber_air_c", "REAL", {"chamber air [°C]", in_record<&Record::chamber_air_c>}, MeasuredBy::chamber, "°C"),
+    column<SampleRow, &SampleRow::chamber_air_c>("chamber_air_c", "REAL",
+                                                 {"chamber air [°C]", in_record<&Record::chamber_air_c>}, "°C"),
     column<SampleRow, &SampleRow::chamber_set_point_c>(
-        "chamber_set_point_c", "REAL", {"chamber set point [°C]", in_record<&Record::chamber_set_point_c>},
-        MeasuredBy::chamber, "°C"),
+        "chamber_set_point_c", "REAL", {"chamber set point [°C]", in_record<&Record::chamber_set_point_c>}, "°C"),
 };
-constexpr std::array kAfterThermometers{
-    // NUMERIC: a foreign record keeps its rate in the place of the pulses.
-    column<SampleRow, &SampleRow::gyro>("pulses", "NUMERIC", {"gyro", in_record<&Record::gyro>}, MeasuredBy::gyro),
-    column<SampleRow, &SampleRow::interval>(
-        "interval_ns", "INTEGER", {"gyro interval [s]", in_record<&Record::gyro_interval_s>}, MeasuredBy::gyro, "ns"),
+constexpr std::array kAfterChannels{
     column<SampleRow, &SampleRow::progress, &ProfilePosition::segment>("segment", "INTEGER",
                                                                        {"segment", segment_in_record}),
     column<SampleRow, &SampleRow::progress, &ProfilePosition::cycle>("cycle", "INTEGER", {"cycle", cycle_in_record}),
@@ -176,8 +184,6 @@ constexpr std::array kAfterThermometers{
     column<SampleRow, &SampleRow::progress, &ProfilePosition::in_segment>("in_segment_ns", "INTEGER"),
     column<SampleRow, &SampleRow::progress, &ProfilePosition::soaked>("soaked_ns", "INTEGER"),
     column<SampleRow, &SampleRow::state>("state", "TEXT"),
-    column<SampleRow, &SampleRow::true_bias_deg_per_h>("true_bias_deg_per_h", "REAL",
-                                                       {"true bias [°/h]", true_bias_in_record}),
 };
 
 constexpr std::array kEventColumns{
@@ -195,14 +201,9 @@ constexpr std::array kEventColumns{
                           [](RecordedEvent& row, From from, int i) { row.event.text = from.text(i); }},
 };
 
-/// Columns in the order of sample_columns().
-SampleRow row_in(const Statement& from, const RunInfo& info) {
-  SampleRow row{.thermometers_c = std::vector<double>(info.thermometers.size())};
-  int i = 0;
-  take(row, columns_before_thermometers(), from, i);
-  for (double& reading_c : row.thermometers_c) reading_c = from.real(i++);
-  take(row, columns_after_thermometers(), from, i);
-  return row;
+/// The one gyro of a rig file that names none has no label.
+std::string with_label(const std::string& label, const char* what) {
+  return label == kOnlyUnit ? what : fmt::format("{}.{}", label, what);
 }
 
 bool has_possible_times(const SampleRow& row) {
@@ -213,15 +214,139 @@ bool has_possible_times(const SampleRow& row) {
 
 }  // namespace
 
-std::span<const Column<SampleRow>> columns_before_thermometers() { return kBeforeThermometers; }
-std::span<const Column<SampleRow>> columns_after_thermometers() { return kAfterThermometers; }
+SampleRow empty_row(const RunInfo& info) {
+  SampleRow row{.thermometers_c = std::vector<double>(info.thermometers.size(), kMissing)};
+  for (const auto& unit : info.units)
+    row.units.push_back({.rotation = std::vector<double>(unit.axes.size(), kMissing),
+                         .values = std::vector<double>(unit.values.size(), kMissing),
+                         .true_bias_deg_per_h = std::vector<double>(unit.axes.size(), kMissing)});
+  return row;
+}
+
+std::span<const Column<SampleRow>> columns_before_channels() { return kBeforeChannels; }
+std::span<const Column<SampleRow>> columns_after_channels() { return kAfterChannels; }
+
+const char* name(Measures measures) {
+  return word_in<Measures::true_bias>({"temperature", "rotation", "interval", "value", "true bias"}, measures);
+}
+
+const char* type_of(Measures measures) {
+  // NUMERIC: a foreign record keeps its rate in the place of the pulses.
+  return word_in<Measures::true_bias>({"REAL", "NUMERIC", "INTEGER", "REAL", "REAL"}, measures);
+}
+
+std::vector<ChannelColumn> channel_columns(const RunInfo& info) {
+  std::vector<ChannelColumn> columns;
+  for (std::size_t i = 0; i < info.thermometers.size(); ++i)
+    columns.push_back({.name = info.thermometers[i].name, .measures = Measures::temperature, .index = i});
+  const auto each_axis = [&](std::size_t unit, Measures measures, const char* what) {
+    for (std::size_t i = 0; i < info.units[unit].axes.size(); ++i)
+      columns.push_back({with_label(axis_label(info.units[unit], i), what), measures, unit, i});
+  };
+  for (std::size_t unit = 0; unit < info.units.size(); ++unit) {
+    const auto& under_test = info.units[unit];
+    each_axis(unit, Measures::rotation, "pulses");
+    columns.push_back({with_label(under_test.name, "interval_ns"), Measures::interval, unit, 0});
+    for (std::size_t i = 0; i < under_test.values.size(); ++i)
+      columns.push_back({under_test.name + "." + under_test.values[i].name, Measures::value, unit, i});
+  }
+  for (std::size_t unit = 0; unit < info.units.size(); ++unit)
+    each_axis(unit, Measures::true_bias, "true_bias_deg_per_h");
+  return columns;
+}
+
+SampleColumns::SampleColumns(const RunInfo& info) : empty_(empty_row(info)), channels_(channel_columns(info)) {
+  before_progress_ = static_cast<std::size_t>(
+      std::ranges::find(channels_, Measures::true_bias, &ChannelColumn::measures) - channels_.begin());
+}
+
+void SampleColumns::each(const std::function<void(std::string_view, std::string_view)>& use) const {
+  for (const auto& column : kBeforeChannels) use(column.name, column.type);
+  for (std::size_t i = 0; i < channels_.size(); ++i) {
+    if (i == before_progress_)
+      for (const auto& column : kAfterChannels) use(column.name, column.type);
+    use(channels_[i].name, type_of(channels_[i].measures));
+  }
+  if (before_progress_ == channels_.size())
+    for (const auto& column : kAfterChannels) use(column.name, column.type);
+}
+
+std::string SampleColumns::names() const {
+  std::string names;
+  each([&](std::string_view name, std::string_view) {
+    names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
+  });
+  return names;
+}
+
+namespace {
+
+/// The place of what a channel measured, in a row that has one.
+double& number_at(const ChannelColumn& column, SampleRow& row) {
+  switch (column.measures) {
+    case Measures::rotation: return row.units[column.unit].rotation[column.index];
+    case Measures::value: return row.units[column.unit].values[column.index];
+    case Measures::true_bias: return row.units[column.unit].true_bias_deg_per_h[column.index];
+    case Measures::temperature:
+    case Measures::interval: break;
+  }
+  return row.thermometers_c[column.index];
+}
+
+/// Nothing where a unit said nothing.
+double number_or_missing(const std::vector<double>& numbers, std::size_t index) {
+  return index < numbers.size() ? numbers[index] : kMissing;
+}
+
+Cell cell_in(const ChannelColumn& column, const SampleRow& row) {
+  switch (column.measures) {
+    case Measures::rotation: return number_or_missing(row.units[column.unit].rotation, column.index);
+    case Measures::interval: return cell_of(row.units[column.unit].interval);
+    case Measures::value: return number_or_missing(row.units[column.unit].values, column.index);
+    case Measures::true_bias: return number_or_missing(row.units[column.unit].true_bias_deg_per_h, column.index);
+    case Measures::temperature: break;
+  }
+  return number_or_missing(row.thermometers_c, column.index);
+}
+
+}  // namespace
+
+void SampleColumns::each_cell(const SampleRow& row, const std::function<void(const Cell&)>& use) const {
+  const auto channels = std::span(channels_);
+  for (const auto& column : kBeforeChannels) use(column.cell(row));
+  for (const auto& column : channels.first(before_progress_)) use(cell_in(column, row));
+  for (const auto& column : kAfterChannels) use(column.cell(row));
+  for (const auto& column : channels.subspan(before_progress_)) use(cell_in(column, row));
+}
+
+SampleRow SampleColumns::row_in(const Statement& from) const {
+  SampleRow row = empty_;
+  int i = 0;
+  const auto take_channels = [&](std::span<const ChannelColumn> channels) {
+    for (const auto& column : channels) {
+      if (column.measures == Measures::interval) {
+        if (!from.null(i)) take_value(row.units[column.unit].interval, from, i);
+      } else {
+        number_at(column, row) = from.real(i);
+      }
+      ++i;
+    }
+  };
+  const auto channels = std::span<const ChannelColumn>(channels_);
+  take(row, columns_before_channels(), from, i);
+  take_channels(channels.first(before_progress_));
+  take(row, columns_after_channels(), from, i);
+  take_channels(channels.subspan(before_progress_));
+  return row;
+}
 
 std::span<const Column<RecordedEvent>> columns_of_events() { return kEventColumns; }
 
 EventKind event_kind_named(std::string_view text) {
-  return named(text, {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault,
-                      EventKind::recovered, EventKind::interlock, EventKind::note, EventKind::interrupted,
-                      EventKind::finished, EventKind::state, EventKind::command});
+  return named(text,
+               {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
+                EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,
+                EventKind::command, EventKind::dropped, EventKind::returned});
 }
 
 Result<Database> open_record(const std::string& path) {
@@ -239,9 +364,10 @@ Result<Database> open_record(const std::string& path) {
 }
 
 Result<void> each_sample(Database& database, const RunInfo& info, const std::function<void(const SampleRow&)>& use) {
-  const auto sql = fmt::format("SELECT {} FROM sample ORDER BY slot", sample_columns(info.thermometers));
+  const SampleColumns columns(info);
+  const auto sql = fmt::format("SELECT {} FROM sample ORDER BY slot", columns.names());
   return database.each_row(sql, [&](const Statement& from) -> Result<void> {
-    const SampleRow row = row_in(from, info);
+    const SampleRow row = columns.row_in(from);
     if (!has_possible_times(row))
       return failure(FaultKind::bad_file, database.path(), fmt::format("second {} has impossible times", row.slot));
     use(row);
@@ -250,10 +376,11 @@ Result<void> each_sample(Database& database, const RunInfo& info, const std::fun
 }
 
 Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& info) {
-  const auto columns = sample_columns(info.thermometers);
-  const auto last = database.first_row(fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", columns));
+  const SampleColumns columns(info);
+  const auto last =
+      database.first_row(fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", columns.names()));
   if (!last) return failure(last.error());
-  return *last ? std::optional(row_in(**last, info)) : std::nullopt;
+  return *last ? std::optional(columns.row_in(**last)) : std::nullopt;
 }
 
 Result<std::int64_t> last_slot(Database& database) {

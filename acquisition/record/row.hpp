@@ -23,6 +23,14 @@ namespace gyrotherm::record {
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
+/// What a unit under test measured in one second.
+struct UnitRow {
+  std::vector<double> rotation{};  ///< of each axis: pulses, or a foreign record's number
+  std::optional<Duration> interval{};
+  std::vector<double> values{};               ///< its housekeeping
+  std::vector<double> true_bias_deg_per_h{};  ///< virtual rig, of each axis
+};
+
 /// A row of the table `sample`, as written and as read; NaN or nothing is stored as NULL. An imported record has no
 /// progress and no state.
 struct SampleRow {
@@ -32,12 +40,13 @@ struct SampleRow {
   double chamber_air_c{kMissing};
   double chamber_set_point_c{kMissing};
   std::vector<double> thermometers_c{};
-  double gyro{kMissing};
-  std::optional<Duration> interval{};
+  std::vector<UnitRow> units{};
   std::optional<ProfilePosition> progress{};
   std::optional<RunState> state{};
-  double true_bias_deg_per_h{kMissing};  ///< virtual rig
 };
+
+/// One in which nothing is known yet, with a place for everything that the record has.
+[[nodiscard]] SampleRow empty_row(const RunInfo& info);
 
 /// An event and the second that it belongs to.
 struct RecordedEvent {
@@ -73,9 +82,6 @@ struct Record;
 /// Everything that one open file holds. Fails with storage.
 [[nodiscard]] Result<Record> record_of(Database& database);
 
-/// Whose measurement a column of the samples holds: such a column is a channel of the record.
-enum class MeasuredBy { nobody, chamber, gyro };
-
 /// A column of the samples as a text table has it. Without a title it has none.
 struct Exported {
   const char* title = nullptr;
@@ -90,14 +96,52 @@ struct Column {
   Cell (*cell)(const Row& row);
   /// Puts a value that is not NULL into a row.
   void (*take)(Row& row, const Statement& from, int column);
-  MeasuredBy measured_by = MeasuredBy::nobody;
-  const char* unit = "";  ///< of a channel; empty: the gyro's own
   Exported exported{};
+  const char* unit = "";  ///< of a channel that the chamber measures; empty: it is none
 };
-/// The columns of `sample` before those of the thermometers, which are REAL and named like their channels, and the ones
-/// after them.
-[[nodiscard]] std::span<const Column<SampleRow>> columns_before_thermometers();
-[[nodiscard]] std::span<const Column<SampleRow>> columns_after_thermometers();
+/// The columns of `sample` that every record has: before those of its channels, and after them.
+[[nodiscard]] std::span<const Column<SampleRow>> columns_before_channels();
+[[nodiscard]] std::span<const Column<SampleRow>> columns_after_channels();
+
+/// What a channel measures that is not the chamber's.
+enum class Measures { temperature, rotation, interval, value, true_bias };
+[[nodiscard]] const char* name(Measures measures);
+/// The type of the column of such a channel.
+[[nodiscard]] const char* type_of(Measures measures);
+
+/// A column of `sample` that the record's own channels make.
+struct ChannelColumn {
+  std::string name;
+  Measures measures{};
+  std::size_t unit{};   ///< under test; of a temperature none
+  std::size_t index{};  ///< of the thermometer, or among the axes or values of the unit
+};
+/// In the order of the table: thermometers, then what each unit measured, and, behind the columns after them, the true
+/// biases. A thermometer's column is named as it is; a unit's have its label before them, but for the one gyro of a rig
+/// file that names none: "pulses", "u1.x.pulses".
+[[nodiscard]] std::vector<ChannelColumn> channel_columns(const RunInfo& info);
+
+/// All columns of `sample` but its link of the chain, of one record.
+class SampleColumns {
+ public:
+  explicit SampleColumns(const RunInfo& info);
+
+  [[nodiscard]] std::span<const ChannelColumn> channels() const { return channels_; }
+  /// Each in order, with its type.
+  void each(const std::function<void(std::string_view name, std::string_view type)>& use) const;
+  /// Quoted where they need it, joined by commas.
+  [[nodiscard]] std::string names() const;
+  /// What a row has in each; units and thermometers of the row as many as the record's.
+  void each_cell(const SampleRow& row, const std::function<void(const Cell&)>& use) const;
+  /// The row that stands in the first columns of a statement which asked for names().
+  [[nodiscard]] SampleRow row_in(const Statement& from) const;
+
+ private:
+  SampleRow empty_;
+  std::vector<ChannelColumn> channels_;
+  std::size_t before_progress_{};  ///< channels
+};
+
 /// The columns of `event` between its id and its link of the chain.
 [[nodiscard]] std::span<const Column<RecordedEvent>> columns_of_events();
 

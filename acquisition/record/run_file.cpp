@@ -41,7 +41,7 @@ Result<void> fill_new_file(Database& database, const std::string& path, const Ru
                           return make_durable(database, path);
                         });
   return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
-      .and_then([&] { return create_schema(database, info.thermometers); })
+      .and_then([&] { return create_schema(database, info); })
       .and_then([&] { return write_run_info(database, info); })
       .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
       .and_then([&] { return begin_chain(database); })
@@ -103,7 +103,7 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
   const std::pair<Statement Statements::*, std::string> all[] = {
       {&Statements::begin, "BEGIN IMMEDIATE"},
       {&Statements::commit, "COMMIT"},
-      {&Statements::sample, insert_sql("sample", sample_columns(info.thermometers) + ", chain")},
+      {&Statements::sample, insert_sql("sample", SampleColumns(info).names() + ", chain")},
       {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
       {&Statements::event, insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain")},
       {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
@@ -141,7 +141,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
 
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
                                 const std::optional<Continuation>& continuation) {
-  if (auto good = check_channel_names(info.thermometers); !good) return failure(good.error());
+  if (auto good = check_channel_names(info); !good) return failure(good.error());
   if (!in_memory(path))
     if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file =
@@ -241,11 +241,9 @@ Result<void> RunFile::insert(const Entry& entry) {
 }
 
 Result<void> RunFile::insert(const SampleRow& row) {
-  assert(row.thermometers_c.size() == info_.thermometers.size());
+  assert(row.thermometers_c.size() == info_.thermometers.size() && row.units.size() == info_.units.size());
   Row sample(statements_->sample, now_.chain, "sample");
-  for (const auto& column : columns_before_thermometers()) sample.put(column.cell(row));
-  for (const double reading_c : row.thermometers_c) sample.put(reading_c);
-  for (const auto& column : columns_after_thermometers()) sample.put(column.cell(row));
+  columns_.each_cell(row, [&](const Cell& cell) { sample.put(cell); });
   return sample.run();
 }
 

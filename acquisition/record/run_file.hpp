@@ -73,7 +73,8 @@ class RunFile {
         statements_(std::move(statements)),
         watch_(std::move(watch)),
         path_(std::move(path)),
-        info_(std::move(info)) {}
+        info_(std::move(info)),
+        columns_(info_) {}
   [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
   [[nodiscard]] Result<void> seal();
@@ -87,6 +88,7 @@ class RunFile {
   std::optional<Interference> interference_;
   std::string path_;
   RunInfo info_;
+  SampleColumns columns_;
   /// What the next row continues.
   struct Position {
     RowChain chain;

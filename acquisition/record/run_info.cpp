@@ -8,7 +8,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -22,9 +21,10 @@ namespace {
 
 constexpr const char* kRate = "rate";
 constexpr const char* kPulseCount = "pulse_count";
+constexpr const char* kChamberMeasures = "chamber";
 
 /// The texts of the table `meta`, beside which it has numbers.
-constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{{
+constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 10> kTexts{{
     {"id", &RunInfo::id},
     {"program_version", &RunInfo::program_version},
     {"profile_name", &RunInfo::profile_name},
@@ -32,14 +32,13 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{
     {"rig_name", &RunInfo::rig_name},
     {"rig_text", &RunInfo::rig_text},
     {"chamber_map_text", &RunInfo::chamber_map_text},
-    {"gyro_stream_text", &RunInfo::gyro_stream_text},
     {"gyro_model", &RunInfo::gyro_model},
     {"gyro_film", &RunInfo::gyro_film},
     {"gyro_model_text", &RunInfo::gyro_model_text},
 }};
 
-/// What `meta` may say of the gyro's pose and uncertainty, beside its texts.
-constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kOfTheGyro{{
+/// What the table `axis` may say of an axis beside its name.
+constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 8> kOfAnAxis{{
     {"latitude_deg", &GyroUncertainty::latitude_deg},
     {"azimuth_deg", &GyroUncertainty::azimuth_deg},
     {"elevation_deg", &GyroUncertainty::elevation_deg},
@@ -64,11 +63,6 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
   put("days_later", std::to_string(info.days_later));
   put("imported", info.imported);
   put("started_utc_ns", info.started_utc.count());
-  put("gyro_kind", info.gyro.kind == GyroKind::rate ? kRate : kPulseCount);
-  put("gyro_scale", info.gyro.scale);
-  if (info.gyro.earth_rate) put("earth_rate_deg_per_h", info.gyro.earth_rate->value);
-  for (const auto& [key, number] : kOfTheGyro)
-    if (const auto& value = info.gyro.uncertainty.*number) put(key, *value);
   return written;
 }
 
@@ -85,26 +79,55 @@ std::vector<double> polynomial_of(std::string_view text) {
   return coefficients;
 }
 
-/// What is measured once a second, in the order of the sample's columns.
-std::vector<Channel> all_channels(const RunInfo& info) {
-  std::vector<Channel> channels;
-  const auto add = [&](std::span<const Column<SampleRow>> columns) {
-    for (const auto& column : columns) {
-      const bool is_gyro = column.measured_by == MeasuredBy::gyro;
-      if (column.measured_by == MeasuredBy::nobody) continue;
-      channels.push_back({.name = column.name,
-                          .instrument = is_gyro ? info.gyro.instrument : info.chamber_instrument,
-                          .offset = {},
-                          .unit = column.unit,
-                          .unit_under_test = is_gyro ? kOnlyUnit : ""});
-      if (channels.back().unit.empty())
-        channels.back().unit =
-            info.gyro.kind == GyroKind::pulse_count ? "pulse" : fmt::format("{:g} °/h", info.gyro.scale);
+/// What is measured once a second, in the order of the sample's columns, with what it is.
+struct MeasuredChannel {
+  Channel channel;
+  const char* measures;
+};
+
+std::string unit_of(const ChannelColumn& column, const RunInfo& info) {
+  const UnitInfo& unit = info.units[column.unit];
+  switch (column.measures) {
+    case Measures::rotation: {
+      const AxisInfo& axis = unit.axes[column.index];
+      return axis.kind == GyroKind::pulse_count ? "pulse" : fmt::format("{:g} °/h", axis.scale);
     }
-  };
-  add(columns_before_thermometers());
-  channels.insert(channels.end(), info.thermometers.begin(), info.thermometers.end());
-  add(columns_after_thermometers());
+    case Measures::interval: return "ns";
+    case Measures::value: return unit.values[column.index].unit;
+    case Measures::true_bias: return "°/h";
+    case Measures::temperature: break;
+  }
+  return "°C";
+}
+
+const std::string& instrument_of(const ChannelColumn& column, const UnitInfo& unit) {
+  if (column.measures != Measures::value || unit.values[column.index].instrument.empty()) return unit.instrument;
+  return unit.values[column.index].instrument;
+}
+
+std::vector<MeasuredChannel> all_channels(const RunInfo& info) {
+  std::vector<MeasuredChannel> channels;
+  for (const auto& column : columns_before_channels())
+    if (*column.unit != '\0')
+      channels.push_back({{.name = column.name,
+                           .instrument = info.chamber_instrument,
+                           .offset = {},
+                           .unit = column.unit,
+                           .unit_under_test = ""},
+                          kChamberMeasures});
+  for (const auto& column : channel_columns(info)) {
+    if (column.measures == Measures::temperature) {
+      channels.push_back({info.thermometers[column.index], name(column.measures)});
+      continue;
+    }
+    const UnitInfo& unit = info.units[column.unit];
+    channels.push_back({{.name = column.name,
+                         .instrument = instrument_of(column, unit),
+                         .offset = {},
+                         .unit = unit_of(column, info),
+                         .unit_under_test = unit.name},
+                        name(column.measures)});
+  }
   return channels;
 }
 
@@ -113,9 +136,7 @@ constexpr const char *kNormal = "normal", *kRectangular = "rectangular";
 std::string day_or_nothing(const std::optional<std::chrono::sys_days>& day) { return day ? format_day(*day) : ""; }
 
 /// NaN is NULL in the file.
-double kelvins_or_nothing(const std::optional<Kelvins>& kelvins) {
-  return kelvins ? kelvins->value : std::numeric_limits<double>::quiet_NaN();
-}
+double kelvins_or_nothing(const std::optional<Kelvins>& kelvins) { return kelvins ? kelvins->value : kMissing; }
 
 /// Nothing where the file has none, or a number that no uncertainty can be.
 std::optional<Kelvins> uncertainty_in(double kelvins) {
@@ -124,18 +145,18 @@ std::optional<Kelvins> uncertainty_in(double kelvins) {
 
 Result<void> write_channels(Database& database, const RunInfo& info) {
   auto insert = database.prepare(
-      "INSERT INTO channel(position, name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due,"
-      " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated)"
-      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      "INSERT INTO channel(position, name, measures, unit, instrument, unit_under_test, offset_k, polynomial,"
+      " certificate, due, calibration_uncertainty_k, distribution, drift_k_per_year, calibrated)"
+      " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!insert) return failure(insert.error());
   std::size_t position = 0;
-  for (const Channel& channel : all_channels(info)) {
+  for (const auto& [channel, measures] : all_channels(info)) {
     const ThermometerUncertainty& known = channel.uncertainty;
-    const auto done = insert->run(position++, channel.name, channel.unit, channel.instrument, channel.unit_under_test,
-                                  channel.offset.value, fmt::format("{}", fmt::join(channel.polynomial, " ")),
-                                  channel.certificate, day_or_nothing(channel.due),
-                                  kelvins_or_nothing(known.calibration), known.rectangular ? kRectangular : kNormal,
-                                  kelvins_or_nothing(known.drift_in_a_year), day_or_nothing(known.calibrated));
+    const auto done = insert->run(
+        position++, channel.name, measures, channel.unit, channel.instrument, channel.unit_under_test,
+        channel.offset.value, fmt::format("{}", fmt::join(channel.polynomial, " ")), channel.certificate,
+        day_or_nothing(channel.due), kelvins_or_nothing(known.calibration), known.rectangular ? kRectangular : kNormal,
+        kelvins_or_nothing(known.drift_in_a_year), day_or_nothing(known.calibrated));
     if (!done) return done;
   }
   return {};
@@ -155,11 +176,74 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
   return {};
 }
 
-Result<void> write_list(Database& database, std::string_view name, const std::vector<std::string>& values) {
-  auto insert = database.prepare("INSERT INTO list(name, value, position) VALUES(?, ?, ?)");
+constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
+                     *kAnalogueMaps = "analogue_map_texts";
+
+Result<void> write_lists(Database& database, const RunInfo& info) {
+  auto insert = database.prepare("INSERT INTO list(name, of, value, position) VALUES(?, ?, ?, ?)");
   if (!insert) return failure(insert.error());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (auto done = insert->run(name, values[i], i); !done) return done;
+  Result<void> written;
+  const auto put = [&](std::string_view name, std::string_view of, const std::vector<std::string>& values) {
+    for (std::size_t i = 0; i < values.size() && written; ++i) written = insert->run(name, of, values[i], i);
+  };
+  put(kCycles, "", info.cycles);
+  put(kAnalogueMaps, "", info.analogue_map_texts);
+  for (const UnitInfo& unit : info.units) {
+    put(kGradients, unit.name, unit.gradients);
+    put(kThreePoint, unit.name, unit.three_point);
+  }
+  return written;
+}
+
+/// NaN is NULL in the file.
+double number_or_nothing(const std::optional<double>& number) { return number.value_or(kMissing); }
+
+std::string axis_columns() {
+  std::string columns =
+      "unit, position, name, kind, scale, earth_rate_deg_per_h, direction_x, direction_y, direction_z";
+  for (const auto& [key, number] : kOfAnAxis) columns += fmt::format(", {}", key);
+  return columns;
+}
+
+Result<void> write_axes(Database& database, const UnitInfo& unit, std::size_t position) {
+  std::string places = "?";
+  for (std::size_t i = 1; i < 9 + kOfAnAxis.size(); ++i) places += ", ?";
+  auto insert = database.prepare(fmt::format("INSERT INTO axis({}) VALUES({})", axis_columns(), places));
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < unit.axes.size(); ++i) {
+    const AxisInfo& axis = unit.axes[i];
+    const auto direction = axis.direction.value_or(std::array{kMissing, kMissing, kMissing});
+    const auto said = [&](std::size_t k) { return number_or_nothing(axis.uncertainty.*kOfAnAxis[k].second); };
+    auto done = insert->run(position, i, axis.name, axis.kind == GyroKind::rate ? kRate : kPulseCount, axis.scale,
+                            axis.earth_rate ? axis.earth_rate->value : kMissing, direction[0], direction[1],
+                            direction[2], said(0), said(1), said(2), said(3), said(4), said(5), said(6), said(7));
+    if (!done) return done;
+  }
+  return {};
+}
+
+Result<void> write_values(Database& database, const UnitInfo& unit, std::size_t position) {
+  auto insert = database.prepare(
+      "INSERT INTO unit_value(unit, position, name, unit_of_value, is_temperature) VALUES(?, ?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < unit.values.size(); ++i) {
+    const ValueInfo& value = unit.values[i];
+    if (auto done = insert->run(position, i, value.name, value.unit, value.is_temperature); !done) return done;
+  }
+  return {};
+}
+
+Result<void> write_units(Database& database, const RunInfo& info) {
+  auto insert = database.prepare(
+      "INSERT INTO unit(position, name, serial_number, model, instrument, stream_text) VALUES(?, ?, ?, ?, ?, ?)");
+  if (!insert) return failure(insert.error());
+  for (std::size_t i = 0; i < info.units.size(); ++i) {
+    const UnitInfo& unit = info.units[i];
+    auto done = insert->run(i, unit.name, unit.serial_number, unit.model, unit.instrument, unit.stream_text)
+                    .and_then([&] { return write_axes(database, unit, i); })
+                    .and_then([&] { return write_values(database, unit, i); });
+    if (!done) return done;
+  }
   return {};
 }
 
@@ -170,28 +254,20 @@ void take_whole(std::uint64_t& number, std::string_view text) {
 void take(RunInfo& info, std::string_view key, const Statement& row) {
   for (const auto& [name, text] : kTexts)
     if (key == name) info.*text = row.text(1);
-  for (const auto& [name, number] : kOfTheGyro)
-    if (key == name && std::isfinite(row.real(1))) info.gyro.uncertainty.*number = row.real(1);
   if (key == "simulated") info.simulated = row.integer(1) != 0;
   if (key == "seed") take_whole(info.seed, row.text(1));
   if (key == "days_later") take_whole(info.days_later, row.text(1));
   if (key == "imported") info.imported = row.integer(1) != 0;
   if (key == "started_utc_ns") info.started_utc = Duration(row.integer(1));
-  if (key == "gyro_kind") info.gyro.kind = row.text(1) == kRate ? GyroKind::rate : GyroKind::pulse_count;
-  if (key == "gyro_scale") info.gyro.scale = row.real(1);
-  if (key == "earth_rate_deg_per_h") info.gyro.earth_rate = DegreesPerHour{row.real(1)};
 }
 
 Result<void> read_channels(Database& database, RunInfo& info) {
   constexpr const char* kChannels =
       "SELECT name, unit, instrument, unit_under_test, offset_k, polynomial, certificate, due,"
-      " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated FROM channel ORDER BY position";
+      " calibration_uncertainty_k, distribution, drift_k_per_year, calibrated, measures FROM channel ORDER BY position";
   return database.each_row(kChannels, [&](const Statement& row) {
-    if (is_own_column(row.text(0))) {
-      const bool is_gyro = !row.text(3).empty();
-      (is_gyro ? info.gyro.instrument : info.chamber_instrument) = row.text(2);
-      return;
-    }
+    if (row.text(12) == kChamberMeasures) info.chamber_instrument = row.text(2);
+    if (row.text(12) != name(Measures::temperature)) return;
     info.thermometers.push_back({.name = std::string(row.text(0)),
                                  .instrument = std::string(row.text(2)),
                                  .offset = Kelvins{row.real(4)},
@@ -204,6 +280,70 @@ Result<void> read_channels(Database& database, RunInfo& info) {
                                                  .rectangular = row.text(9) == kRectangular,
                                                  .drift_in_a_year = uncertainty_in(row.real(10)),
                                                  .calibrated = parse_day(row.text(11))}});
+  });
+}
+
+std::optional<double> real_in(const Statement& row, int column) {
+  return !row.null(column) && std::isfinite(row.real(column)) ? std::optional(row.real(column)) : std::nullopt;
+}
+
+AxisInfo axis_in(const Statement& row) {
+  AxisInfo axis{.name = std::string(row.text(2)),
+                .kind = row.text(3) == kRate ? GyroKind::rate : GyroKind::pulse_count,
+                .scale = row.real(4)};
+  if (const auto rate = real_in(row, 5)) axis.earth_rate = DegreesPerHour{*rate};
+  const auto x = real_in(row, 6), y = real_in(row, 7), z = real_in(row, 8);
+  if (x && y && z) axis.direction = {*x, *y, *z};
+  int column = 9;
+  for (const auto& [key, number] : kOfAnAxis) axis.uncertainty.*number = real_in(row, column++);
+  return axis;
+}
+
+/// Rows of units, axes and values count from 0 on, each: a table that skips one is no record's.
+Result<void> read_units(Database& database, RunInfo& info) {
+  const auto with_unit = [&](const Statement& row, const auto& use) -> Result<void> {
+    const auto unit = static_cast<std::uint64_t>(row.integer(0));
+    if (unit >= info.units.size())
+      return failure(FaultKind::bad_file, database.path(), "something belongs to a unit under test that is not there");
+    use(info.units[unit]);
+    return {};
+  };
+  return database
+      .each_row("SELECT name, serial_number, model, instrument, stream_text FROM unit ORDER BY position",
+                [&](const Statement& row) {
+                  info.units.push_back({.name = std::string(row.text(0)),
+                                        .serial_number = std::string(row.text(1)),
+                                        .model = std::string(row.text(2)),
+                                        .instrument = std::string(row.text(3)),
+                                        .stream_text = std::string(row.text(4))});
+                })
+      .and_then([&] {
+        return database.each_row(fmt::format("SELECT {} FROM axis ORDER BY unit, position", axis_columns()),
+                                 [&](const Statement& row) {
+                                   return with_unit(row, [&](UnitInfo& unit) { unit.axes.push_back(axis_in(row)); });
+                                 });
+      })
+      .and_then([&] {
+        return database.each_row(
+            "SELECT unit, name, unit_of_value, is_temperature FROM unit_value ORDER BY unit, position",
+            [&](const Statement& row) {
+              return with_unit(row, [&](UnitInfo& unit) {
+                unit.values.push_back({.name = std::string(row.text(1)),
+                                       .unit = std::string(row.text(2)),
+                                       .is_temperature = row.integer(3) != 0});
+              });
+            });
+      });
+}
+
+/// Who reads a value, where that is not who reads its unit; the channels say it.
+Result<void> read_instruments_of_values(Database& database, RunInfo& info) {
+  const auto sql = fmt::format("SELECT name, instrument FROM channel WHERE measures = '{}'", name(Measures::value));
+  return database.each_row(sql, [&](const Statement& row) {
+    for (UnitInfo& unit : info.units)
+      for (ValueInfo& value : unit.values)
+        if (row.text(0) == unit.name + "." + value.name && row.text(1) != unit.instrument)
+          value.instrument = row.text(1);
   });
 }
 
@@ -223,23 +363,34 @@ Result<void> read_segments(Database& database, RunInfo& info) {
 }
 
 Result<void> read_lists(Database& database, RunInfo& info) {
-  return database.each_row("SELECT name, value FROM list ORDER BY name, position", [&](const Statement& row) {
+  return database.each_row("SELECT name, of, value FROM list ORDER BY name, of, position", [&](const Statement& row) {
     const std::string_view list = row.text(0);
-    if (list == "cycles") info.cycles.emplace_back(row.text(1));
-    if (list == "gradients") info.gradients.emplace_back(row.text(1));
-    if (list == "three_point") info.three_point.emplace_back(row.text(1));
+    if (list == kCycles) info.cycles.emplace_back(row.text(2));
+    if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
+    const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
+    if (unit == info.units.end()) return;
+    if (list == kGradients) unit->gradients.emplace_back(row.text(2));
+    if (list == kThreePoint) unit->three_point.emplace_back(row.text(2));
   });
 }
 
 }  // namespace
 
+const UnitInfo* find_unit(const RunInfo& info, std::string_view name) {
+  const auto found = std::ranges::find(info.units, name, &UnitInfo::name);
+  return found == info.units.end() ? nullptr : &*found;
+}
+
+std::string axis_label(const UnitInfo& unit, std::size_t axis) {
+  return unit.axes.size() < 2 ? unit.name : unit.name + "." + unit.axes[axis].name;
+}
+
 Result<void> write_run_info(Database& database, const RunInfo& info) {
   return write_meta(database, info)
       .and_then([&] { return write_channels(database, info); })
       .and_then([&] { return write_segments(database, info.segments); })
-      .and_then([&] { return write_list(database, "cycles", info.cycles); })
-      .and_then([&] { return write_list(database, "gradients", info.gradients); })
-      .and_then([&] { return write_list(database, "three_point", info.three_point); });
+      .and_then([&] { return write_units(database, info); })
+      .and_then([&] { return write_lists(database, info); });
 }
 
 Result<RunInfo> read_run_info(Database& database) {
@@ -248,8 +399,10 @@ Result<RunInfo> read_run_info(Database& database) {
       database.each_row("SELECT key, value FROM meta", [&](const Statement& row) { take(info, row.text(0), row); })
           .and_then([&] { return read_channels(database, info); })
           .and_then([&] { return read_segments(database, info); })
+          .and_then([&] { return read_units(database, info); })
+          .and_then([&] { return read_instruments_of_values(database, info); })
           .and_then([&] { return read_lists(database, info); })
-          .and_then([&] { return check_channel_names(info.thermometers); })
+          .and_then([&] { return check_channel_names(info); })
           .and_then([&]() -> Result<void> {
             if (is_possible_time(info.started_utc)) return {};
             return failure(FaultKind::bad_file, database.path(), "the run started at an impossible time");

@@ -2,6 +2,7 @@
 /// What a record knows before its first sample: enough to analyse it, and to go on with it, without any other file.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -17,7 +18,7 @@
 
 namespace gyrotherm::record {
 
-/// The unit under test of a rig that has one.
+/// The unit under test of a rig file that names none.
 inline constexpr const char* kOnlyUnit = "gyro";
 
 /// How well a thermometer is known, as far as the rig file says so; uncertainties are standard ones, k = 1.
@@ -54,13 +55,38 @@ struct GyroUncertainty {
   bool operator==(const GyroUncertainty&) const = default;
 };
 
-struct GyroInfo {
+/// One input axis of a unit under test.
+struct AxisInfo {
+  std::string name{};  ///< empty: the unit's only one
   GyroKind kind{};
   double scale{};  ///< pulse_count: arcsec per pulse; rate: °/h per unit of the stored number
   std::optional<DegreesPerHour>
-      earth_rate;            ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
-  std::string instrument{};  ///< who reads it, in words
+      earth_rate{};  ///< on the input axis, removed from the bias; unknown: the first hold's mean is removed
+  std::optional<std::array<double, 3>> direction{};  ///< of the input axis in the fixture; of length 1
   GyroUncertainty uncertainty{};
+};
+
+/// Something that a unit tells of itself, or that analogue inputs measure of it: its own temperature, its discharge
+/// current.
+struct ValueInfo {
+  std::string name;
+  std::string unit;  ///< "°C" of a temperature
+  bool is_temperature{};
+  std::string instrument{};  ///< who reads it, in words; empty: the unit sends it itself
+  bool operator==(const ValueInfo&) const = default;
+};
+
+/// A unit under test.
+struct UnitInfo {
+  std::string name = kOnlyUnit;
+  std::string serial_number{};
+  std::string model{};
+  std::string instrument{};   ///< who reads it, in words
+  std::string stream_text{};  ///< the gyro stream that the rig file names; empty: the rig file has it
+  std::vector<AxisInfo> axes{};
+  std::vector<ValueInfo> values{};
+  std::vector<std::string> gradients{};    ///< the thermometers whose differences are the multi-point gradients
+  std::vector<std::string> three_point{};  ///< cathode, anode, shell; may be empty
 };
 
 struct RunInfo {
@@ -70,11 +96,11 @@ struct RunInfo {
   std::string profile_text;
   std::string rig_name;
   std::string rig_text;
-  std::string chamber_map_text;  ///< the register map that the rig file names
-  std::string gyro_stream_text;  ///< the gyro's stream that the rig file names; empty: the rig file has it
-  std::string gyro_model;        ///< virtual rig: the thermal model that its gyro stands on, by name; may be empty
-  std::string gyro_film;         ///< … how the air moves around its cabinet: "chamber", "still"
-  std::string gyro_model_text;   ///< … the model's file
+  std::string chamber_map_text;                   ///< the register map that the rig file names
+  std::vector<std::string> analogue_map_texts{};  ///< … of each unit of analogue inputs
+  std::string gyro_model;       ///< virtual rig: the thermal model that its gyro stands on, by name; may be empty
+  std::string gyro_film;        ///< … how the air moves around its cabinet: "chamber", "still"
+  std::string gyro_model_text;  ///< … the model's file
   bool simulated{};
   std::uint64_t seed{};
   std::uint64_t days_later{};  ///< virtual rig: how much older its gyro is than on day 0
@@ -82,10 +108,8 @@ struct RunInfo {
   Duration started_utc{};
   std::string chamber_instrument;  ///< who reads the chamber, in words
   std::vector<Channel> thermometers;
-  GyroInfo gyro;
-  std::vector<std::string> gradients;    ///< the thermometers whose differences are the multi-point gradients
-  std::vector<std::string> three_point;  ///< cathode, anode, shell; may be empty
-  std::vector<std::string> cycles;       ///< names
+  std::vector<UnitInfo> units;
+  std::vector<std::string> cycles;  ///< names
   struct SegmentInfo {
     std::string name;
     bool hold{};
@@ -97,6 +121,12 @@ struct RunInfo {
   };
   std::vector<SegmentInfo> segments;  ///< the expanded profile
 };
+
+/// The first unit of that name; null if there is none.
+[[nodiscard]] const UnitInfo* find_unit(const RunInfo& info, std::string_view name);
+
+/// How an axis is called among all: "gyro", "x" of a unit that has one axis, "u1.x" of one that has several.
+[[nodiscard]] std::string axis_label(const UnitInfo& unit, std::size_t axis);
 
 // RunInfo as rows of a record, there and back.
 

@@ -18,26 +18,37 @@ namespace {
 constexpr int kApplicationId = 0x67797274;  // "gyrt"
 constexpr int kUserVersion = 1;
 constexpr std::size_t kLongestName = 64;
+constexpr std::initializer_list<Measures> kAllMeasures = {Measures::temperature, Measures::rotation, Measures::interval,
+                                                          Measures::value, Measures::true_bias};
 
 constexpr const char* kOtherTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
-CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL, instrument TEXT NOT NULL,
-                     unit_under_test TEXT NOT NULL, offset_k REAL NOT NULL, polynomial TEXT NOT NULL,
-                     certificate TEXT NOT NULL, due TEXT NOT NULL, calibration_uncertainty_k REAL,
-                     distribution TEXT NOT NULL, drift_k_per_year REAL, calibrated TEXT NOT NULL);
+CREATE TABLE unit(position INTEGER PRIMARY KEY, name TEXT NOT NULL, serial_number TEXT NOT NULL, model TEXT NOT NULL,
+                  instrument TEXT NOT NULL, stream_text TEXT NOT NULL);
+CREATE TABLE axis(unit INTEGER NOT NULL, position INTEGER NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL,
+                  scale REAL NOT NULL, earth_rate_deg_per_h REAL, direction_x REAL, direction_y REAL, direction_z REAL,
+                  latitude_deg REAL, azimuth_deg REAL, elevation_deg REAL, latitude_uncertainty_deg REAL,
+                  azimuth_uncertainty_deg REAL, tilt_uncertainty_deg REAL, scale_factor_uncertainty_ppm REAL,
+                  turn_on_repeatability_deg_per_h REAL, PRIMARY KEY(unit, position)) WITHOUT ROWID;
+CREATE TABLE unit_value(unit INTEGER NOT NULL, position INTEGER NOT NULL, name TEXT NOT NULL,
+                        unit_of_value TEXT NOT NULL, is_temperature INTEGER NOT NULL,
+                        PRIMARY KEY(unit, position)) WITHOUT ROWID;
+CREATE TABLE channel(position INTEGER PRIMARY KEY, name TEXT NOT NULL, measures TEXT NOT NULL, unit TEXT NOT NULL,
+                     instrument TEXT NOT NULL, unit_under_test TEXT NOT NULL, offset_k REAL NOT NULL,
+                     polynomial TEXT NOT NULL, certificate TEXT NOT NULL, due TEXT NOT NULL,
+                     calibration_uncertainty_k REAL, distribution TEXT NOT NULL, drift_k_per_year REAL,
+                     calibrated TEXT NOT NULL);
 CREATE TABLE frames(id INTEGER PRIMARY KEY, seen INTEGER NOT NULL, lost INTEGER NOT NULL, bad INTEGER NOT NULL,
                     head TEXT NOT NULL);
 CREATE TABLE segment(position INTEGER PRIMARY KEY, name TEXT NOT NULL, hold INTEGER NOT NULL, target_c REAL NOT NULL,
                      rate_c_per_min REAL NOT NULL, cycle INTEGER NOT NULL, prompt TEXT NOT NULL,
                      unit_off INTEGER NOT NULL, unit_turned INTEGER NOT NULL);
-CREATE TABLE list(name TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
-                  PRIMARY KEY(name, position)) WITHOUT ROWID;
+CREATE TABLE list(name TEXT NOT NULL, of TEXT NOT NULL, position INTEGER NOT NULL, value TEXT NOT NULL,
+                  PRIMARY KEY(name, of, position)) WITHOUT ROWID;
 CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT NOT NULL, kind TEXT NOT NULL,
                    "where" TEXT NOT NULL, what TEXT NOT NULL, chain INTEGER NOT NULL);
 CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL, chain INTEGER NOT NULL);
 )";
-
-std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -45,41 +56,61 @@ std::string lower(std::string text) {
 }
 
 bool may_stand_in_a_name(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ' ' ||
-         c == '.' || c == '-';
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+}
+/// A foreign thermometer keeps the name that it had.
+bool may_stand_in_a_thermometers_name(char c) { return may_stand_in_a_name(c) || c == ' ' || c == '.'; }
+
+/// Why it is none; nothing where it is one.
+std::optional<std::string> name_trouble(std::string_view name, bool (*may_stand)(char), const char* of) {
+  if (name.empty() || name.size() > kLongestName) return "a name has 1 to 64 characters";
+  if (!std::ranges::all_of(name, may_stand)) return fmt::format("a name is made of {}", of);
+  return std::nullopt;
 }
 
-}  // namespace
-
-bool is_own_column(std::string_view name) {
-  const auto has = [&](std::span<const Column<SampleRow>> columns) {
-    return std::ranges::any_of(columns, [&](const auto& column) { return column.name == name; });
+Result<void> check_names_of_units(const RunInfo& info) {
+  const auto check = [](const char* kind, const std::string& name) -> Result<void> {
+    const auto why = name_trouble(name, may_stand_in_a_name, "letters, digits and _ -");
+    return why ? failure(FaultKind::bad_file, fmt::format("{} \"{}\"", kind, name), *why) : Result<void>{};
   };
-  return has(columns_before_thermometers()) || has(columns_after_thermometers());
-}
-
-Result<void> check_channel_names(const std::vector<Channel>& channels) {
-  std::set<std::string> taken;
-  for (const auto& column : columns_before_thermometers()) taken.insert(column.name);
-  for (const auto& column : columns_after_thermometers()) taken.insert(column.name);
-  taken.insert("chain");
-  for (const Channel& channel : channels) {
-    const auto refuse = [&](const char* why) {
-      return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name), why);
-    };
-    if (channel.name.empty() || channel.name.size() > kLongestName) return refuse("a name has 1 to 64 characters");
-    if (!std::all_of(channel.name.begin(), channel.name.end(), may_stand_in_a_name))
-      return refuse("a name is made of letters, digits, blanks and _ . -");
-    if (!taken.insert(lower(channel.name)).second) return refuse("the name is taken, expected one of its own");
+  for (const auto& unit : info.units) {
+    auto good = check("gyro", unit.name);
+    for (const auto& axis : unit.axes)
+      if (good && (unit.axes.size() > 1 || !axis.name.empty())) good = check("axis", axis.name);
+    for (const auto& value : unit.values)
+      if (good) good = check("value", value.name);
+    if (!good) return good;
   }
   return {};
 }
 
-Result<void> create_schema(Database& database, const std::vector<Channel>& channels) {
+}  // namespace
+
+Result<void> check_channel_names(const RunInfo& info) {
+  for (const Channel& channel : info.thermometers)
+    if (const auto why =
+            name_trouble(channel.name, may_stand_in_a_thermometers_name, "letters, digits, blanks and _ . -"))
+      return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name), *why);
+  if (auto good = check_names_of_units(info); !good) return good;
+  std::set<std::string> taken{"chain"};
+  for (const auto& column : columns_before_channels()) taken.insert(column.name);
+  for (const auto& column : columns_after_channels()) taken.insert(column.name);
+  auto columns = channel_columns(info);
+  // A thermometer is told that its name is another's, not the other way round.
+  std::ranges::stable_partition(columns, [](const auto& column) { return column.measures != Measures::temperature; });
+  for (const auto& column : columns) {
+    if (taken.insert(lower(column.name)).second) continue;
+    const bool thermometer = column.measures == Measures::temperature;
+    return failure(FaultKind::bad_file, fmt::format("{} \"{}\"", thermometer ? "thermometer" : "channel", column.name),
+                   "the name is taken, expected one of its own");
+  }
+  return {};
+}
+
+Result<void> create_schema(Database& database, const RunInfo& info) {
   std::string sample = "CREATE TABLE sample(";
-  for (const auto& column : columns_before_thermometers()) sample += fmt::format("{} {}, ", column.name, column.type);
-  for (const Channel& channel : channels) sample += quoted(channel.name) + " REAL, ";
-  for (const auto& column : columns_after_thermometers()) sample += fmt::format("{} {}, ", column.name, column.type);
+  SampleColumns(info).each(
+      [&](std::string_view name, std::string_view type) { sample += fmt::format("\"{}\" {}, ", name, type); });
   sample += "chain INTEGER NOT NULL);";
   std::string event = "CREATE TABLE event(id INTEGER PRIMARY KEY, ";
   for (const auto& column : columns_of_events()) event += fmt::format("{} {}, ", column.name, column.type);
@@ -128,12 +159,6 @@ Result<void> check_slots(Database& database, const std::string& path) {
 
 }  // namespace
 
-std::string sample_columns(const std::vector<Channel>& channels) {
-  std::string columns = names_of(columns_before_thermometers());
-  for (const Channel& channel : channels) columns += ", " + quoted(channel.name);
-  return columns + ", " + names_of(columns_after_thermometers());
-}
-
 namespace {
 
 /// A table's columns, each with its type, whether it may be empty, its place in the key, and whether it is computed.
@@ -173,7 +198,7 @@ Result<Tables> tables_of(Database& database, const std::string& path) {
   return tables;
 }
 
-/// What create_schema() makes, without its thermometers.
+/// What create_schema() makes, without channels.
 Result<Tables> expected_tables() {
   return Database::open(kInMemory, Access::read_write, 0).and_then([](Database memory) -> Result<Tables> {
     if (auto made = create_schema(memory, {}); !made) return failure(made.error());
@@ -181,19 +206,27 @@ Result<Tables> expected_tables() {
   });
 }
 
-/// The names of the thermometers among the channels, of a table that has been found to be one.
-Result<std::vector<std::string>> channel_names(Database& database) {
-  std::vector<std::string> names;
-  const auto read = database.each_row("SELECT name FROM channel ORDER BY position", [&](const Statement& row) {
-    if (!is_own_column(row.text(0))) names.emplace_back(row.text(0));
-  });
-  return read.map([&] { return names; });
+/// The columns that the record's channels make, of a table that has been found to be that of channels: those before the
+/// columns that stand behind them, and those after.
+struct ChannelColumns {
+  Columns before, after;
+};
+
+Result<ChannelColumns> columns_of_channels(Database& database) {
+  ChannelColumns columns;
+  const auto read =
+      database.each_row("SELECT name, measures FROM channel ORDER BY position", [&](const Statement& row) {
+        for (const auto measures : kAllMeasures)
+          if (row.text(1) == name(measures))
+            (measures == Measures::true_bias ? columns.after : columns.before)
+                .push_back(fmt::format("{} {} 0 0 0", row.text(0), type_of(measures)));
+      });
+  return read.map([&] { return columns; });
 }
 
-/// The samples have a column for each thermometer, behind the chamber's.
-void add_thermometers(Columns& sample, const std::vector<std::string>& names) {
-  auto at = sample.begin() + std::ssize(columns_before_thermometers());
-  for (const auto& name : names) at = sample.insert(at, name + " REAL 0 0 0") + 1;
+void add_channels(Columns& sample, const ChannelColumns& channels) {
+  sample.insert(sample.begin() + std::ssize(columns_before_channels()), channels.before.begin(), channels.before.end());
+  sample.insert(sample.end() - 1, channels.after.begin(), channels.after.end());  // before the chain's
 }
 
 Result<void> check_tables(Database& database, const std::string& path) {
@@ -211,9 +244,9 @@ Result<void> check_tables(Database& database, const std::string& path) {
     if (table == found->end()) return other_than_a_record(path, fmt::format("it has no table \"{}\"", name));
     if (name != "sample" && table->second != columns) return differs(name);
   }
-  const auto names = channel_names(database);
-  if (!names) return failure(names.error());
-  add_thermometers((*expected)["sample"], *names);
+  const auto channels = columns_of_channels(database);
+  if (!channels) return failure(channels.error());
+  add_channels((*expected)["sample"], *channels);
   return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
 }
 

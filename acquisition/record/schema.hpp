@@ -2,12 +2,14 @@
 /// The tables of a record, schema gyrotherm-run/1.
 ///
 ///   meta     key → value: what the run knows before its first sample, and its outcome
+///   unit     the units under test, each with its axes in `axis` and its own values in `unit_value`
 ///   channel  what is measured once a second, in the order of the sample's columns: unit, instrument, calibration, and
 ///            the unit under test that it belongs to, "" where it is the rig's
-///   frames   one row: the gyro's frames so far
+///   frames   one row: the frames of all gyros so far
 ///   segment  the expanded profile
-///   list     short lists of names: cycles, gradients, three_point
-///   sample   one row per slot; NULL where a reading was a fault; raw values, never changed
+///   list     short lists: cycles and analogue_map_texts; of each unit gradients, three_point
+///   sample   one row per slot; NULL where a reading was a fault; raw values, never changed. A unit's own value is NULL
+///            too where no frame of the second had it; what an analogue input measures of it has its own faults
 ///   fault    why a value of a sample is NULL
 ///   event    what happened, in order
 ///   gap      slots that have no sample, and why
@@ -27,15 +29,12 @@
 
 namespace gyrotherm::record {
 
-/// A thermometer's name becomes a column: 1 to 64 of [A-Za-z0-9_ .-], unlike every other column of the sample (letter
-/// case apart). Fails with bad_file naming the channel.
-[[nodiscard]] Result<void> check_channel_names(const std::vector<Channel>& channels);
-
-/// Whether a column of the sample has this name whatever the thermometers are called.
-[[nodiscard]] bool is_own_column(std::string_view name);
+/// Names become columns: those of thermometers are 1 to 64 of [A-Za-z0-9_ .-], those of units, axes and values of
+/// [A-Za-z0-9_-], and no column has the name of another (letter case apart). Fails with bad_file naming the one.
+[[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
 /// Makes the tables and marks the file as a record. The names must be good.
-[[nodiscard]] Result<void> create_schema(Database& database, const std::vector<Channel>& channels);
+[[nodiscard]] Result<void> create_schema(Database& database, const RunInfo& info);
 
 inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of seconds
 
@@ -44,8 +43,5 @@ inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of sec
 /// its slots are such as a run can have: from 0 to kMostSlots. Fails with bad_file if it is none, or another version's;
 /// with storage if it is locked.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
-
-/// The sample's columns in the order of SampleRow, quoted, separated by commas.
-[[nodiscard]] std::string sample_columns(const std::vector<Channel>& channels);
 
 }  // namespace gyrotherm::record

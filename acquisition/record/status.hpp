@@ -34,7 +34,7 @@ struct RunStatus {
   std::optional<Celsius> chamber_air;
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;  ///< channel and reading; nothing: a fault
   std::int64_t faults{};               ///< readings that were faults, since the run started
-  std::optional<FrameCount> frames{};  ///< the gyro's, since the run started; nothing before the first second
+  std::optional<FrameCount> frames{};  ///< of all gyros, since the run started; nothing before the first second
 
   RunStanding standing{};            ///< times and faults are known while a program writes the record
   std::string ended_by{};            ///< the record's last word, where no program writes it: why the run stopped

@@ -80,8 +80,12 @@ class OrderedStore : public Store {
   void show(const Sample& sample) {
     status_.slot = sample.slot;
     status_.standing.state = sample.state;
-    const auto& frames = sample.gyro_frames;
-    status_.frames = {before_.seen + frames.seen, before_.lost + frames.lost, before_.bad + frames.bad};
+    status_.frames = before_;
+    for (const auto& unit : sample.units) {
+      status_.frames->seen += unit.frames.seen;
+      status_.frames->lost += unit.frames.lost;
+      status_.frames->bad += unit.frames.bad;
+    }
     show_progress(status_, info_, sample.progress);
     const auto chamber = value_of(sample.chamber);
     status_.chamber_air = chamber ? std::optional(chamber->air) : std::nullopt;

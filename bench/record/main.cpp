@@ -83,7 +83,7 @@ int run(const std::filesystem::path& folder) {
   info.id = std::string(32, '0');
   info.program_version = "bench";
   info.started_utc = kVirtualEpoch;
-  info.gyro = {record::GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}};
+  info.units = {{.axes = {{.scale = 0.1, .earth_rate = DegreesPerHour{10.636}}}}};
   for (int i = 0; i < 9; ++i) info.thermometers.push_back({fmt::format("T{}", i), "", {}});
   auto store = record::Store::create(path, info);
   if (!store) return fmt::print(stderr, "{}\n", text(store.error())), 1;
@@ -92,7 +92,7 @@ int run(const std::filesystem::path& folder) {
   sample.at = at;
   sample.chamber = {ChamberState{Celsius{20}, Celsius{21}}, at};
   sample.thermometers.resize(9, {Celsius{20.123456}, at});
-  sample.gyro = {PulseCount{-1000, std::chrono::nanoseconds(1'000'000'001)}, at};
+  sample.units = {{.count = {GyroCount{{-1000}, std::chrono::nanoseconds(1'000'000'001)}, at}}};
   const double began_s = thread_seconds();
   for (sample.slot = 0; sample.slot < kSlots; ++sample.slot)
     if (const auto appended = (*store)->append(sample, {}); !appended)

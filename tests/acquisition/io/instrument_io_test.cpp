@@ -76,11 +76,26 @@ class GatedThermometer final : public drivers::Thermometer {
 
 class GatedGyro final : public drivers::Gyro {
  public:
-  Result<PulseCount> read(Duration expected) override {
+  Result<GyroCount> read(Duration expected) override {
     gate.pass();
-    return PulseCount{++reads, expected};
+    return GyroCount{{++reads}, expected};
   }
   Gate gate;
+  std::atomic<int> reads{};
+};
+
+/// Two inputs; the second breaks on command.
+class GatedInputs final : public drivers::AnalogueInputs {
+ public:
+  Result<std::string> identify() override { return "gated"; }
+  std::vector<Result<double>> read() override {
+    gate.pass();
+    const double reading = ++reads;
+    if (open_loop) return {reading, failure(FaultKind::out_of_range, "input 2", "burn_out")};
+    return {reading, 2 * reading};
+  }
+  Gate gate;
+  std::atomic<bool> open_loop{};
   std::atomic<int> reads{};
 };
 
@@ -91,17 +106,17 @@ struct Bench {
   GatedThermometer second;
   GatedGyro gyro;
   VirtualClock clock;
-  Instruments instruments{chamber, {{first, {"A", "B", "C"}}, {second, {"shell"}}}, gyro};
+  Instruments instruments{chamber, {{first, {"A", "B", "C"}}, {second, {"shell"}}}, {{gyro, {{0, {0}}}}}};
 };
 
 void expect_complete(const Sample& sample) {
-  ASSERT_TRUE(sample.chamber.value && sample.gyro.value);
+  ASSERT_TRUE(sample.chamber.value && sample.units[0].count.value);
   ASSERT_EQ(sample.thermometers.size(), 4u);
   EXPECT_EQ(sample.thermometers[0].value, Celsius{100});
   EXPECT_EQ(sample.thermometers[1].value.error().kind, FaultKind::out_of_range);
   EXPECT_EQ(sample.thermometers[2].value, Celsius{102});
   EXPECT_EQ(sample.thermometers[3].value, Celsius{100});
-  EXPECT_EQ(sample.gyro.value->interval, 1s);
+  EXPECT_EQ(sample.units[0].count.value->interval, 1s);
 }
 
 TEST(InstrumentIo, ReadsEveryInstrumentOnceInline) {
@@ -112,7 +127,7 @@ TEST(InstrumentIo, ReadsEveryInstrumentOnceInline) {
   expect_complete(sample);
   EXPECT_EQ(sample.slot, 7);
   EXPECT_EQ(sample.at.since_start, 7s);
-  EXPECT_EQ(sample.gyro.at.since_start, 7s);
+  EXPECT_EQ(sample.units[0].count.at.since_start, 7s);
 }
 
 TEST(InstrumentIo, ReadsEveryInstrumentOnceWithWorkers) {
@@ -133,7 +148,7 @@ TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
     EXPECT_EQ(fault.where, std::string(1, static_cast<char>('A' + i)));
     EXPECT_EQ(fault.what, "still busy after 50 ms");
   }
-  EXPECT_TRUE(sample.thermometers[3].value && sample.chamber.value && sample.gyro.value);
+  EXPECT_TRUE(sample.thermometers[3].value && sample.chamber.value && sample.units[0].count.value);
   bench.first.gate.open();
 }
 
@@ -178,13 +193,13 @@ TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
   const Sample missed = io->read(0, bench.clock);
   EXPECT_EQ(missed.chamber.value.error().kind, FaultKind::timeout);
-  EXPECT_EQ(missed.gyro.value.error().kind, FaultKind::timeout);
+  EXPECT_EQ(missed.units[0].count.value.error().kind, FaultKind::timeout);
   bench.chamber.gate.open();
   bench.gyro.gate.open();
   const Sample next = io->read(1, bench.clock);
-  ASSERT_TRUE(next.chamber.value && next.gyro.value);
+  ASSERT_TRUE(next.chamber.value && next.units[0].count.value);
   EXPECT_EQ(next.chamber.value->air, Celsius{2}) << "1 was the late answer";
-  EXPECT_EQ(next.gyro.value->pulses, 2);
+  EXPECT_EQ(next.units[0].count.value->pulses[0], 2);
 }
 
 /// While its thermometer is read the whole machine stands still.
@@ -203,7 +218,7 @@ class StandingStill final : public Clock, public drivers::Thermometer {
 TEST(InstrumentIo, AnAnswerOfALaterSecondIsNoneThoughItIsThereWhenTheMachineGoesOn) {
   Bench bench;
   StandingStill machine;
-  const auto io = InstrumentIo::workers({bench.chamber, {{machine, {"A"}}}, bench.gyro});
+  const auto io = InstrumentIo::workers({bench.chamber, {{machine, {"A"}}}, {{bench.gyro, {{0, {0}}}}}});
   machine.stands_still_ms = 700;
   EXPECT_EQ(io->read(0, machine).thermometers[0].value, Celsius{24});
   machine.stands_still_ms = 24'000;
@@ -217,12 +232,13 @@ TEST(InstrumentIo, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
   bench.gyro.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 30ms});
   for (int slot = 0; slot < 4; ++slot)
-    EXPECT_EQ(io->read(slot, bench.clock).gyro.value.error().kind, FaultKind::timeout);
+    EXPECT_EQ(io->read(slot, bench.clock).units[0].count.value.error().kind, FaultKind::timeout);
   EXPECT_EQ(bench.gyro.reads, 0);
   bench.gyro.gate.open();
   bench.gyro.gate.wait_for_arrivals(1);
   const auto patient = io->read(4, bench.clock);
-  EXPECT_TRUE(!patient.gyro.value || patient.gyro.value->pulses == 2) << "three withdrawn reads were never made";
+  EXPECT_TRUE(!patient.units[0].count.value || patient.units[0].count.value->pulses[0] == 2)
+      << "three withdrawn reads were never made";
 }
 
 TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
@@ -266,6 +282,64 @@ TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
   bench.clock.advance(930ms);  // an instrument was slow
   EXPECT_EQ(io->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
   bench.chamber.command_gate.open();
+}
+
+/// Two units on one line, each with an analogue value.
+struct AnalogueBench : Bench {
+  GatedInputs inputs;
+  AnalogueBench() {
+    instruments.gyros[0].shares = {{.unit = 0, .axes = {0}}, {.unit = 1, .axes = {0}}};
+    instruments.analogue.push_back({inputs,
+                                    {{.unit = 1, .value = 0, .name = "u2.current", .scale = 10, .offset = 0.5},
+                                     {.unit = 0, .value = 0, .name = "u1.current"}}});
+  }
+};
+
+void expect_read(const Sample& sample) {
+  for (const auto& unit : sample.units) {
+    EXPECT_TRUE(unit.count.value);
+    ASSERT_EQ(unit.analogue.size(), 1u);
+  }
+  EXPECT_EQ(sample.units[0].analogue[0].value, 2.0);
+  EXPECT_EQ(sample.units[1].analogue[0].value, 10.5) << "scaled";
+}
+
+TEST(InstrumentIo, GivesEachUnitWhatAnalogueInputsMeasureOfIt) {
+  AnalogueBench inlined;
+  expect_read(InstrumentIo::inline_calls(inlined.instruments)->read(0, inlined.clock));
+  AnalogueBench worked;
+  expect_read(InstrumentIo::workers(worked.instruments, {.patience = 10s})->read(0, worked.clock));
+}
+
+TEST(InstrumentIo, AnOpenAnalogueInputIsAFaultInItsOwnChannelAlone) {
+  AnalogueBench bench;
+  bench.inputs.open_loop = true;
+  const auto sample = InstrumentIo::inline_calls(bench.instruments)->read(0, bench.clock);
+  ASSERT_FALSE(sample.units[0].analogue[0].value);
+  EXPECT_EQ(sample.units[0].analogue[0].value.error().what, "burn_out");
+  EXPECT_TRUE(sample.units[1].analogue[0].value && sample.units[0].count.value && sample.chamber.value);
+}
+
+TEST(InstrumentIo, SilentAnalogueInputsAreAFaultInTheirOwnChannelsAlone) {
+  AnalogueBench bench;
+  bench.inputs.gate.close();
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto sample = io->read(0, bench.clock);
+  EXPECT_EQ(text(sample.units[1].analogue[0].value.error()), "u2.current: still busy after 50 ms");
+  EXPECT_EQ(sample.units[0].analogue[0].value.error().where, "u1.current");
+  EXPECT_TRUE(sample.units[0].count.value && sample.units[1].count.value && sample.chamber.value);
+  bench.inputs.gate.open();
+}
+
+TEST(InstrumentIo, ASilentGyroLeavesItsAnalogueChannelsAlone) {
+  AnalogueBench bench;
+  bench.gyro.gate.close();
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto sample = io->read(0, bench.clock);
+  EXPECT_FALSE(sample.units[0].count.value || sample.units[1].count.value);
+  EXPECT_EQ(sample.units[0].analogue[0].value, 2.0);
+  EXPECT_EQ(sample.units[1].analogue[0].value, 10.5);
+  bench.gyro.gate.open();
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ void make_run(const std::string& path, bool finished = true) {
     if (slot >= 10 && slot < 15) continue;
     Sample sample = sample_at(slot);
     if (slot % 10 == 3) sample.thermometers[1].value = failure(FaultKind::timeout, "shell", "silent");
-    if (slot == 20) sample.gyro.value = failure(FaultKind::timeout, "gyro", "silent");
+    if (slot == 20) sample.units[0].count.value = failure(FaultKind::timeout, "gyro", "silent");
     ASSERT_TRUE(store->append(sample, std::span(&event, slot % 7 == 0 ? 1 : 0)));
     if (slot % 4 == 0) {
       ASSERT_TRUE(store->append_event(event));
@@ -186,7 +186,7 @@ TEST(Chain, HoldsTextsWithoutControlsInUtf8) {
                                      "20 \xB0"
                                      "C \x1b[2J"}));
     Sample sample = sample_at(0);
-    sample.gyro.value = failure(FaultKind::corrupted, "gyro \x07", "said \"\xff\"");
+    sample.units[0].count.value = failure(FaultKind::corrupted, "gyro \x07", "said \"\xff\"");
     ASSERT_TRUE(store->append(sample, {}));
     ASSERT_TRUE(store->append_gap(1, 2, "late\n"));
     ASSERT_TRUE(store->finish());

@@ -26,11 +26,10 @@ Record small_record() {
   record.chamber_air_c = {20.1, NAN};
   record.chamber_set_point_c = {21, NAN};
   record.thermometers_c = {{19.5, -0.1}, {NAN, 1e-9}};
-  record.gyro = {-1000, NAN};
-  record.gyro_interval_s = {1, NAN};
+  record.units = {
+      {.rotation = {{-1000, NAN}}, .interval_s = {1, NAN}, .values = {}, .true_bias_deg_per_h = {{0.02, NAN}}}};
   record.progress = {{.segment = 0, .cycle = 0, .set_point = {}},
                      {.segment = 1, .phase = Phase::holding, .set_point = {}}};
-  record.true_bias_deg_per_h = {0.02, NAN};
   return record;
 }
 

@@ -24,8 +24,10 @@ ImportMap chosen_map(std::uint8_t choice) {
   if ((choice & 32) != 0) map.time = ColumnName{"a", 1};
   map.time_unit = std::chrono::milliseconds(1);
   map.interval = std::chrono::seconds(1);
-  map.thermometers = {{"T", {"b", 2}, 2, 1}};
-  map.gyro = {"b", 2};
+  map.thermometers = {"T"};
+  map.thermometer_columns = {{{"b", 2}, 2, 1}};
+  map.units = {{.axes = {AxisInfo{}}}};
+  map.axis_columns = {{"b", 2}};
   return map;
 }
 
@@ -36,8 +38,9 @@ void require(bool condition) {
 void run(const ImportMap& map, const std::string& bytes) {
   const auto rows = parse_foreign_rows(bytes, map, "fuzz");
   if (!rows) return require(rows.error().kind == FaultKind::bad_file && rows.error().where.starts_with("fuzz:"));
-  require(!rows->gyro.empty() && rows->gyro.size() == rows->time.size() && rows->gyro.size() == rows->interval.size());
-  for (const double number : rows->gyro) require(std::isfinite(number));
+  const auto& rotation = rows->rotation.front();
+  require(!rotation.empty() && rotation.size() == rows->time.size() && rotation.size() == rows->interval.size());
+  for (const double number : rotation) require(std::isfinite(number));
   for (std::size_t i = 1; i < rows->time.size(); ++i) require(rows->time[i] > rows->time[i - 1]);
   (void)find_silences(rows->time);
 }

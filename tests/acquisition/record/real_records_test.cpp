@@ -40,29 +40,41 @@ TEST_F(RealRecord, FreeImuIsImportedRowByRow) {
   EXPECT_NEAR(*low, 10.383, 1e-3);
   EXPECT_NEAR(*high, 28.942, 1e-3);
   EXPECT_EQ(record.thermometers_c[1][0], 8.58);
-  EXPECT_EQ(record.gyro[0], 8);
-  EXPECT_NEAR(record.info.gyro.scale, 219.512, 1e-3);
-  EXPECT_EQ(record.info.gradients, (std::vector<std::string>{"die", "barometer"}));
+  EXPECT_EQ(record.units[0].rotation[0][0], 8);
+  EXPECT_NEAR(record.info.units[0].axes[0].scale, 219.512, 1e-3);
+  EXPECT_EQ(record.info.units[0].gradients, (std::vector<std::string>{"die", "barometer"}));
   ASSERT_EQ(record.events.size(), 1u);
   EXPECT_EQ(record.events[0].event.text.rfind("378 gaps", 0), 0u) << record.events[0].event.text;
 }
 
+TEST_F(RealRecord, FreeImuIsOneUnitWithThreeAxesAndATemperatureOfItsOwn) {
+  const Record triad = imported("freeimu_Tempdata01-02-14.csv", "freeimu-triad.toml");
+  ASSERT_EQ(triad.info.units.size(), 1u);
+  ASSERT_EQ(triad.units[0].rotation.size(), 3u);
+  EXPECT_EQ(triad.units[0].rotation[0][0], 8);
+  EXPECT_EQ(triad.units[0].rotation[1][0], -4);
+  EXPECT_EQ(triad.units[0].rotation[2][0], -19);
+  ASSERT_EQ(triad.units[0].values.size(), 1u);
+  EXPECT_TRUE(triad.info.units[0].values[0].is_temperature);
+  EXPECT_NEAR(triad.units[0].values[0][0], -8884.0 / 340 + 36.53, 1e-9);
+}
+
 TEST_F(RealRecord, LaserGyroKeepsEveryIncrement) {
   const Record record = imported("lasergyro.imu", "lasergyro.toml");
-  ASSERT_EQ(record.gyro.size(), 184'718u);
-  EXPECT_EQ(std::accumulate(record.gyro.begin(), record.gyro.end(), 0.0), 154'367);
-  EXPECT_EQ(record.info.gyro.kind, GyroKind::pulse_count);
-  EXPECT_EQ(record.gyro_interval_s[5], 0.01);
+  ASSERT_EQ(record.units[0].rotation[0].size(), 184'718u);
+  EXPECT_EQ(std::accumulate(record.units[0].rotation[0].begin(), record.units[0].rotation[0].end(), 0.0), 154'367);
+  EXPECT_EQ(record.info.units[0].axes[0].kind, GyroKind::pulse_count);
+  EXPECT_EQ(record.units[0].interval_s[5], 0.01);
   EXPECT_TRUE(record.thermometers_c.empty());
 }
 
 TEST_F(RealRecord, TofuPilotKeepsItsTemperaturePath) {
   const Record record = imported("tofupilot_imu_raw_data.csv", "tofupilot.toml");
-  ASSERT_EQ(record.gyro.size(), 8'400u);
+  ASSERT_EQ(record.units[0].rotation[0].size(), 8'400u);
   const auto& sensor_c = record.thermometers_c[0];
   EXPECT_EQ(std::min_element(sensor_c.begin(), sensor_c.end()) - sensor_c.begin(), 2692);
   EXPECT_NEAR(sensor_c[2692], -17.60306168, 1e-8);
-  EXPECT_EQ(record.gyro[0], -0.04710827768);
+  EXPECT_EQ(record.units[0].rotation[0][0], -0.04710827768);
 }
 
 }  // namespace

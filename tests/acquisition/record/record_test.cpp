@@ -39,11 +39,11 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_EQ(info.thermometers[1].name, "shell-1.b");
   EXPECT_EQ(info.thermometers[1].instrument, "another");
   EXPECT_EQ(info.thermometers[1].offset, Kelvins{-0.25});
-  EXPECT_EQ(info.gyro.kind, GyroKind::pulse_count);
-  EXPECT_EQ(info.gyro.scale, 0.1);
-  EXPECT_EQ(info.gyro.earth_rate, DegreesPerHour{10.636});
-  EXPECT_EQ(info.gradients, given.gradients);
-  EXPECT_EQ(info.three_point, given.three_point);
+  EXPECT_EQ(info.units[0].axes[0].kind, GyroKind::pulse_count);
+  EXPECT_EQ(info.units[0].axes[0].scale, 0.1);
+  EXPECT_EQ(info.units[0].axes[0].earth_rate, DegreesPerHour{10.636});
+  EXPECT_EQ(info.units[0].gradients, given.units[0].gradients);
+  EXPECT_EQ(info.units[0].three_point, given.units[0].three_point);
   EXPECT_EQ(info.cycles, given.cycles);
   ASSERT_EQ(info.segments.size(), 2u);
   EXPECT_EQ(info.segments[0].name, "warm up");
@@ -57,35 +57,35 @@ TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {
   {
     auto store = store_with(folder / "run.db", 0);
     auto sample = sample_at(0);
-    sample.true_bias = DegreesPerHour{-0.0123};
+    sample.units[0].true_bias = {DegreesPerHour{-0.0123}};
     ASSERT_TRUE(store->append(sample, {}));
     ASSERT_TRUE(store->append(sample_at(1), {}));
     ASSERT_TRUE(store->sync());
   }
   const auto record = read_record(folder / "run.db").value();
-  ASSERT_EQ(record.true_bias_deg_per_h.size(), 2u);
-  EXPECT_EQ(record.true_bias_deg_per_h[0], -0.0123);
-  EXPECT_TRUE(std::isnan(record.true_bias_deg_per_h[1])) << "no real gyro tells";
+  ASSERT_EQ(record.units[0].true_bias_deg_per_h[0].size(), 2u);
+  EXPECT_EQ(record.units[0].true_bias_deg_per_h[0][0], -0.0123);
+  EXPECT_TRUE(std::isnan(record.units[0].true_bias_deg_per_h[0][1])) << "no real gyro tells";
 }
 
 TEST(Record, KeepsAnUnknownEarthRateUnknown) {
   const Folder folder;
   RunInfo info = two_thermometers();
-  info.gyro.earth_rate.reset();
+  info.units[0].axes[0].earth_rate.reset();
   ASSERT_TRUE(Store::create(folder / "run.db", info));
-  EXPECT_FALSE(read_record(folder / "run.db").value().info.gyro.earth_rate);
+  EXPECT_FALSE(read_record(folder / "run.db").value().info.units[0].axes[0].earth_rate);
 }
 
 TEST(Record, KeepsTheCalibrationsAndTheGyrosStream) {
   const Folder folder;
   RunInfo info = two_thermometers();
-  info.gyro_stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n";
+  info.units[0].stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n";
   info.thermometers[0].polynomial = {0.1, 1 + 1e-15, -2.5e-7};
   info.thermometers[1].certificate = "2025-0815 \"b\"";
   info.thermometers[1].due = parse_day("2027-03-01");
   ASSERT_TRUE(Store::create(folder / "run.db", info));
   const auto back = read_record(folder / "run.db").value().info;
-  EXPECT_EQ(back.gyro_stream_text, info.gyro_stream_text);
+  EXPECT_EQ(back.units[0].stream_text, info.units[0].stream_text);
   for (std::size_t i = 0; i < info.thermometers.size(); ++i) {
     EXPECT_EQ(back.thermometers[i].offset, info.thermometers[i].offset);
     EXPECT_EQ(back.thermometers[i].polynomial, info.thermometers[i].polynomial) << "to the bit";
@@ -101,17 +101,17 @@ TEST(Record, KeepsHowWellThermometersAndGyroAreKnown) {
                                       .rectangular = true,
                                       .drift_in_a_year = Kelvins{0.05},
                                       .calibrated = parse_day("2025-12-25")};
-  info.gyro.uncertainty = {.latitude_deg = 47.3769,
-                           .azimuth_deg = -1.0 / 3,
-                           .elevation_deg = 90,
-                           .latitude_uncertainty_deg = 0.01,
-                           .tilt_uncertainty_deg = 0.0,
-                           .turn_on_repeatability_deg_per_h = 1e-3};
+  info.units[0].axes[0].uncertainty = {.latitude_deg = 47.3769,
+                                       .azimuth_deg = -1.0 / 3,
+                                       .elevation_deg = 90,
+                                       .latitude_uncertainty_deg = 0.01,
+                                       .tilt_uncertainty_deg = 0.0,
+                                       .turn_on_repeatability_deg_per_h = 1e-3};
   ASSERT_TRUE(Store::create(folder / "run.db", info));
   const auto back = read_record(folder / "run.db").value().info;
   EXPECT_EQ(back.thermometers[0].uncertainty, ThermometerUncertainty{});
   EXPECT_EQ(back.thermometers[1].uncertainty, info.thermometers[1].uncertainty) << "to the bit";
-  EXPECT_EQ(back.gyro.uncertainty, info.gyro.uncertainty);
+  EXPECT_EQ(back.units[0].axes[0].uncertainty, info.units[0].axes[0].uncertainty);
 }
 
 TEST(Record, OfARigThatSaysNothingOfUncertaintyHasNothingOfIt) {
@@ -119,7 +119,7 @@ TEST(Record, OfARigThatSaysNothingOfUncertaintyHasNothingOfIt) {
   ASSERT_TRUE(Store::create(folder / "run.db", two_thermometers()));
   const auto back = read_record(folder / "run.db").value().info;
   for (const Channel& channel : back.thermometers) EXPECT_EQ(channel.uncertainty, ThermometerUncertainty{});
-  EXPECT_EQ(back.gyro.uncertainty, GyroUncertainty{});
+  EXPECT_EQ(back.units[0].axes[0].uncertainty, GyroUncertainty{});
 }
 
 TEST(Record, KeepsTheStateOfEachSecond) {
@@ -146,8 +146,8 @@ TEST(Record, GivesBackEachSampleToTheBit) {
   EXPECT_EQ(record.chamber_set_point_c[49], 21.0);
   EXPECT_EQ(record.thermometers_c[0][49], sample.thermometers[0].value->value);
   EXPECT_EQ(record.thermometers_c[1][49], -0.1);
-  EXPECT_EQ(record.gyro[49], -951.0);
-  EXPECT_DOUBLE_EQ(record.gyro_interval_s[49], 1.000000001);
+  EXPECT_EQ(record.units[0].rotation[0][49], -951.0);
+  EXPECT_DOUBLE_EQ(record.units[0].interval_s[49], 1.000000001);
   EXPECT_EQ(record.progress[49], sample.progress);
 }
 
@@ -159,15 +159,15 @@ TEST(Record, HasNothingWhereAReadingWasAFault) {
   sample.thermometers[0].value = failure(FaultKind::out_of_range, "A", "open input");
   ASSERT_TRUE(store->append(sample, {}));
   sample = sample_at(2);
-  sample.gyro.value = failure(FaultKind::corrupted, "gyro", "3 frames lost");
+  sample.units[0].count.value = failure(FaultKind::corrupted, "gyro", "3 frames lost");
   ASSERT_TRUE(store->append(sample, {}));
   ASSERT_TRUE(store->finish());
   store.reset();
   const Record record = read_record(folder / "run.db").value();
   EXPECT_TRUE(std::isnan(record.chamber_air_c[1]) && std::isnan(record.chamber_set_point_c[1]));
   EXPECT_TRUE(std::isnan(record.thermometers_c[0][1]));
-  EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.gyro[1]));
-  EXPECT_TRUE(std::isnan(record.gyro[2]) && std::isnan(record.gyro_interval_s[2]));
+  EXPECT_FALSE(std::isnan(record.thermometers_c[1][1]) || std::isnan(record.units[0].rotation[0][1]));
+  EXPECT_TRUE(std::isnan(record.units[0].rotation[0][2]) && std::isnan(record.units[0].interval_s[2]));
   EXPECT_EQ(record.set_point_c[1], 22.5) << "what was asked for is known all the same";
 }
 
@@ -204,11 +204,11 @@ TEST(Record, ListsEverythingThatIsMeasured) {
   store.reset();
   EXPECT_EQ(channels_in(folder / "run.db"),
             "chamber_air_c|°C|\nchamber_set_point_c|°C|\nA|°C|gyro\nshell-1.b|°C|gyro\n"
-            "pulses|pulse|gyro\ninterval_ns|ns|gyro\n");
+            "pulses|pulse|gyro\ninterval_ns|ns|gyro\ntrue_bias_deg_per_h|°/h|gyro\n");
   const RunInfo info = read_record(folder / "run.db").value().info;
   ASSERT_EQ(info.thermometers.size(), 2u);
   EXPECT_EQ(info.chamber_instrument, two_thermometers().chamber_instrument);
-  EXPECT_EQ(info.gyro.instrument, two_thermometers().gyro.instrument);
+  EXPECT_EQ(info.units[0].instrument, two_thermometers().units[0].instrument);
 }
 
 TEST(Record, GivesBackEventsInTheirOrder) {

@@ -49,9 +49,10 @@ inline RunInfo two_thermometers() {
   info.started_utc = kVirtualEpoch;
   info.thermometers = {{"A", "a bridge", Kelvins{0.1}}, {"shell-1.b", "another", Kelvins{-0.25}}};
   info.chamber_instrument = "a controller";
-  info.gyro = {GyroKind::pulse_count, 0.1, DegreesPerHour{10.636}, "a counter"};
-  info.gradients = {"shell-1.b", "A"};
-  info.three_point = {"A", "A", "shell-1.b"};
+  info.units = {{.instrument = "a counter",
+                 .axes = {{.kind = GyroKind::pulse_count, .scale = 0.1, .earth_rate = DegreesPerHour{10.636}}},
+                 .gradients = {"shell-1.b", "A"},
+                 .three_point = {"A", "A", "shell-1.b"}}};
   info.cycles = {"first", "second"};
   info.segments = {{"warm up", false, Celsius{70}, CelsiusPerMinute{5}, 0}, {"hold", true, Celsius{70}, {}, 1}};
   return info;
@@ -65,7 +66,7 @@ inline Sample sample_at(std::int64_t slot) {
   sample.at = at;
   sample.chamber = {ChamberState{Celsius{20 + 0.1 * s}, Celsius{21}}, at};
   sample.thermometers = {{Celsius{19.5 + 1e-9 * s}, at}, {Celsius{-0.1}, at}};
-  sample.gyro = {PulseCount{-1000 + slot, std::chrono::nanoseconds(1'000'000'001)}, at};
+  sample.units = {{.count = {GyroCount{{-1000 + slot}, std::chrono::nanoseconds(1'000'000'001)}, at}}};
   sample.progress = {.segment = 1,
                      .cycle = 1,
                      .phase = Phase::waiting_for_soak,

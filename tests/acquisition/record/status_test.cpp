@@ -97,12 +97,12 @@ TEST(Status, AddsUpTheGyrosFramesOverEveryProgramThatRecordedThem) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 2);
   Sample sample = sample_at(2);
-  sample.gyro_frames = {.seen = 3000, .lost = 2, .bad = 1};
+  sample.units[0].frames = {.seen = 3000, .lost = 2, .bad = 1};
   ASSERT_TRUE(store->append(sample, {}) && store->sync());
   store.reset();
   store = Store::reopen(folder / "run.db").value();
   sample = sample_at(3);
-  sample.gyro_frames = {.seen = 1000, .lost = 5, .bad = 0};
+  sample.units[0].frames = {.seen = 1000, .lost = 5, .bad = 0};
   ASSERT_TRUE(store->append(sample, {}) && store->sync());
   ASSERT_TRUE(store->finish());
   store.reset();

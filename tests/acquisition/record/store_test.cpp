@@ -242,7 +242,7 @@ TEST(BackgroundStore, WritesTheSameRecordAsTheInlineOne) {
   const auto a = read_record(folder / "a.db").value();
   const auto b = read_record(folder / "b.db").value();
   EXPECT_EQ(a.slot, b.slot);
-  EXPECT_EQ(a.gyro, b.gyro);
+  EXPECT_EQ(a.units[0].rotation, b.units[0].rotation);
   EXPECT_EQ(a.gaps.size(), b.gaps.size());
   EXPECT_EQ(a.events.size(), b.events.size());
   EXPECT_TRUE(b.finished);

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Records of several units under test, each with axes and values of its own.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/csv.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/schema.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm::record {
+namespace {
+
+AxisInfo axis_of(const std::string& name, double scale) {
+  return {.name = name,
+          .scale = scale,
+          .earth_rate = DegreesPerHour{scale},
+          .direction = {{0.6, 0, -0.8}},
+          .uncertainty = {.latitude_deg = 45, .tilt_uncertainty_deg = 1.0 / 3}};
+}
+
+/// A unit with three axes and two values, and one with a single axis.
+RunInfo two_units() {
+  RunInfo info = two_thermometers();
+  info.units = {{.name = "u1",
+                 .serial_number = "V-0001 \"b\"",
+                 .model = "triad",
+                 .instrument = "a counter",
+                 .stream_text = "schema = \"gyrotherm-gyro-stream/1\"\n",
+                 .axes = {axis_of("x", 0.1), axis_of("y", 0.2), axis_of("z", 0.3)},
+                 .values = {{"temperature", "°C", true}, {"discharge_current_a", "mA", false}},
+                 .gradients = {"A", "shell-1.b"},
+                 .three_point = {}},
+                {.name = "u-2", .axes = {{.scale = 0.4}}, .gradients = {"shell-1.b"}}};
+  return info;
+}
+
+Sample sample_of_two(std::int64_t slot) {
+  Sample sample = sample_at(slot);
+  const Instant at = sample.at;
+  sample.units = {{.count = {GyroCount{{slot, -slot, 7}, std::chrono::nanoseconds(999'999'999), {25.5, NAN}}, at},
+                   .frames = {.seen = 10, .lost = 1, .bad = 2},
+                   .true_bias = {{0.1}, {0.2}, {0.3}}},
+                  {.count = {GyroCount{{100 + slot}, kSecond}, at}, .frames = {.seen = 20}}};
+  return sample;
+}
+
+TEST(ManyUnits, ComeBackWithTheirAxesAndValues) {
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", two_units()).value();
+    ASSERT_TRUE(store->append(sample_of_two(0), {}));
+    ASSERT_TRUE(store->append(sample_of_two(1), {}));
+    ASSERT_TRUE(store->finish());
+  }
+  const auto record = read_record(folder / "run.db").value();
+  const RunInfo given = two_units();
+  ASSERT_EQ(record.info.units.size(), 2u);
+  const UnitInfo &first = record.info.units[0], &said = given.units[0];
+  EXPECT_EQ(first.name, "u1");
+  EXPECT_EQ(first.serial_number, said.serial_number);
+  EXPECT_EQ(first.model, said.model);
+  EXPECT_EQ(first.instrument, said.instrument);
+  EXPECT_EQ(first.stream_text, said.stream_text);
+  EXPECT_EQ(first.values, said.values);
+  EXPECT_EQ(first.gradients, said.gradients);
+  EXPECT_EQ(record.info.units[1].gradients, given.units[1].gradients) << "each unit has its own";
+  ASSERT_EQ(first.axes.size(), 3u);
+  EXPECT_EQ(first.axes[1].name, "y");
+  EXPECT_EQ(first.axes[1].scale, 0.2);
+  EXPECT_EQ(first.axes[2].earth_rate, DegreesPerHour{0.3});
+  EXPECT_EQ(first.axes[0].direction, said.axes[0].direction);
+  EXPECT_EQ(first.axes[0].uncertainty, said.axes[0].uncertainty) << "to the bit";
+  EXPECT_FALSE(record.info.units[1].axes[0].direction);
+
+  EXPECT_EQ(record.units[0].rotation, (std::vector<std::vector<double>>{{0, 1}, {0, -1}, {7, 7}}));
+  EXPECT_EQ(record.units[0].interval_s, (std::vector{0.999999999, 0.999999999}));
+  EXPECT_EQ(record.units[0].values[0], (std::vector{25.5, 25.5}));
+  EXPECT_TRUE(std::isnan(record.units[0].values[1][0])) << "no frame had it";
+  EXPECT_EQ(record.units[0].true_bias_deg_per_h[2], (std::vector{0.3, 0.3}));
+  EXPECT_EQ(record.units[1].rotation[0], (std::vector<double>{100, 101}));
+  EXPECT_TRUE(std::isnan(record.units[1].true_bias_deg_per_h[0][0]));
+  EXPECT_TRUE(verify_record(folder / "run.db"));
+}
+
+TEST(ManyUnits, OneThatIsSilentLosesItsOwnChannelsAlone) {
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", two_units()).value();
+    auto sample = sample_of_two(0);
+    sample.units[0].count.value = failure(FaultKind::timeout, "gyro", "nothing came");
+    ASSERT_TRUE(store->append(sample, {}));
+    ASSERT_TRUE(store->sync());
+    EXPECT_EQ(read_status(folder / "run.db")->frames, (FrameCount{.seen = 30, .lost = 1, .bad = 2})) << "of both";
+    ASSERT_TRUE(store->finish());
+  }
+  auto database = open_record(folder / "run.db").value();
+  EXPECT_EQ(database.ask("SELECT group_concat(channel) FROM fault").value(), "u1");
+  const auto record = record_of(database).value();
+  for (const auto& axis : record.units[0].rotation) EXPECT_TRUE(std::isnan(axis[0]));
+  EXPECT_TRUE(std::isnan(record.units[0].interval_s[0]) && std::isnan(record.units[0].values[0][0]));
+  EXPECT_EQ(record.units[1].rotation[0][0], 100);
+}
+
+/// The second value of the first unit, and the only one of the second, are measured by analogue inputs.
+RunInfo with_analogue_inputs() {
+  RunInfo info = two_units();
+  info.analogue_map_texts = {"schema = \"gyrotherm-analogue-inputs/1\"\n", "another"};
+  info.units[0].values[1].instrument = "AI-4 at tcp://10.0.0.7, input 1";
+  info.units[1].values = {{.name = "voltage", .unit = "V", .instrument = "AI-4 at tcp://10.0.0.7, input 2"}};
+  return info;
+}
+
+Sample with_analogue(std::int64_t slot) {
+  Sample sample = sample_of_two(slot);
+  sample.units[0].count.value->values = {25.5};
+  sample.units[0].analogue = {{1.5, sample.at}};
+  sample.units[1].analogue = {{-0.25, sample.at}};
+  return sample;
+}
+
+TEST(ManyUnits, WhatAnalogueInputsMeasureStandsBehindWhatTheUnitSends) {
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", with_analogue_inputs()).value();
+    ASSERT_TRUE(store->append(with_analogue(0), {}));
+    auto silent = with_analogue(1);
+    silent.units[0].count.value = failure(FaultKind::timeout, "gyro", "nothing came");
+    ASSERT_TRUE(store->append(silent, {}));
+    auto lost = with_analogue(2);
+    lost.units[0].analogue[0].value = failure(FaultKind::out_of_range, "analogue input 1", "burn_out");
+    ASSERT_TRUE(store->append(lost, {}));
+    ASSERT_TRUE(store->finish());
+  }
+  auto database = open_record(folder / "run.db").value();
+  EXPECT_EQ(database.ask("SELECT group_concat(slot || ' ' || channel) FROM fault").value(),
+            "1 u1,2 u1.discharge_current_a");
+  const auto record = record_of(database).value();
+  const auto& values = record.units[0].values;
+  EXPECT_EQ(values[0][0], 25.5);
+  EXPECT_TRUE(std::isnan(values[0][1]));
+  EXPECT_EQ(values[1][0], 1.5);
+  EXPECT_EQ(values[1][1], 1.5) << "the gyro's silence is its own";
+  EXPECT_TRUE(std::isnan(values[1][2]));
+  EXPECT_EQ(values[0][2], 25.5);
+  EXPECT_EQ(record.units[1].values[0], (std::vector{-0.25, -0.25, -0.25}));
+  EXPECT_EQ(record.info.units[0].values, with_analogue_inputs().units[0].values);
+  EXPECT_EQ(record.info.units[1].values, with_analogue_inputs().units[1].values);
+  EXPECT_EQ(record.info.analogue_map_texts, with_analogue_inputs().analogue_map_texts);
+  EXPECT_EQ(database.ask("SELECT instrument FROM channel WHERE name = 'u-2.voltage'").value(),
+            "AI-4 at tcp://10.0.0.7, input 2");
+  EXPECT_TRUE(verify_record(folder / "run.db"));
+}
+
+TEST(ManyUnits, ADroppedOneHasNoReadingAndNoFault) {
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", two_units()).value();
+    auto sample = sample_of_two(0);
+    sample.units[0].count.value = GyroCount{};
+    ASSERT_TRUE(store->append(sample, {}));
+    ASSERT_TRUE(store->finish());
+  }
+  auto database = open_record(folder / "run.db").value();
+  EXPECT_EQ(database.ask_integer("SELECT count(*) FROM fault", -1).value(), 0);
+  EXPECT_EQ(database.ask_integer("SELECT count(*) FROM sample WHERE \"u1.interval_ns\" IS NULL", -1).value(), 1);
+}
+
+TEST(ManyUnits, AreColumnsWithTheirLabels) {
+  std::string names;
+  for (const auto& column : channel_columns(two_units())) names += column.name + " ";
+  EXPECT_EQ(names,
+            "A shell-1.b u1.x.pulses u1.y.pulses u1.z.pulses u1.interval_ns u1.temperature u1.discharge_current_a "
+            "u-2.pulses u-2.interval_ns u1.x.true_bias_deg_per_h u1.y.true_bias_deg_per_h u1.z.true_bias_deg_per_h "
+            "u-2.true_bias_deg_per_h ");
+}
+
+TEST(ManyUnits, AreColumnsOfATextTable) {
+  Record record;
+  record.info = two_units();
+  const auto csv = to_csv(record);
+  const auto header = csv.substr(csv.find("slot,"));
+  EXPECT_EQ(header,
+            "slot,time [s],set point [°C],chamber air [°C],chamber set point [°C],A [°C],shell-1.b [°C],"
+            "u1.x [pulses of 0.1 arcsec],u1.y [pulses of 0.2 arcsec],u1.z [pulses of 0.3 arcsec],u1 interval [s],"
+            "u1.temperature [°C],u1.discharge_current_a [mA],u-2 [pulses of 0.4 arcsec],u-2 interval [s],"
+            "segment,cycle,phase,u1.x true bias [°/h],u1.y true bias [°/h],u1.z true bias [°/h],u-2 true bias [°/h]\n");
+}
+
+TEST(ManyUnits, HaveNamesThatColumnsCanHave) {
+  const auto refused = [](const auto& change) {
+    RunInfo info = two_units();
+    change(info);
+    const auto good = check_channel_names(info);
+    return good ? std::string() : text(good.error());
+  };
+  EXPECT_EQ(refused([](RunInfo&) {}), "");
+  EXPECT_EQ(refused([](RunInfo& info) { info.units[1].name = "u\"2"; }),
+            "gyro \"u\"2\": a name is made of letters, digits and _ -");
+  EXPECT_EQ(refused([](RunInfo& info) { info.units[0].axes[1].name = ""; }),
+            "axis \"\": a name has 1 to 64 characters");
+  EXPECT_EQ(refused([](RunInfo& info) { info.units[0].values[0].name = "a b"; }),
+            "value \"a b\": a name is made of letters, digits and _ -");
+  EXPECT_EQ(refused([](RunInfo& info) { info.units[1].name = "U1"; }),
+            "channel \"U1.interval_ns\": the name is taken, expected one of its own");
+  EXPECT_EQ(refused([](RunInfo& info) { info.thermometers[0].name = "u1.Temperature"; }),
+            "thermometer \"u1.Temperature\": the name is taken, expected one of its own");
+}
+
+TEST(ManyUnits, OfAForeignFileMustBeThere) {
+  const Folder folder;
+  ASSERT_TRUE(Store::create(folder / "run.db", two_units()).value()->finish());
+  auto database = Database::open(folder / "run.db", Access::read_write, 0).value();
+  ASSERT_TRUE(database.execute("INSERT INTO axis(unit, position, name, kind, scale) VALUES(7, 0, 'x', 'rate', 1)"));
+  const auto info = read_run_info(database);
+  ASSERT_FALSE(info);
+  EXPECT_EQ(info.error().what, "something belongs to a unit under test that is not there");
+}
+
+TEST(ManyUnits, GoOnInASecondFile) {
+  Record a, b;
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", two_units()).value();
+    for (int slot = 0; slot < 3; ++slot) ASSERT_TRUE(store->append(sample_of_two(slot), {}));
+    ASSERT_TRUE(store->sync());
+  }
+  auto store = Store::reopen(folder / "run.db").value();
+  ASSERT_TRUE(store->append(sample_of_two(3), {}));
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  const auto record = read_record(folder / "run.db").value();
+  EXPECT_EQ(record.units[0].rotation[1], (std::vector<double>{0, -1, -2, -3}));
+}
+
+}  // namespace
+}  // namespace gyrotherm::record

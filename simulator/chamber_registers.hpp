@@ -18,6 +18,7 @@
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "simulator/served_registers.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::simulator {
@@ -231,30 +232,25 @@ class ProgramRun {
   Stage stage_ = Stage::none;
 };
 
-/// Codes of a Modbus exception reply (Modbus Application Protocol V1.1b3, section 7).
-enum class ModbusException : std::uint8_t { illegal_function = 1, illegal_address = 2, illegal_value = 3 };
-
 /// Serves air_temperature, set_point (and active_ or working_set_point), output and clocks from the world; what
 /// switches the chamber on, starts its program and shows its state is for the map's [simulated] table to say. A map in
 /// which nothing switches it on describes a chamber that is on. Any other item keeps what is written to it.
-class ChamberRegisters {
+class ChamberRegisters final : public ServedRegisters {
  public:
   /// `laboratory` must outlive this. The map's [simulated] table has been found to be good.
   ChamberRegisters(drivers::RegisterMap map, VirtualLaboratory& laboratory);
   ChamberRegisters(const ChamberRegisters&) = delete;  // live_ points into map_
 
-  [[nodiscard]] const drivers::RegisterMap& map() const { return map_; }
+  [[nodiscard]] const drivers::RegisterMap& map() const override { return map_; }
   [[nodiscard]] std::uint8_t unit() const { return map_.link.modbus.unit; }
-  [[nodiscard]] bool is_silent_when_wrong() const { return unit_.silent_exceptions; }
+  [[nodiscard]] bool is_silent_when_wrong() const override { return unit_.silent_exceptions; }
 
-  /// Appends `count` words to `words`. Fails with illegal_value if the map reads fewer at once, or illegal_address at a
-  /// register that is none of the map's (inside a map's one block such a hole reads 0).
+  /// Inside a map's one block a hole reads 0.
   [[nodiscard]] tl::expected<void, ModbusException> read(drivers::ReadFunction function, std::uint16_t address,
-                                                         std::uint16_t count, std::vector<std::uint16_t>& words) const;
-  /// All or nothing. Fails with illegal_address at a register that is not writable or belongs to an item written in
-  /// part, or illegal_value if the controller does not accept what is written.
+                                                         std::uint16_t count,
+                                                         std::vector<std::uint16_t>& words) const override;
   [[nodiscard]] tl::expected<void, ModbusException> write(drivers::WriteFunction function, std::uint16_t address,
-                                                          std::span<const std::uint16_t> words);
+                                                          std::span<const std::uint16_t> words) override;
 
   /// The second that begins: a program that runs has its set point in it. To be called before the world's step.
   void pass_second();

@@ -9,6 +9,7 @@
 #include "core/toml_reader.hpp"
 #include "simulator/virtual_gyro.hpp"
 #include "simulator/virtual_laboratory.hpp"
+#include "simulator/virtual_unit.hpp"
 
 namespace gyrotherm::simulator {
 
@@ -49,10 +50,11 @@ DeadBand read_dead_band(const TomlTable& table) {
   return band;
 }
 
-ReadoutParameters read_readout(const TomlTable& table) {
+/// In a world of units each axis has its own Earth rate, and the type none.
+ReadoutParameters read_readout(const TomlTable& table, bool of_units) {
   ReadoutParameters r;
   r.arcsec_per_pulse = positive(table, "arcsec_per_pulse");
-  r.earth_rate_deg_per_h = table.number("earth_rate_deg_per_h");
+  if (!of_units) r.earth_rate_deg_per_h = table.number("earth_rate_deg_per_h");
   r.angle_random_walk_deg_per_sqrt_h = not_negative(table, "angle_random_walk_deg_per_sqrt_h");
   r.drift_deg_per_h = not_negative(table, "drift_deg_per_h", r.drift_deg_per_h);
   r.drift_time_s = time_constant_s(table, "drift_time_s", r.drift_time_s);
@@ -93,22 +95,21 @@ EachThermometer each_or_none(const TomlTable& table, const char* key, double lea
   return table.has(key) ? each(table, key, least) : EachThermometer{};
 }
 
-constexpr Vocabulary<Failing, 3> kFailings{
-    {{"stuck", Failing::stuck}, {"offset", Failing::offset}, {"spikes", Failing::spikes}}};
+constexpr Vocabulary<Failing, 4> kFailings{
+    {{"stuck", Failing::stuck}, {"offset", Failing::offset}, {"spikes", Failing::spikes}, {"dead", Failing::dead}}};
 
-FailingThermometer read_failing(const TomlTable& table) {
-  const auto channel = table.choice("channel", {kPlaceNames.begin(), kPlaceNames.end()});
-  FailingThermometer failing{
-      .place = static_cast<std::size_t>(std::ranges::find(kPlaceNames, channel) - kPlaceNames.begin()),
-      .how = one_of(kFailings, table, "how"),
-      .from_s = to_seconds(table.duration("from"))};
-  if (failing.place == kPlaceNames.size()) failing.place = 0;  // the choice was a mistake
-  if (failing.how != Failing::stuck) failing.error_k = table.number("error_k");
+FailingThermometer read_failing(const TomlTable& table, const std::vector<std::string>& names) {
+  const auto channel = table.choice("channel", names);
+  FailingThermometer failing{.place = static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()),
+                             .how = one_of(kFailings, table, "how"),
+                             .from_s = to_seconds(table.duration("from"))};
+  if (failing.place == names.size()) failing.place = 0;  // the choice was a mistake
+  if (failing.how == Failing::offset || failing.how == Failing::spikes) failing.error_k = table.number("error_k");
   if (failing.how == Failing::spikes) failing.spikes_per_h = not_negative(table, "spikes_per_h");
   return failing;
 }
 
-ThermometerParameters read_thermometers(const TomlTable& table) {
+ThermometerParameters read_thermometers(const TomlTable& table, const std::vector<std::string>& names) {
   constexpr double kAny = -100;
   ThermometerParameters t{.noise_k = each(table, "noise_k", 0),
                           .resolution_k = each(table, "resolution_k", 0),
@@ -119,7 +120,7 @@ ThermometerParameters read_thermometers(const TomlTable& table) {
                           .days_since_calibration = not_negative(table, "days_since_calibration", 0),
                           .drift_by_calendar = table.boolean("drift_by_calendar", false),
                           .self_heating_k = each_or_none(table, "self_heating_k", 0)};
-  for (const auto& failing : table.tables("failing")) t.failing.push_back(read_failing(failing));
+  for (const auto& failing : table.tables("failing")) t.failing.push_back(read_failing(failing, names));
   return t;
 }
 
@@ -179,9 +180,12 @@ Result<LaboratoryParameters> parse_laboratory(std::string_view rig_text, const s
   const bool is_reduced = has_reduced_gyro(table);
   LaboratoryParameters laboratory{.plant = read_plant(table.table("plant")),
                                   .body = {},
-                                  .gyro = read_readout(table.table("gyro")),
-                                  .thermometers = read_thermometers(table.table("thermometers")),
+                                  .gyro = read_readout(table.table("gyro"), has_units(table)),
+                                  .thermometers = {},
                                   .spread = read_spread(table.table("spread"), is_reduced)};
+  read_units(table, laboratory);
+  laboratory.thermometers = read_thermometers(table.table("thermometers"), thermometer_names_of(laboratory.units));
+  give_to_axes(laboratory.thermometers.failing, laboratory.units);
   if (table.has("power_on")) laboratory.soaked = table.table("power_on").boolean("soaked", false);
   if (is_reduced)
     laboratory.body = read_reduced_gyro(table);

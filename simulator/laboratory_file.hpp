@@ -23,19 +23,22 @@ struct PlantFaults {
   std::optional<double> sensor_c{};      ///< what the sensor shows instead, if anything
 };
 
-/// Of one thermometer on the article.
+/// Of one thermometer on a unit.
 struct ThermometerFault {
-  std::size_t place{};              ///< where it is: somewhere else after cables were swapped
+  std::size_t place{};              ///< whose place it has: another one's after cables were swapped
   double error_k{};                 ///< added to what it shows
   std::optional<double> shown_c{};  ///< what it shows instead, if anything
 };
 
 struct LaboratoryFaults {
-  LaboratoryFaults() {
-    for (std::size_t i = 0; i < thermometers.size(); ++i) thermometers[i].place = i;
+  /// Nothing is broken; of a plain world each thermometer can be, else as many.
+  LaboratoryFaults() : LaboratoryFaults(kThermalPlaces) {}
+  explicit LaboratoryFaults(std::size_t count) : thermometers(count) {
+    for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
   }
   PlantFaults plant;
-  std::array<ThermometerFault, kThermalPlaces> thermometers;  ///< A…H, shell
+  /// In the order of VirtualLaboratory::thermometer_names(); those beyond them are sound.
+  std::vector<ThermometerFault> thermometers;
 };
 
 // Pieces of the reader of a rig file's [virtual] table.
@@ -47,6 +50,17 @@ struct LaboratoryFaults {
 [[nodiscard]] double time_constant_s(const TomlTable& table, const char* key, std::optional<double> fallback = {});
 /// As many numbers as wanted, none below `least`; on a mistake that many zeros.
 [[nodiscard]] std::vector<double> numbers(const TomlTable& table, const char* key, std::size_t count, double least);
+
+/// Whether a [virtual] table has [[virtual.unit]].
+[[nodiscard]] bool has_units(const TomlTable& table);
+
+/// [[virtual.unit]], [[virtual.bracket]], [virtual.own_temperature] and [[virtual.value]] into `laboratory`, whose
+/// read-out has been read.
+void read_units(const TomlTable& table, LaboratoryParameters& laboratory);
+
+/// Of a world of units: gives failing thermometers, whose places are counted over all thermometer_names_of, to the axes
+/// that they sit on.
+void give_to_axes(std::vector<FailingThermometer>& failing, std::vector<UnitParameters>& units);
 
 /// [virtual.network] and [virtual.bias] of a rig whose body is "reference".
 [[nodiscard]] LumpedGyroParameters read_lumped_gyro(const TomlTable& table);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "simulator/added_heat.hpp"
+#include "simulator/bracket.hpp"
 #include "simulator/gyro_bias.hpp"
 #include "thermal/reduced/reduced_model.hpp"
 #include "thermal/reduced/thermal_system.hpp"
@@ -108,7 +109,8 @@ struct ReducedGyroParameters {
   double lead_spread{};  ///< sigma of ln of each lead's factor
   Ageing ageing{};
   Storage storage{};
-  bool cold = false;  ///< starts switched off, as warm as the air, and is switched on with its first second
+  bool cold = false;            ///< starts switched off, as warm as the air, and is switched on with its first second
+  int seconds_per_update = 10;  ///< of the conductivity of its gaps' air
 };
 
 /// So that the angle random walk is above 0 up to 80 °C.
@@ -148,8 +150,8 @@ struct ReadoutParameters {
 
 using EachThermometer = std::array<double, 9>;  ///< A…H, shell
 
-/// How a thermometer fails.
-enum class Failing { stuck, offset, spikes };
+/// How a thermometer fails; a dead one is an open input of its instrument.
+enum class Failing { stuck, offset, spikes, dead };
 
 /// [[virtual.thermometers.failing]]
 struct FailingThermometer {
@@ -193,6 +195,45 @@ struct SpreadParameters {
   std::optional<HardSpread> hard{};
 };
 
+/// A step of an axis' output of which no temperature tells.
+struct OutputHop {
+  double at_s{};  ///< of the run
+  double deg_per_h{};
+  std::optional<double> for_s{};  ///< nothing: it stays
+};
+
+/// [[virtual.unit.axis]]: what one axis has of its own. All else is the type's, drawn anew for each.
+struct AxisParameters {
+  std::string name{};  ///< "" only of a unit's one axis
+  double earth_rate_deg_per_h{};
+  double crosswise_earth_rate_deg_per_h{};  ///< as ReadoutParameters has it
+  std::optional<OutputHop> hop{};
+  std::vector<FailingThermometer> failing{};
+};
+
+/// [[virtual.unit]]
+struct UnitParameters {
+  std::string name;
+  std::vector<AxisParameters> axes;  ///< at least one
+};
+
+/// [virtual.own_temperature]: a sensor inside each unit, which follows the mean of its first axis' block.
+struct OwnThermometer {
+  double time_constant_s = 1;  ///< 1 or more
+  double noise_k{};            ///< standard deviation, white
+  double resolution_k{};       ///< 0: none
+  double offset_k{};           ///< of the sensor in each unit alike
+};
+
+/// [[virtual.value]]: a number beside its rate that each unit tells of itself, a straight line in the mean of its first
+/// axis' block.
+struct OwnValue {
+  std::string name;
+  double at_20_c{};
+  double per_k{};
+  double noise{};  ///< standard deviation, white
+};
+
 struct LaboratoryParameters {
   PlantParameters plant;
   std::variant<LumpedGyroParameters, ReducedGyroParameters> body;
@@ -200,6 +241,10 @@ struct LaboratoryParameters {
   ThermometerParameters thermometers;
   SpreadParameters spread;
   bool soaked = false;  ///< before a run, chamber and gyro have stood at the profile's first set point for long
+  std::vector<UnitParameters> units{};  ///< none: the plain world, one gyro with the numbers of the type
+  std::vector<BracketParameters> brackets{};
+  std::optional<OwnThermometer> own_temperature{};
+  std::vector<OwnValue> values{};
 };
 
 }  // namespace gyrotherm::simulator

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/random.hpp"
@@ -195,6 +196,7 @@ void ThermometerBank::fail(const std::array<double, kThermalPlaces>& before_c) {
     double& reading_c = readings_c_[failing.place];
     switch (failing.how) {
       case Failing::stuck: reading_c = before_c[failing.place]; break;
+      case Failing::dead: reading_c = std::numeric_limits<double>::quiet_NaN(); break;
       case Failing::offset: reading_c += failing.error_k; break;
       case Failing::spikes:
         if (spikes_.uniform() < failing.spikes_per_h / kSecondsPerHour)

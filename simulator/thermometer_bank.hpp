@@ -26,7 +26,7 @@ namespace gyrotherm::simulator {
 /// Each thermometer follows its place with a first-order lag and reads, to its resolution,
 /// T + offset + gain·(T − 20 °C) + drift + self-heating + white noise. The drift is a random walk that began at the
 /// calibration; self-heating grows as the resistance of platinum (IEC 60751: 0.39 % a kelvin). One that fails reads
-/// something else from its time on.
+/// something else from its time on; a dead one, NaN.
 class ThermometerBank {
  public:
   /// Starts in equilibrium with `places_c` and reads it once.

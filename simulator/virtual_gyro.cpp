@@ -193,8 +193,10 @@ thermal::ThermalPowers heat_at_rest_w(AddedHeat& heat, const thermal::ReducedMod
 
 thermal::ReducedTransientOptions options_of(AddedHeat& heat, const thermal::ReducedModel& model,
                                             const ReducedGyroParameters& parameters) {
-  thermal::ReducedTransientOptions options{
-      .start = {parameters.start_c}, .cold = parameters.cold, .film = parameters.film};
+  thermal::ReducedTransientOptions options{.start = {parameters.start_c},
+                                           .cold = parameters.cold,
+                                           .film = parameters.film,
+                                           .seconds_per_update = parameters.seconds_per_update};
   if (!heat.is_any()) return options;
   options.added_w = parameters.cold ? thermal::ThermalPowers{} : heat_at_rest_w(heat, model, parameters);
   return options;
@@ -225,6 +227,16 @@ void ReducedGyro::switch_on(bool on) {
   reduced_.switch_on(on);
   heat_.switch_on(on);
   if (on) bias_.start_anew();
+}
+
+Celsius cabinet_at_rest(const ReducedGyroParameters& parameters) {
+  const auto model = with_unequal_arms(parameters.model, parameters.arms);
+  if (parameters.cold) return {parameters.start_c};
+  AddedHeat heat(model.powers_w, parameters.wind, parameters.power_growth);
+  const auto added_w = heat.is_any() ? heat_at_rest_w(heat, model, parameters) : thermal::ThermalPowers{};
+  const Eigen::VectorXd inner_c =
+      model.outputs * rest_of(with_added(model, added_w), parameters.film, parameters.start_c);
+  return {shell_c(InnerTemperatures(inner_c.data(), thermal::kThermalOutputs))};
 }
 
 ReducedGyroParameters read_reduced_gyro(const TomlTable& table) {

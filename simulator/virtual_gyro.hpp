@@ -72,4 +72,7 @@ class ReducedGyro final : public VirtualGyro {
   GyroBias bias_;
 };
 
+/// Where its cabinet rests in air at the parameters' start temperature: switched off, if it is a cold one.
+[[nodiscard]] Celsius cabinet_at_rest(const ReducedGyroParameters& parameters);
+
 }  // namespace gyrotherm::simulator

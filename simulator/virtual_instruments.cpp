@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "simulator/chamber_registers.hpp"
-#include "simulator/servers/gyro_server.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
@@ -82,7 +81,7 @@ MakeSession session_of(const VirtualThermometer& thermometer, const Places& plac
   return {};
 }
 
-/// One for each instrument that is a server: chamber, thermometers, gyro, in this order.
+/// One for each instrument that is a server: chamber, thermometers, gyros, analogue inputs, in this order.
 Result<std::vector<Descriptor>> listen_all(std::uint16_t first_port, std::size_t count) {
   if (first_port + count > 0x10000) {
     return failure(FaultKind::usage, "virtual instruments",
@@ -107,22 +106,55 @@ Result<std::vector<Pty>> open_ptys(std::size_t count) {
   return ptys;
 }
 
-drivers::FrameFormat gyro_format(const VirtualInstrumentsOptions& options) {
-  return options.frames == FramePace::full_rate ? options.gyro : at_one_frame_a_second(options.gyro);
+/// "gyro", or with several lines the units' names after it.
+std::string name_of(const GyroLineSources& sources, const VirtualLaboratory& laboratory, std::size_t lines) {
+  if (lines == 1) return "gyro";
+  std::vector<std::string> units;
+  for (const auto unit : sources.units) units.push_back(laboratory.units()[unit]);
+  return fmt::format("gyro {}", fmt::join(units, "+"));
+}
+
+/// The instruments' places in the world.
+struct Sources {
+  std::vector<Places> thermometers;
+  std::vector<GyroLineSources> gyros;
+  std::vector<AnalogueRegisters> analogue;
+};
+
+Result<Sources> sources_in(const VirtualLaboratory& laboratory, const VirtualInstrumentsOptions& options) {
+  Sources sources;
+  for (const auto& thermometer : options.thermometers) {
+    auto found = places_of(thermometer, laboratory);
+    if (!found) return failure(std::move(found.error()));
+    sources.thermometers.push_back(std::move(*found));
+  }
+  for (const auto& gyro : options.gyros) {
+    auto found = sources_of(gyro, laboratory);
+    if (!found) return failure(std::move(found.error()));
+    sources.gyros.push_back(std::move(*found));
+  }
+  for (const auto& wired : options.analogue_inputs) {
+    auto made = AnalogueRegisters::make(wired, laboratory);
+    if (!made) return failure(std::move(made.error()));
+    sources.analogue.push_back(std::move(*made));
+  }
+  return sources;
 }
 
 class Servers final : public VirtualInstruments {
  public:
-  Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, std::vector<Places> places,
+  Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, Sources sources,
           std::vector<Descriptor> listeners, std::vector<Pty> ptys);
 
   void pass(Duration time) override {
     const std::scoped_lock lock(guard_);
     clock_ += time;
-    if (from_seconds(next_frame()) > clock_) return gyro_.attend();
-    for (auto next = next_frame(); from_seconds(next) <= clock_; next = next_frame()) {
-      if (static_cast<double>(seconds_) < next) step();
-      send_frame(next);
+    for (auto& gyro : gyros_)
+      if (from_seconds(gyro.next_s()) > clock_) gyro.attend();
+    for (auto next = next_s(); from_seconds(next) <= clock_; next = next_s()) {
+      while (static_cast<double>(seconds_) < next) step();
+      for (auto& gyro : gyros_)
+        if (gyro.next_s() == next) gyro.send(laboratory_, std::min(1.0, next - static_cast<double>(seconds_ - 1)));
     }
   }
 
@@ -133,7 +165,7 @@ class Servers final : public VirtualInstruments {
       laboratory_.command(set_point);
       laboratory_.bring_unit_to(unit);
       laboratory_.step();
-      gyro_.skip(static_cast<double>(laboratory_.pulses()));
+      for (auto& gyro : gyros_) gyro.skip(laboratory_);
     }
   }
 
@@ -141,55 +173,48 @@ class Servers final : public VirtualInstruments {
     const std::scoped_lock lock(guard_);
     laboratory_.bring_unit_to(state);
   }
-
   [[nodiscard]] UnitState unit() override {
     const std::scoped_lock lock(guard_);
     return laboratory_.unit();
   }
-
-  [[nodiscard]] DegreesPerHour true_bias() override {
+  void silence(std::size_t unit, bool silent) override {
     const std::scoped_lock lock(guard_);
-    return laboratory_.true_bias();
+    laboratory_.silence(unit, silent);
+  }
+
+  [[nodiscard]] const std::vector<std::string>& units() const override { return laboratory_.units(); }
+  [[nodiscard]] const std::vector<std::string>& axes(std::size_t unit) const override { return laboratory_.axes(unit); }
+  [[nodiscard]] std::vector<DegreesPerHour> true_bias(std::size_t unit) override {
+    const std::scoped_lock lock(guard_);
+    const auto biases = laboratory_.true_bias(unit);
+    return {biases.begin(), biases.end()};
   }
   [[nodiscard]] std::uint16_t chamber_port() const override { return chamber_port_; }
   [[nodiscard]] std::uint16_t thermometer_port(std::size_t index) const override {
     return thermometer_ports_.at(index);
   }
-  [[nodiscard]] std::uint16_t gyro_port() const override { return gyro_port_; }
+  [[nodiscard]] std::uint16_t gyro_port(std::size_t line) const override { return gyro_ports_.at(line); }
+  [[nodiscard]] std::uint16_t analogue_port(std::size_t index) const override { return analogue_ports_.at(index); }
   [[nodiscard]] std::vector<ServedLine> lines() const override { return lines_; }
   [[nodiscard]] std::unique_ptr<drivers::HidReports> usb_temp(std::size_t index) override {
     return std::make_unique<VirtualUsbTemp>(laboratory_, guard_, on_inputs<VirtualUsbTemp::Inputs>(places_.at(index)));
   }
 
  private:
-  /// Where the gyro stands at the ends of the second under way.
-  struct Stand {
-    std::int64_t pulses{};
-    std::int64_t device_time_us{};
-  };
-  [[nodiscard]] Stand stand() const { return {laboratory_.pulses(), laboratory_.device_time_us()}; }
-
   void step() {
-    before_ = stand();
+    for (auto& gyro : gyros_) gyro.begin_second(laboratory_);
     chamber_.pass_second();
     laboratory_.step();
-    after_ = stand();
+    for (auto& gyro : gyros_) gyro.end_second(laboratory_);
     ++seconds_;
   }
 
-  /// When the next frame is due, seconds since the start.
-  [[nodiscard]] double next_frame() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }
-
-  /// At its place between the ends of its second.
-  void send_frame(double at_s) {
-    ++frames_;
-    if (laboratory_.unit().off) return gyro_.attend();
-    const double share = std::min(1.0, at_s - static_cast<double>(seconds_ - 1));
-    const auto between = [share](std::int64_t from, std::int64_t to) {
-      return static_cast<double>(from) + share * static_cast<double>(to - from);
-    };
-    gyro_.send(between(before_.pulses, after_.pulses),
-               std::llround(between(before_.device_time_us, after_.device_time_us)), 1 / frames_a_second_);
+  /// When the next frame is due, or without gyros the next second over, seconds since the start.
+  [[nodiscard]] double next_s() const {
+    if (gyros_.empty()) return static_cast<double>(seconds_ + 1);
+    double next = gyros_.front().next_s();
+    for (const auto& gyro : gyros_) next = std::min(next, gyro.next_s());
+    return next;
   }
 
   std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
@@ -204,30 +229,37 @@ class Servers final : public VirtualInstruments {
     replies_.add(std::move(line), session);
   }
 
+  void serve_gyro(VirtualGyroLine line, const GyroLineSources& sources, const VirtualInstrumentsOptions& options,
+                  Descriptor listener, std::optional<Pty> pty) {
+    const auto name = name_of(sources, laboratory_, options.gyros.size());
+    gyro_ports_.push_back(port_of(listener));
+    lines_.push_back({name, fmt::format("tcp://127.0.0.1:{}", gyro_ports_.back())});
+    gyros_.emplace_back(std::move(line), sources, options.frames, laboratory_.arcsec_per_pulse(), std::move(listener));
+    if (!pty) return;
+    lines_.push_back({name, "serial:" + pty->path});
+    gyros_.back().add(std::move(*pty));
+  }
+
   std::mutex guard_;  ///< of the world and what reads it
   VirtualLaboratory laboratory_;
   ChamberRegisters chamber_;
   std::vector<Places> places_;  ///< of each thermometer
-  std::uint16_t chamber_port_{}, gyro_port_{};
-  std::vector<std::uint16_t> thermometer_ports_;
+  std::uint16_t chamber_port_{};
+  std::vector<AnalogueRegisters> analogue_;
+  std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_;
   std::vector<ServedLine> lines_;
-  GyroServer gyro_;
-  double frames_a_second_;
+  std::vector<PacedGyroLine> gyros_;
   Duration clock_{};  ///< since the start
-  std::int64_t seconds_{}, frames_{};
-  Stand before_, after_;
+  std::int64_t seconds_{};
   ReplyServer replies_;  ///< last: its thread ends before what it uses
 };
 
-Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, std::vector<Places> places,
+Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options, Sources sources,
                  std::vector<Descriptor> listeners, std::vector<Pty> ptys)
     : laboratory_(std::move(laboratory)),
       chamber_(std::move(options.chamber), laboratory_),
-      places_(std::move(places)),
-      gyro_port_(port_of(listeners.back())),
-      gyro_(std::move(listeners.back()), StreamWriter(gyro_format(options), laboratory_.arcsec_per_pulse()),
-            std::move(options.gyro_commands)),
-      frames_a_second_(options.frames == FramePace::full_rate && options.gyro.rate_hz > 0 ? options.gyro.rate_hz : 1),
+      places_(std::move(sources.thermometers)),
+      analogue_(std::move(sources.analogue)),
       replies_(guard_) {
   auto listener = listeners.begin();
   auto pty = ptys.begin();
@@ -242,10 +274,17 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
     thermometer_ports_.push_back(session ? serve(instrument, std::move(*listener++), session) : std::uint16_t{0});
     if (session && options.ptys) serve(instrument, std::move(*pty++), session);
   }
-  lines_.push_back({"gyro", fmt::format("tcp://127.0.0.1:{}", gyro_port_)});
-  if (options.ptys) {
-    lines_.push_back({"gyro", "serial:" + pty->path});
-    gyro_.add(std::move(*pty));
+  for (std::size_t i = 0; i < options.gyros.size(); ++i)
+    serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, std::move(*listener++),
+               options.ptys ? std::optional(std::move(*pty++)) : std::nullopt);
+  for (std::size_t i = 0; i < analogue_.size(); ++i) {
+    analogue_[i].watch(laboratory_);
+    const auto instrument = fmt::format("analogue input {}", i + 1);
+    analogue_ports_.push_back(
+        serve(instrument, std::move(*listener++), [this, i] { return make_modbus_session(analogue_[i]); }));
+    if (options.ptys)
+      serve(instrument, std::move(*pty++),
+            [this, i] { return std::make_unique<ModbusRtuSession>(analogue_[i], drivers::LinkKind::rtu); });
   }
   replies_.start();
 }
@@ -254,20 +293,18 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
 
 Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLaboratory laboratory,
                                                                       VirtualInstrumentsOptions options) {
-  std::vector<Places> places;
-  std::size_t servers = 2;  // chamber and gyro
-  for (const auto& thermometer : options.thermometers) {
-    auto found = places_of(thermometer, laboratory);
-    if (!found) return failure(std::move(found.error()));
-    places.push_back(std::move(*found));
-    servers += thermometer.kind == drivers::ThermometerKind::mcc_usb_temp ? 0 : 1;
-  }
+  auto sources = sources_in(laboratory, options);
+  if (!sources) return failure(std::move(sources.error()));
+  const auto on_wires =
+      std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);
+  const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(on_wires) + options.gyros.size() +
+                       options.analogue_inputs.size();
   auto listeners = listen_all(options.first_port, servers);
   if (!listeners) return failure(std::move(listeners.error()));
   auto ptys = open_ptys(options.ptys ? servers : 0);
   if (!ptys) return failure(std::move(ptys.error()));
-  return std::make_unique<Servers>(std::move(laboratory), std::move(options), std::move(places), std::move(*listeners),
-                                   std::move(*ptys));
+  return std::make_unique<Servers>(std::move(laboratory), std::move(options), std::move(*sources),
+                                   std::move(*listeners), std::move(*ptys));
 }
 
 }  // namespace gyrotherm::simulator

@@ -1,79 +1,175 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/virtual_laboratory.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cassert>
 #include <optional>
 #include <utility>
 
+#include "simulator/bracket.hpp"
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_ageing.hpp"
-#include "simulator/gyro_readout.hpp"
-#include "simulator/lumped_gyro.hpp"
+#include "simulator/laboratory_file.hpp"
 #include "simulator/thermometer_bank.hpp"
-#include "simulator/virtual_gyro.hpp"
+#include "simulator/virtual_unit.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
 
-const std::vector<std::string> kThermometerNames(kPlaceNames.begin(), kPlaceNames.end());
+/// Of the conductivity of the air in the gaps, for each of many bodies: while the chamber goes by 5 K/min it moves a
+/// thermometer by less than 17 mK and the bias by less than 2e-5 °/h against one body's ten seconds, and saves more
+/// than half of the time of a step, which is that of reading tables of a megabyte a body.
+constexpr int kSecondsPerUpdateOfMany = 30;
 
-std::unique_ptr<VirtualGyro> make_gyro(const LumpedGyroParameters& p, LaboratorySeed /*seed*/) {
-  return std::make_unique<LumpedGyro>(p);
+DrawnAxis drawn_axis(LaboratoryParameters type, LaboratorySeed seed) {
+  return {.gyro = aged(draw_gyro(std::move(type), seed.gyro), seed), .seed = seed};
 }
-std::unique_ptr<VirtualGyro> make_gyro(const ReducedGyroParameters& p, LaboratorySeed seed) {
-  return std::make_unique<ReducedGyro>(p, past_of(p.storage, seed));
+
+DrawnAxis drawn_axis(LaboratoryParameters type, const UnitParameters& unit, const AxisParameters& axis,
+                     LaboratorySeed seed) {
+  type.gyro.earth_rate_deg_per_h = axis.earth_rate_deg_per_h;
+  type.gyro.crosswise_earth_rate_deg_per_h = axis.crosswise_earth_rate_deg_per_h;
+  type.thermometers.failing = axis.failing;
+  if (auto* body = std::get_if<ReducedGyroParameters>(&type.body)) body->seconds_per_update = kSecondsPerUpdateOfMany;
+  auto drawn = drawn_axis(std::move(type), seed_of(seed, axis_name(unit.name, axis.name)));
+  drawn.hop = axis.hop;
+  return drawn;
+}
+
+double start_c(const LaboratoryParameters& gyro) {
+  if (const auto* body = std::get_if<ReducedGyroParameters>(&gyro.body)) return body->start_c;
+  return std::get<LumpedGyroParameters>(gyro.body).network.start_c;
+}
+
+/// A unit, drawn, before it is made.
+struct DrawnUnit {
+  std::string name;
+  LaboratorySeed seed;
+  std::vector<std::string> axis_names;
+  std::vector<DrawnAxis> axes;
+};
+
+std::vector<DrawnUnit> drawn_units(const LaboratoryParameters& type, LaboratorySeed seed) {
+  if (type.units.empty()) return {{.name = kPlainUnit, .seed = seed, .axis_names{""}, .axes{drawn_axis(type, seed)}}};
+  std::vector<DrawnUnit> units;
+  for (const auto& unit : type.units) {
+    assert(!unit.axes.empty());
+    units.push_back({.name = unit.name, .seed = seed_of(seed, unit.name), .axis_names{}, .axes{}});
+    for (const auto& axis : unit.axes) {
+      units.back().axis_names.push_back(axis.name);
+      units.back().axes.push_back(drawn_axis(type, unit, axis, seed));
+    }
+  }
+  return units;
+}
+
+/// Lets a bracket's bodies start where they rest on it. Returns where it is then.
+Celsius start_on_a_bracket(std::vector<DrawnUnit>& units, const BracketParameters& bracket) {
+  std::vector<DrawnAxis*> bodies;
+  for (const auto unit : bracket.units)
+    for (auto& axis : units[unit].axes) bodies.push_back(&axis);
+  const Celsius air{start_c(bodies.front()->gyro)};
+  const auto rests_at = bracket_at_rest(bracket.share, air, [&](Celsius seen) {
+    double sum_c = 0;
+    for (const auto* body : bodies) sum_c += cabinet_at_rest(*body, seen).value;
+    return Celsius{sum_c / static_cast<double>(bodies.size())};
+  });
+  for (auto* body : bodies)
+    body->gyro = soaked_at(std::move(body->gyro), Bracket(bracket, rests_at).seen_by_a_body(air));
+  return rests_at;
 }
 
 }  // namespace
 
 struct VirtualLaboratory::Parts {
-  Parts(const LaboratoryParameters& drawn, LaboratorySeed seed);
+  Parts(const LaboratoryParameters& type, LaboratorySeed seed);
+  void make_units(const LaboratoryParameters& type, LaboratorySeed seed);
   void measure_air();
   void show_thermometers();
+  [[nodiscard]] Celsius mean_of_cabinets(const BracketParameters& bracket) const;
+  [[nodiscard]] Celsius air_around(std::size_t unit) const;
 
   PlantParameters plant_parameters;
+  double arcsec_per_pulse;
   ChamberPlant plant;
-  std::unique_ptr<VirtualGyro> gyro;
-  DegreesPerHour true_bias;  ///< in the second that has passed
-  ThermometerBank thermometers;
-  GyroReadout readout;
+  std::vector<std::string> names;                    ///< of the units
+  std::vector<std::vector<std::string>> axis_names;  ///< of each
+  std::vector<VirtualUnit> units;
+  std::vector<char> silent;
+  std::vector<BracketParameters> on_brackets;
+  std::vector<Bracket> brackets;
+  std::vector<std::optional<std::size_t>> bracket_of;  ///< of each unit
+  std::vector<std::string> thermometer_names;
+  std::vector<double> sound_c, shown_c;  ///< what the thermometers read, and show with their faults
+  std::vector<ThermometerFault> thermometer_faults;
   RandomStream air_noise;
   Celsius set_point;
   bool on = false;
   UnitState unit;
   Celsius measured_air;
-  std::optional<std::array<ThermometerFault, kThermalPlaces>> thermometer_faults;
-  std::array<double, kThermalPlaces> shown_with_faults_c{};  ///< by thermometers with faults
 };
 
-VirtualLaboratory::Parts::Parts(const LaboratoryParameters& drawn, LaboratorySeed seed)
-    : plant_parameters(drawn.plant),
-      plant(drawn.plant),
-      gyro(std::visit([&](const auto& body) { return make_gyro(body, seed); }, drawn.body)),
-      true_bias(gyro->bias()),
-      thermometers(drawn.thermometers, gyro->places_c(), noise_seed(seed)),
-      readout(drawn.gyro, noise_seed(seed)),
+VirtualLaboratory::Parts::Parts(const LaboratoryParameters& type, LaboratorySeed seed)
+    : plant_parameters(type.plant),
+      arcsec_per_pulse(type.gyro.arcsec_per_pulse),
+      plant(type.plant),
+      on_brackets(type.brackets),
+      thermometer_names(thermometer_names_of(type.units)),
       air_noise(noise_seed(seed), RandomPurpose::air_noise),
-      set_point{drawn.plant.start_c} {
+      set_point{type.plant.start_c} {
+  make_units(type, seed);
   measure_air();
+  show_thermometers();
+}
+
+void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, LaboratorySeed seed) {
+  auto drawn = drawn_units(type, seed);
+  bracket_of.resize(drawn.size());
+  for (const auto& bracket : on_brackets) {
+    for (const auto on_it : bracket.units) bracket_of[on_it] = brackets.size();
+    brackets.emplace_back(bracket, start_on_a_bracket(drawn, bracket));
+  }
+  for (auto& one : drawn) {
+    names.push_back(one.name);
+    units.emplace_back(type, one.axes, one.seed);
+    axis_names.push_back(std::move(one.axis_names));
+  }
+  silent.resize(units.size());
+  sound_c.resize(thermometer_names.size());
 }
 
 void VirtualLaboratory::Parts::measure_air() {
-  const double shown_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
-  measured_air = {to_resolution(shown_c, plant_parameters.sensor_resolution_k)};
+  const double measured_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
+  measured_air = {to_resolution(measured_c, plant_parameters.sensor_resolution_k)};
 }
 
 void VirtualLaboratory::Parts::show_thermometers() {
-  const auto sound_c = thermometers.readings_c();
-  for (std::size_t i = 0; i < shown_with_faults_c.size(); ++i) {
-    const auto& fault = (*thermometer_faults)[i];
-    shown_with_faults_c[i] = fault.shown_c.value_or(sound_c[fault.place] + fault.error_k);
+  auto next = sound_c.begin();
+  for (const auto& one : units)
+    for (const auto& axis : one.axes()) next = std::ranges::copy(axis.thermometers_c(), next).out;
+  shown_c = sound_c;
+  for (std::size_t i = 0; i < std::min(thermometer_faults.size(), shown_c.size()); ++i) {
+    const auto& fault = thermometer_faults[i];
+    shown_c[i] = fault.shown_c.value_or(sound_c[fault.place] + fault.error_k);
   }
 }
 
+Celsius VirtualLaboratory::Parts::mean_of_cabinets(const BracketParameters& bracket) const {
+  double sum_c = 0;
+  std::size_t bodies = 0;
+  for (const auto on_it : bracket.units) {
+    for (const auto& axis : units[on_it].axes()) sum_c += axis.cabinet().value;
+    bodies += units[on_it].axes().size();
+  }
+  return {sum_c / static_cast<double>(bodies)};
+}
+
+Celsius VirtualLaboratory::Parts::air_around(std::size_t one) const {
+  return bracket_of[one] ? brackets[*bracket_of[one]].seen_by_a_body(plant.air()) : plant.air();
+}
+
 VirtualLaboratory::VirtualLaboratory(const LaboratoryParameters& parameters, LaboratorySeed seed)
-    : parts_(std::make_unique<Parts>(aged(draw_gyro(parameters, seed.gyro), seed), seed)) {}
+    : parts_(std::make_unique<Parts>(parameters, seed)) {}
 VirtualLaboratory::~VirtualLaboratory() = default;
 VirtualLaboratory::VirtualLaboratory(VirtualLaboratory&&) noexcept = default;
 VirtualLaboratory& VirtualLaboratory::operator=(VirtualLaboratory&&) noexcept = default;
@@ -91,22 +187,19 @@ void VirtualLaboratory::command(Celsius set_point) {
 void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
 void VirtualLaboratory::bring_unit_to(const UnitState& state) {
-  auto& p = *parts_;
-  const auto before = std::exchange(p.unit, state);
-  if (before.off == state.off) return;
-  p.gyro->switch_on(!state.off);
-  if (!state.off) p.readout.start_anew();
+  parts_->unit = state;
+  for (auto& unit : parts_->units) unit.bring_to(state);
 }
+
+void VirtualLaboratory::silence(std::size_t unit, bool silent) { parts_->silent.at(unit) = silent; }
 
 void VirtualLaboratory::step() {
   auto& p = *parts_;
-  p.true_bias = p.gyro->bias();
-  if (!p.unit.off) p.readout.step(p.true_bias, p.gyro->block(), p.unit.turned);
-  p.gyro->step(p.plant.air(), p.plant.output_percent() / 100);
+  for (std::size_t i = 0; i < p.units.size(); ++i) p.units[i].step(p.air_around(i), p.plant.output_percent() / 100);
+  for (std::size_t i = 0; i < p.brackets.size(); ++i) p.brackets[i].follow(p.mean_of_cabinets(p.on_brackets[i]));
   p.plant.step(p.set_point, p.on);
-  p.thermometers.step(p.gyro->places_c());
   p.measure_air();
-  if (p.thermometer_faults) p.show_thermometers();
+  p.show_thermometers();
 }
 
 void VirtualLaboratory::inject(const LaboratoryFaults& faults) {
@@ -120,15 +213,34 @@ bool VirtualLaboratory::is_on() const { return parts_->on; }
 const UnitState& VirtualLaboratory::unit() const { return parts_->unit; }
 Celsius VirtualLaboratory::air_as_measured() const { return parts_->measured_air; }
 double VirtualLaboratory::output_percent() const { return parts_->plant.output_percent(); }
-std::span<const double> VirtualLaboratory::thermometers_as_measured_c() const {
-  if (parts_->thermometer_faults) return parts_->shown_with_faults_c;
-  return parts_->thermometers.readings_c();
+std::span<const double> VirtualLaboratory::thermometers_as_measured_c() const { return parts_->shown_c; }
+const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { return parts_->thermometer_names; }
+
+const std::vector<std::string>& VirtualLaboratory::units() const { return parts_->names; }
+const std::vector<std::string>& VirtualLaboratory::axes(std::size_t unit) const { return parts_->axis_names.at(unit); }
+bool VirtualLaboratory::is_silent(std::size_t unit) const { return parts_->silent.at(unit) != 0; }
+std::span<const std::int64_t> VirtualLaboratory::pulses(std::size_t unit) const {
+  return parts_->units.at(unit).pulses();
 }
-const std::vector<std::string>& VirtualLaboratory::thermometer_names() const { return kThermometerNames; }
-std::int64_t VirtualLaboratory::pulses() const { return parts_->readout.pulses(); }
-std::int64_t VirtualLaboratory::device_time_us() const { return parts_->readout.device_time_us(); }
-double VirtualLaboratory::arcsec_per_pulse() const { return parts_->readout.arcsec_per_pulse(); }
-DegreesPerHour VirtualLaboratory::true_bias() const { return parts_->true_bias; }
-DegreesPerHour VirtualLaboratory::drift() const { return parts_->readout.drift(); }
+std::int64_t VirtualLaboratory::device_time_us(std::size_t unit) const {
+  return parts_->units.at(unit).device_time_us();
+}
+double VirtualLaboratory::arcsec_per_pulse() const { return parts_->arcsec_per_pulse; }
+std::span<const UnitValue> VirtualLaboratory::values(std::size_t unit) const { return parts_->units.at(unit).values(); }
+std::span<const DegreesPerHour> VirtualLaboratory::true_bias(std::size_t unit) const {
+  return parts_->units.at(unit).true_bias();
+}
+
+std::vector<DegreesPerHour> VirtualLaboratory::drift(std::size_t unit) const {
+  std::vector<DegreesPerHour> drift;
+  for (const auto& axis : parts_->units.at(unit).axes()) drift.push_back(axis.drift());
+  return drift;
+}
+
+std::optional<Celsius> VirtualLaboratory::bracket(std::size_t unit) const {
+  const auto bracket = parts_->bracket_of.at(unit);
+  if (!bracket) return {};
+  return parts_->brackets[*bracket].temperature();
+}
 
 }  // namespace gyrotherm::simulator

@@ -23,8 +23,16 @@ double as_sent(const drivers::FrameField& field, double value) {
   return scaled(field, raw);
 }
 
+/// A frame's field where its value is to be this one.
+drivers::AxisReading reading_of(const drivers::FrameField& field, double value) {
+  drivers::AxisReading reading{.value = value};
+  if (!is_real(field.type)) reading.pulses = unscaled(field, value).whole;
+  return reading;
+}
+
 double wrapped(double angle, double wraps_at) { return angle - wraps_at * std::floor(angle / wraps_at); }
 
+constexpr double kUsualTemperature = 25;  // °C
 constexpr std::size_t kMostHeard = 1024;
 constexpr const char* kReplyEnd = "\r\n";
 
@@ -37,9 +45,16 @@ drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format) {
   return format;
 }
 
-StreamWriter::StreamWriter(drivers::FrameFormat format, double arcsec_per_pulse)
-    : format_(std::move(format)), arcsec_per_pulse_(arcsec_per_pulse) {
-  assert(format_.gyro() != nullptr);
+StreamWriter::StreamWriter(drivers::FrameFormat format, std::vector<double> arcsec_per_pulse)
+    : format_(std::move(format)) {
+  const auto gyros = format_.gyros();
+  assert(!gyros.empty() && gyros.size() == arcsec_per_pulse.size());
+  for (std::size_t i = 0; i < gyros.size(); ++i)
+    axes_.push_back({.field = *gyros[i],
+                     .arcsec_per_pulse = arcsec_per_pulse[i],
+                     .arcsec_per_unit = arcsec_per(gyros[i]->unit, gyros[i]->role).value_or(0)});
+  for (const auto* field : format_.values())
+    usual_.push_back(field->role == drivers::FieldRole::temperature ? kUsualTemperature : 0);
 }
 
 /// Of the frame numbered `number`, which may be before the first.
@@ -55,9 +70,8 @@ drivers::GyroFrame StreamWriter::frame(std::int64_t number, std::int64_t device_
   const auto* time = format_.find(drivers::FieldRole::timestamp);
   const double unit_us = time ? time->unit_s * 1e6 : 1;
   frame.timestamp = static_cast<std::uint64_t>(std::llround(static_cast<double>(device_time_us) / unit_us));
-  frame.gyro = 0;
-  if (!is_real(format_.gyro()->type)) frame.pulses = unscaled(*format_.gyro(), 0).whole;
-  frame.temperature = 25;
+  for (const auto& axis : axes_) frame.axes.push_back(reading_of(axis.field, 0));
+  frame.values.assign(usual_.begin(), usual_.end());
   return frame;
 }
 
@@ -76,47 +90,49 @@ std::vector<std::byte> StreamWriter::lead_in() const {
 }
 
 /// Whole counts, or whole parts of an angle.
-void StreamWriter::put_counts(double pulses, drivers::GyroFrame& frame) {
-  const auto& field = *format_.gyro();
-  const auto unit = arcsec_per(field.unit, field.role);
-  const double counts = unit ? pulses * arcsec_per_pulse_ / field.scale.of(*unit) : pulses;
+drivers::AxisReading StreamWriter::put_counts(double pulses, Axis& axis) {
+  const double counts =
+      axis.arcsec_per_unit != 0 ? pulses * axis.arcsec_per_pulse / axis.field.scale.of(axis.arcsec_per_unit) : pulses;
   const auto total = static_cast<std::int64_t>(std::floor(counts));
-  frame.pulses = field.role == drivers::FieldRole::increment ? total - sent_counts_ : total;
-  sent_counts_ = total;
+  const auto before = std::exchange(axis.counts, total);
+  return {.pulses = axis.field.role == drivers::FieldRole::increment ? total - before : total};
 }
 
-void StreamWriter::put_angle(double pulses, double seconds, drivers::GyroFrame& frame) {
-  const auto& field = *format_.gyro();
-  const double angle = pulses * arcsec_per_pulse_ / arcsec_per(field.unit, field.role).value_or(1);
-  double value = field.role == drivers::FieldRole::rate ? (angle - sent_) / seconds : angle - sent_;
+drivers::AxisReading StreamWriter::put_angle(double pulses, double seconds, Axis& axis) {
+  const auto& field = axis.field;
+  const double angle = pulses * axis.arcsec_per_pulse / axis.arcsec_per_unit;
+  double value = field.role == drivers::FieldRole::rate ? (angle - axis.angle) / seconds : angle - axis.angle;
   if (field.role == drivers::FieldRole::integrated_angle)
     value = field.wraps_at > 0 ? wrapped(angle, field.wraps_at) : angle;
   const double read = as_sent(field, value);
-  if (field.role == drivers::FieldRole::rate) sent_ += read * seconds;
-  if (field.role == drivers::FieldRole::increment) sent_ += read;
-  frame.gyro = value;
-  if (!is_real(field.type)) frame.pulses = unscaled(field, value).whole;
+  if (field.role == drivers::FieldRole::rate) axis.angle += read * seconds;
+  if (field.role == drivers::FieldRole::increment) axis.angle += read;
+  return reading_of(field, value);
 }
 
-std::vector<std::byte> StreamWriter::next(double pulses, std::int64_t device_time_us, double seconds) {
+std::vector<std::byte> StreamWriter::next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
+                                          std::span<const double> values) {
+  assert(pulses.size() == axes_.size() && values.size() <= usual_.size());
   auto one = frame(number_++, device_time_us);
-  if (is_counted(*format_.gyro()))
-    put_counts(pulses, one);
-  else
-    put_angle(pulses, seconds, one);
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    one.axes[i] =
+        is_counted(axes_[i].field) ? put_counts(pulses[i], axes_[i]) : put_angle(pulses[i], seconds, axes_[i]);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::isfinite(values[i])) one.values[i] = values[i];
   auto bytes = encode_frame(format_, one);
   bytes.insert(bytes.end(), format_.tail.begin(), format_.tail.end());
   return bytes;
 }
 
-void StreamWriter::skip(double pulses) {
-  const auto& field = *format_.gyro();
+void StreamWriter::skip(std::span<const double> pulses) {
+  assert(pulses.size() == axes_.size());
   ++number_;
-  drivers::GyroFrame nobody;
-  if (is_counted(field))
-    put_counts(pulses, nobody);
-  else
-    sent_ = pulses * arcsec_per_pulse_ / arcsec_per(field.unit, field.role).value_or(1);
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (is_counted(axes_[i].field))
+      (void)put_counts(pulses[i], axes_[i]);
+    else
+      axes_[i].angle = pulses[i] * axes_[i].arcsec_per_pulse / axes_[i].arcsec_per_unit;
+  }
 }
 
 GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands)
@@ -159,10 +175,11 @@ void GyroServer::attend() {
       send_now(line.pty, bytes_of(answer));
 }
 
-void GyroServer::send(double pulses, std::int64_t device_time_us, double seconds) {
+void GyroServer::send(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
+                      std::span<const double> values) {
   attend();
   if (clients_.empty() && lines_.empty()) return skip(pulses);
-  const auto bytes = writer_.next(pulses, device_time_us, seconds);
+  const auto bytes = writer_.next(pulses, device_time_us, seconds, values);
   std::erase_if(clients_, [&](const Client& client) { return !send_now(client.socket, bytes); });
   for (const auto& line : lines_) send_now(line.pty, bytes);
 }

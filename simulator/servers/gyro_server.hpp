@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,32 +18,43 @@ namespace gyrotherm::simulator {
 [[nodiscard]] drivers::FrameFormat at_one_frame_a_second(drivers::FrameFormat format);
 
 /// Writes one frame after the other. Increments and rates are what brings the sum of all that has been sent, rounded as
-/// the frames round it, to the angle: nothing is lost between frames, whatever the field's resolution.
+/// the frames round it, to the angle: nothing is lost between frames, whatever the field's resolution. One message
+/// carries all that is written: a stream that brings its axes in several is not simulated.
 class StreamWriter {
  public:
-  /// `arcsec_per_pulse`: what a pulse of the world is, for fields in an angle's unit.
-  StreamWriter(drivers::FrameFormat format, double arcsec_per_pulse);
+  /// `arcsec_per_pulse`: what a pulse of the world is, of each of the format's axes, for fields in an angle's unit.
+  StreamWriter(drivers::FrameFormat format, std::vector<double> arcsec_per_pulse);
 
   /// What has come before the stream's first frame on a line that has just been opened: an end of line, or as many
   /// frames without motion as must fit before one is believed.
   [[nodiscard]] std::vector<std::byte> lead_in() const;
-  /// The next frame, where `pulses` have been counted and the gyro's clock is at `device_time_us`, both since the start
-  /// (fractions of a pulse lie within frames), and `seconds` have passed since the last frame.
-  [[nodiscard]] std::vector<std::byte> next(double pulses, std::int64_t device_time_us, double seconds);
+  /// The next frame, where `pulses` have been counted by each axis and the gyro's clock is at `device_time_us`, both
+  /// since the start (fractions of a pulse lie within frames), and `seconds` have passed since the last frame.
+  /// `values`: the housekeeping in the order of housekeeping_of(), without its last two; what is missing there, or is
+  /// no number, is 25 °C of a temperature and 0 of anything else.
+  [[nodiscard]] std::vector<std::byte> next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
+                                            std::span<const double> values = {});
   /// The same, but the frame goes to nobody: increments count from here.
-  void skip(double pulses);
+  void skip(std::span<const double> pulses);
 
  private:
+  /// One axis, and what has been sent of it.
+  struct Axis {
+    drivers::FrameField field;
+    double arcsec_per_pulse{};
+    double arcsec_per_unit{};  ///< of the field's angle; 0 for plain pulses
+    std::int64_t counts{};     ///< sum of all increments
+    double angle{};            ///< the same of real numbers and rates, in the field's unit of angle
+  };
   [[nodiscard]] std::uint32_t sequence(std::int64_t number) const;
   [[nodiscard]] drivers::GyroFrame frame(std::int64_t number, std::int64_t device_time_us) const;
-  void put_counts(double pulses, drivers::GyroFrame& frame);
-  void put_angle(double pulses, double seconds, drivers::GyroFrame& frame);
+  [[nodiscard]] static drivers::AxisReading put_counts(double pulses, Axis& axis);
+  [[nodiscard]] static drivers::AxisReading put_angle(double pulses, double seconds, Axis& axis);
 
   drivers::FrameFormat format_;
-  double arcsec_per_pulse_;
-  std::int64_t number_{};       ///< of the next frame
-  std::int64_t sent_counts_{};  ///< sum of all increments
-  double sent_{};               ///< the same of real numbers and rates, in the field's unit of angle
+  std::vector<Axis> axes_;
+  std::vector<double> usual_;  ///< the housekeeping where nothing is said
+  std::int64_t number_{};      ///< of the next frame
 };
 
 /// Needs no thread: clients that have connected by then are let in by send(), on the thread that lets time pass, so
@@ -59,9 +71,10 @@ class GyroServer {
   /// Lets clients in, and answers their commands.
   void attend();
   /// One frame, as StreamWriter::next makes it.
-  void send(double pulses, std::int64_t device_time_us, double seconds = 1);
+  void send(std::span<const double> pulses, std::int64_t device_time_us, double seconds = 1,
+            std::span<const double> values = {});
   /// Lets a frame pass with nobody listening.
-  void skip(double pulses) { writer_.skip(pulses); }
+  void skip(std::span<const double> pulses) { writer_.skip(pulses); }
 
  private:
   struct Client {

@@ -20,7 +20,7 @@ std::uint8_t exception_code(const Fault& refusal) {
 
 std::uint8_t code(ModbusException exception) { return static_cast<std::uint8_t>(exception); }
 
-bool is_silent(const ChamberRegisters& registers) { return registers.is_silent_when_wrong(); }
+bool is_silent(const ServedRegisters& registers) { return registers.is_silent_when_wrong(); }
 
 void append(std::vector<std::byte>& to, const std::vector<std::byte>& bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
@@ -46,7 +46,7 @@ std::optional<std::vector<Run>> runs_of(const LinkAddresses& addresses, std::uin
   return runs;
 }
 
-tl::expected<void, ModbusException> read_registers(const ChamberRegisters& registers, const LinkAddresses& addresses,
+tl::expected<void, ModbusException> read_registers(const ServedRegisters& registers, const LinkAddresses& addresses,
                                                    const drivers::ModbusRequest& request,
                                                    std::vector<std::uint16_t>& words) {
   if (request.count == 0 || request.count > addresses.read_at_most())
@@ -61,7 +61,7 @@ tl::expected<void, ModbusException> read_registers(const ChamberRegisters& regis
 }
 
 /// All or nothing: what is in two places on this link is not written at once.
-tl::expected<void, ModbusException> write_registers(ChamberRegisters& registers, const LinkAddresses& addresses,
+tl::expected<void, ModbusException> write_registers(ServedRegisters& registers, const LinkAddresses& addresses,
                                                     drivers::WriteFunction function,
                                                     const drivers::ModbusRequest& request) {
   if (request.words.empty()) return tl::unexpected(ModbusException::illegal_value);
@@ -91,7 +91,7 @@ std::optional<std::uint16_t> LinkAddresses::in_use(std::uint16_t address) const 
   return away_.contains(address) ? std::nullopt : std::optional(address);
 }
 
-tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
+tl::expected<void, ModbusException> carry_out(ServedRegisters& registers, const LinkAddresses& addresses,
                                               const drivers::ModbusRequest& request,
                                               std::vector<std::uint16_t>& words) {
   switch (request.function) {
@@ -167,7 +167,7 @@ void ModbusRtuSession::answer(std::span<const std::byte> frame, std::vector<std:
   append(reply, drivers::encode_rtu_reply(*request, words_));
 }
 
-std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers) {
+std::unique_ptr<Session> make_modbus_session(ServedRegisters& registers) {
   if (registers.map().link.kind == drivers::LinkKind::tcp) return std::make_unique<ModbusSession>(registers);
   return std::make_unique<ModbusRtuSession>(registers, registers.map().link.kind);
 }

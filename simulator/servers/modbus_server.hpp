@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual chamber's side of Modbus: its map's functions over the registers of its map, framed for TCP or for a
-/// serial line.
+/// A virtual unit's side of Modbus: its map's functions over the registers of its map, framed for TCP or for a serial
+/// line.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/modbus_frame.hpp"
-#include "simulator/chamber_registers.hpp"
+#include "simulator/served_registers.hpp"
 #include "simulator/servers/session.hpp"
 
 namespace gyrotherm::simulator {
@@ -34,7 +34,7 @@ class LinkAddresses {
 
 /// Carries out what is asked at the addresses of one link. `words`: what a read found. Fails with the exception that
 /// answers it. Function 4 reads the same registers as 3; coils are read by 1 and 2.
-[[nodiscard]] tl::expected<void, ModbusException> carry_out(ChamberRegisters& registers, const LinkAddresses& addresses,
+[[nodiscard]] tl::expected<void, ModbusException> carry_out(ServedRegisters& registers, const LinkAddresses& addresses,
                                                             const drivers::ModbusRequest& request,
                                                             std::vector<std::uint16_t>& words);
 
@@ -43,14 +43,14 @@ class LinkAddresses {
 class ModbusSession final : public Session {
  public:
   /// `registers` must outlive this.
-  explicit ModbusSession(ChamberRegisters& registers)
+  explicit ModbusSession(ServedRegisters& registers)
       : registers_(registers), addresses_(registers.map(), drivers::LinkKind::tcp) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
  private:
   [[nodiscard]] std::vector<std::byte> answer(std::span<const std::byte> frame);
 
-  ChamberRegisters& registers_;
+  ServedRegisters& registers_;
   LinkAddresses addresses_;
   std::vector<std::byte> pending_;    ///< the beginning of a frame
   std::vector<std::uint16_t> words_;  ///< of one reply, kept for its memory
@@ -61,20 +61,20 @@ class ModbusSession final : public Session {
 class ModbusRtuSession final : public Session {
  public:
   /// `kind`: the link's, whose unit and addresses are served.
-  ModbusRtuSession(ChamberRegisters& registers, drivers::LinkKind kind)
+  ModbusRtuSession(ServedRegisters& registers, drivers::LinkKind kind)
       : registers_(registers), addresses_(registers.map(), kind) {}
   [[nodiscard]] bool feed(std::span<const std::byte> bytes, std::vector<std::byte>& reply) override;
 
  private:
   void answer(std::span<const std::byte> frame, std::vector<std::byte>& reply);
 
-  ChamberRegisters& registers_;
+  ServedRegisters& registers_;
   LinkAddresses addresses_;
   std::vector<std::byte> pending_;
   std::vector<std::uint16_t> words_;
 };
 
 /// The session that the map's link in use wants.
-[[nodiscard]] std::unique_ptr<Session> make_modbus_session(ChamberRegisters& registers);
+[[nodiscard]] std::unique_ptr<Session> make_modbus_session(ServedRegisters& registers);
 
 }  // namespace gyrotherm::simulator

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/quantity.hpp"
@@ -18,6 +20,13 @@ namespace {
 
 constexpr int kCrdgDecimals = 3;
 
+/// What the thermometer at an input reads; nothing where there is none, or a dead one.
+std::optional<double> read_at(const std::optional<std::size_t>& input, const VirtualLaboratory& laboratory) {
+  if (!input) return {};
+  const double celsius = laboratory.thermometers_as_measured_c()[*input];
+  return std::isnan(celsius) ? std::nullopt : std::optional(celsius);
+}
+
 }  // namespace
 
 std::string Lakeshore218Session::answer(std::string_view command) const {
@@ -28,11 +37,9 @@ std::string Lakeshore218Session::answer(std::string_view command) const {
 }
 
 std::string Lakeshore218Session::readings(std::string_view argument, double zero_c) const {
-  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<double, drivers::kLakeshore218Inputs> shown{};
-  for (std::size_t i = 0; i < shown.size(); ++i) {
-    shown[i] = (inputs_[i] ? celsius[*inputs_[i]] : -kZeroCelsiusInKelvin) + zero_c;
-  }
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    shown[i] = read_at(inputs_[i], laboratory_).value_or(-kZeroCelsiusInKelvin) + zero_c;
   if (argument.empty() || argument == "0") return drivers::encode_crdg(shown, kCrdgDecimals) + "\r\n";
   const bool one_input = argument.size() == 1 && argument[0] >= '1' && argument[0] <= '8';
   if (!one_input) return {};
@@ -77,10 +84,9 @@ std::string DconSession::answer(const DconModule& module, std::string_view comma
 }
 
 std::string DconSession::readings(const DconModule& module, std::string_view which) const {
-  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<double, drivers::kDconInputs> shown{};
   for (std::size_t i = 0; i < shown.size(); ++i)
-    shown[i] = module.inputs[i] ? celsius[*module.inputs[i]] : std::numeric_limits<double>::infinity();
+    shown[i] = read_at(module.inputs[i], laboratory_).value_or(std::numeric_limits<double>::infinity());
   const auto range = drivers::dcon_range(module.type).value_or(drivers::TemperatureRange{});
   if (which.empty()) return drivers::encode_dcon_readings(shown, range, kDconDecimals);
   if (which.size() != 1 || which[0] < '0' || which[0] > '7') return {};
@@ -114,10 +120,8 @@ std::string Pt12Session::answer(std::string_view command) const {
   if (upper == "ID?") return "PT12\r\n";
   if (upper == "SN?") return "VIRTUAL1\r\n";
   if (upper == "CONNECTED?") return connected();
-  const auto celsius = laboratory_.thermometers_as_measured_c();
   std::array<std::optional<double>, drivers::kPt12Inputs> shown;
-  for (std::size_t i = 0; i < shown.size(); ++i)
-    if (inputs_[i]) shown[i] = celsius[*inputs_[i]];
+  for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = read_at(inputs_[i], laboratory_);
   if (upper == "T?") return drivers::encode_pt12_temperatures(shown) + "\r\n";
   if (const auto input = input_of(upper); input > 0)
     return drivers::encode_pt12_temperatures(std::span(shown).subspan(input - 1, 1)) + "\r\n";
@@ -155,7 +159,8 @@ Result<std::size_t> VirtualUsbTemp::read(std::span<std::byte> report, Duration) 
 float VirtualUsbTemp::temperature(std::size_t input) {
   if (!inputs_[input]) return drivers::kMccDisabled;
   const std::scoped_lock lock(laboratory_guard_);
-  return static_cast<float>(laboratory_.thermometers_as_measured_c()[*inputs_[input]]);
+  const auto celsius = read_at(inputs_[input], laboratory_);
+  return celsius ? static_cast<float>(*celsius) : drivers::kMccOpen;
 }
 
 void VirtualUsbTemp::reply(const drivers::MccRequest& request, const std::vector<std::uint8_t>& bytes) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP.
+/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP. A
+/// dead thermometer is on each of them as if there were none; on a USB-TEMP its wire is open.
 #pragma once
 
 #include <array>

@@ -12,6 +12,7 @@
 #include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus_lines.hpp"
+#include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/hex_bytes.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -118,6 +119,87 @@ TEST(LaboratoryFile, HasTheEarthRateOfItsRigsGeometry) {
   }
 }
 
+constexpr std::array kRigsOfUnits{"virtual-triad", "virtual-lot", "virtual-tetrad"};
+
+using Vector = std::array<double, 3>;
+
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The fixture's x, y, z by north, west and up: azimuth turns x to the east, elevation raises it, roll turns y and z
+/// about it.
+std::array<Vector, 3> attitude_of(const TomlTable& fixture) {
+  const auto radians = [&](const char* key) { return fixture.number(key) * std::numbers::pi / 180; };
+  const double azimuth = radians("azimuth"), elevation = radians("elevation"), roll = radians("roll");
+  const Vector x{std::cos(azimuth) * std::cos(elevation), -std::sin(azimuth) * std::cos(elevation),
+                 std::sin(elevation)};
+  const Vector level{std::sin(azimuth), std::cos(azimuth), 0};
+  const Vector above = cross(x, level);
+  Vector y, z;
+  for (std::size_t i = 0; i < 3; ++i) {
+    y[i] = std::cos(roll) * level[i] + std::sin(roll) * above[i];
+    z[i] = std::cos(roll) * above[i] - std::sin(roll) * level[i];
+  }
+  return {x, y, z};
+}
+
+TEST(LaboratoryFile, HasTheEarthRateOfEachAxisInItsFixture) {
+  for (const auto* name : kRigsOfUnits) {
+    const auto root = TomlTable::parse(rig_text(name), name);
+    const auto fixture = root->table("fixture");
+    const auto attitude = attitude_of(fixture);
+    const double latitude = fixture.number("latitude") * std::numbers::pi / 180;
+    const auto laboratory = laboratory_of_rig(name);
+    const auto gyros = root->tables("gyro");
+    ASSERT_EQ(gyros.size(), laboratory.units.size());
+    for (std::size_t u = 0; u < gyros.size(); ++u) {
+      EXPECT_EQ(gyros[u].text("name"), laboratory.units[u].name);
+      EXPECT_EQ(gyros[u].number("arcsec_per_pulse"), laboratory.gyro.arcsec_per_pulse);
+      const auto axes = gyros[u].tables("axis");
+      ASSERT_EQ(axes.size(), laboratory.units[u].axes.size());
+      for (std::size_t a = 0; a < axes.size(); ++a) {
+        EXPECT_EQ(axes[a].text("name", ""), laboratory.units[u].axes[a].name);
+        const auto direction = axes[a].numbers("direction");
+        double north = 0, up = 0, square = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+          north += direction.at(i) * attitude[i][0];
+          up += direction[i] * attitude[i][2];
+          square += direction[i] * direction[i];
+        }
+        EXPECT_NEAR(square, 1, 1e-12);
+        EXPECT_NEAR(laboratory.units[u].axes[a].earth_rate_deg_per_h,
+                    15.041067 * (north * std::cos(latitude) + up * std::sin(latitude)), 1e-6)
+            << name << ' ' << u << ' ' << a;
+      }
+    }
+  }
+}
+
+TEST(LaboratoryFile, TheInstrumentsOfRigsOfUnitsFitTheirWorld) {
+  for (const auto* name : kRigsOfUnits) {
+    const auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig(name), {}),
+                                                   {.chamber = chamber_map("virtual"),
+                                                    .thermometers = thermometers_of_rig(name),
+                                                    .gyros = gyro_lines_of_rig(name)});
+    EXPECT_TRUE(started) << text(started.error());
+  }
+}
+
+TEST(LaboratoryFile, OnlyTheTetradHopsAndLosesAThermometer) {
+  for (const auto* name : kRigsOfUnits) {
+    int hops = 0, failing = 0;
+    for (const auto& unit : laboratory_of_rig(name).units)
+      for (const auto& axis : unit.axes) {
+        hops += axis.hop ? 1 : 0;
+        failing += static_cast<int>(axis.failing.size());
+      }
+    const int expected = name == std::string("virtual-tetrad") ? 1 : 0;
+    EXPECT_EQ(hops, expected) << name;
+    EXPECT_EQ(failing, expected) << name;
+  }
+}
+
 TEST(LaboratoryFile, DescribesAFrameThatCarriesItsGyro) {
   const auto root = TomlTable::parse(rig_text("virtual"), "virtual");
   const auto format = drivers::read_frame_format(root->table("gyro").table("frame"));
@@ -149,6 +231,91 @@ TEST(LaboratoryFile, NamesALinkToAStrangeNode) {
 TEST(LaboratoryFile, NamesANodeTooLightForTheStep) { expect_mistake(file_with("[114.5,", "[0.1,"), "node \"A\""); }
 TEST(LaboratoryFile, NamesANodeWithoutAWayToTheChamber) {
   expect_mistake(file_with("1.2,    1.0]", "0,      0]"), "no way to the chamber");
+}
+
+constexpr const char* kUnits = R"(
+[[virtual.unit]]
+name = "u1"
+[[virtual.unit.axis]]
+name = "x"
+earth_rate_deg_per_h = 10
+[[virtual.unit.axis]]
+name = "y"
+earth_rate_deg_per_h = -5
+crosswise_earth_rate_deg_per_h = 3
+hop = { at = "10 h", deg_per_h = 0.004, for = "1 h" }
+[[virtual.unit]]
+name = "u2"
+[[virtual.unit.axis]]
+earth_rate_deg_per_h = 1
+[[virtual.bracket]]
+units = ["u2", "u1"]
+share = 0.2
+time_constant_s = 900
+[virtual.own_temperature]
+time_constant_s = 30
+noise_k = 0.02
+[[virtual.value]]
+name = "discharge_current_a"
+at_20_c = 1e-3
+per_k = 1e-7
+[[virtual.thermometers.failing]]
+channel = "u1.y.C"
+how = "dead"
+from = "5 h"
+)";
+
+/// The default rig in a world of units, with one piece of their text replaced.
+Result<LaboratoryParameters> units_with(const std::string& piece = "", const std::string& replacement = "") {
+  auto text = rig_text("virtual");
+  const auto earth = text.find("earth_rate_deg_per_h");
+  text.erase(earth, text.find('\n', earth) - earth);
+  std::string units = kUnits;
+  const auto at = units.find(piece);
+  EXPECT_NE(at, std::string::npos) << piece;
+  text += units.replace(at, piece.size(), replacement);
+  const auto gyro = gyro_model_of(rig_text("virtual"), rig_path("virtual"))->text;
+  return parse_laboratory(text, "rig.toml", gyro);
+}
+
+TEST(LaboratoryFile, ReadsUnitsAndWhatStandsAroundThem) {
+  const auto laboratory = units_with();
+  ASSERT_TRUE(laboratory) << text(laboratory.error());
+  ASSERT_EQ(laboratory->units.size(), 2U);
+  const auto& y = laboratory->units[0].axes.at(1);
+  EXPECT_EQ(y.name, "y");
+  EXPECT_EQ(y.earth_rate_deg_per_h, -5);
+  EXPECT_EQ(y.crosswise_earth_rate_deg_per_h, 3);
+  EXPECT_EQ(y.hop->at_s, 36000);
+  EXPECT_EQ(y.hop->for_s, 3600);
+  ASSERT_EQ(y.failing.size(), 1U);
+  EXPECT_EQ(y.failing[0].place, 2U);
+  EXPECT_EQ(y.failing[0].how, Failing::dead);
+  EXPECT_TRUE(laboratory->thermometers.failing.empty());
+  EXPECT_EQ(laboratory->units[1].axes.at(0).name, "");
+  EXPECT_EQ(laboratory->brackets.at(0).units, (std::vector<std::size_t>{1, 0}));
+  EXPECT_EQ(laboratory->own_temperature->resolution_k, 0);
+  EXPECT_EQ(laboratory->values.at(0).name, "discharge_current_a");
+}
+
+TEST(LaboratoryFile, NamesMistakesOfUnits) {
+  expect_mistake(units_with("\"u2\"\n[[", "\"u1\"\n[["), "twice");
+  expect_mistake(units_with("\"u1\"", "\"u.1\""), "without points");
+  expect_mistake(units_with("\"y\"", "\"x\""), "twice");
+  expect_mistake(units_with("name = \"y\"", ""), "name");
+  expect_mistake(units_with("[[virtual.unit.axis]]\nearth_rate_deg_per_h = 1\n", ""), "no axis");
+  expect_mistake(units_with("earth_rate_deg_per_h = 10", ""), "earth_rate_deg_per_h");
+  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u3\"]"), "\"u3\" is none of the units u1, u2");
+  expect_mistake(units_with("[\"u2\", \"u1\"]", "[\"u2\", \"u2\"]"), "stands on a bracket already");
+  expect_mistake(units_with("share = 0.2", "share = 0.95"), "at most 0.9");
+  expect_mistake(units_with("discharge_current_a", "self"), "twice");
+  expect_mistake(units_with("u1.y.C", "C"), "u1.x.A");
+}
+
+/// Nobody may believe that it counts.
+TEST(LaboratoryFile, TheTypeOfAWorldOfUnitsHasNoEarthRate) {
+  expect_mistake(rig_with("virtual-triad", "[virtual.gyro]", "[virtual.gyro]\nearth_rate_deg_per_h = 10"),
+                 "earth_rate_deg_per_h");
 }
 
 }  // namespace

@@ -71,6 +71,34 @@ drivers::FrameFormat gyro_of_rig(const std::string& name) {
   return drivers::read_frame_format(must(TomlTable::parse(rig_text(name), name)).table("gyro").table("frame"));
 }
 
+std::vector<VirtualGyroLine> gyro_lines_of_rig(const std::string& name) {
+  const auto root = must(TomlTable::parse(rig_text(name), name));
+  std::vector<VirtualGyroLine> lines;
+  for (const auto& gyro : root.tables("gyro")) {
+    VirtualGyroLine line;
+    std::vector<std::string> fields;
+    for (const auto& axis : gyro.tables("axis")) {
+      line.axes.push_back({gyro.text("name"), axis.text("name", "")});
+      if (axis.has("name")) fields.push_back(axis.text("name"));
+    }
+    if (gyro.has("stream"))
+      line.frame = must(drivers::parse_gyro_stream(must(read_named(gyro, "stream", rig_path(name), {})).text,
+                                                   gyro.text("stream"), fields))
+                       .frame;
+    else
+      line.frame = drivers::read_frame_format(gyro.table("frame"), fields);
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::vector<VirtualThermometer> thermometers_of_rig(const std::string& name) {
+  std::vector<VirtualThermometer> thermometers;
+  for (const auto& one : must(TomlTable::parse(rig_text(name), name)).tables("thermometer"))
+    thermometers.push_back({.channels = one.texts("channels")});
+  return thermometers;
+}
+
 drivers::RegisterMap chamber_map(const std::string& name) {
   const auto path = std::string(GYROTHERM_SOURCE_DIR) + "/profiles/chambers/" + name + ".toml";
   return must(drivers::parse_register_map(must(read_text_file(path)), path));

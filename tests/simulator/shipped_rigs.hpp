@@ -8,6 +8,8 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/gyro/frame_format.hpp"
 #include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_gyro_line.hpp"
+#include "simulator/virtual_instruments.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::simulator {
@@ -20,6 +22,10 @@ namespace gyrotherm::simulator {
 [[nodiscard]] LumpedGyroParameters lumped_of_rig(const std::string& name);
 [[nodiscard]] ReducedGyroParameters reduced_of_rig(const std::string& name);
 [[nodiscard]] drivers::FrameFormat gyro_of_rig(const std::string& name);
+/// Of a rig with [[gyro]], a line for each.
+[[nodiscard]] std::vector<VirtualGyroLine> gyro_lines_of_rig(const std::string& name);
+/// Of a rig whose thermometers all are on a Lake Shore 218.
+[[nodiscard]] std::vector<VirtualThermometer> thermometers_of_rig(const std::string& name);
 /// profiles/chambers/NAME.toml.
 [[nodiscard]] drivers::RegisterMap chamber_map(const std::string& name);
 /// The names of all of them, in alphabetical order.

@@ -1,70 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/virtual_instruments.hpp"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
 
 #include <deque>
 #include <string>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/simulator/loopback_client.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::simulator {
 namespace {
-
-/// A client of nothing but the socket interface; every wait ends after five seconds.
-class Client {
- public:
-  explicit Client(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const timeval limit{5, 0};
-    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  }
-  ~Client() { ::close(descriptor_); }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
-
-  /// False once the other end has closed.
-  bool send(std::span<const std::byte> bytes) const {
-    return ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) >= 0;
-  }
-  bool send(std::string_view text) const { return send(std::as_bytes(std::span(text))); }
-  /// Exactly `size` bytes, or what came before the end.
-  [[nodiscard]] std::vector<std::byte> receive(std::size_t size) const {
-    std::vector<std::byte> bytes(size);
-    std::size_t got = 0;
-    while (got < size) {
-      const auto more = ::recv(descriptor_, bytes.data() + got, size - got, 0);
-      if (more <= 0) break;
-      got += static_cast<std::size_t>(more);
-    }
-    bytes.resize(got);
-    return bytes;
-  }
-  [[nodiscard]] std::string receive_line() const {
-    std::string line;
-    while (!line.ends_with('\n')) {
-      const auto byte = receive(1);
-      if (byte.empty()) break;
-      line.push_back(static_cast<char>(byte.front()));
-    }
-    return line;
-  }
-  [[nodiscard]] bool was_dropped() const { return receive(1).empty(); }
-
- private:
-  int descriptor_;
-};
 
 class VirtualInstrumentsTest : public testing::Test {
  protected:
@@ -72,7 +20,7 @@ class VirtualInstrumentsTest : public testing::Test {
     auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {.gyro = seed, .run = 0}),
                                              {.chamber = chamber_map("virtual"),
                                               .thermometers = {{{"A", "B", "C", "D", "E", "F", "G", "H"}}, {{"shell"}}},
-                                              .gyro = gyro_of_rig("virtual")});
+                                              .gyros = {{.frame = gyro_of_rig("virtual")}}});
     EXPECT_TRUE(started) << text(started.error());
     return std::move(*started);
   }
@@ -138,10 +86,10 @@ TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {
   decoder.feed(bytes);
   VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   for (std::uint32_t i = 0; i < 10; ++i) {
-    const auto frame = decoder.take();
+    const auto* frame = decoder.take();
     same.step();
     ASSERT_TRUE(frame);
-    EXPECT_EQ(frame->pulses, same.pulses());
+    EXPECT_EQ(frame->axes[0].pulses, same.pulses()[0]);
     EXPECT_EQ(frame->sequence, i);
     EXPECT_EQ(frame->timestamp, static_cast<std::uint64_t>(same.device_time_us()));
   }
@@ -223,18 +171,20 @@ TEST_F(VirtualInstrumentsTest, DropAClientThatNeverTakesItsReplies) {
 }
 
 TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
-  const auto started =
-      VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
-                                {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyro = gyro_of_rig("virtual")});
+  const auto started = VirtualInstruments::start(
+      VirtualLaboratory(laboratory_of_rig("virtual"), {}),
+      {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyros = {{.frame = gyro_of_rig("virtual")}}});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::usage);
   EXPECT_NE(started.error().what.find("\"Z\""), std::string::npos);
 }
 
 TEST_F(VirtualInstrumentsTest, SayWhichPortIsTaken) {
-  const auto started = VirtualInstruments::start(
-      VirtualLaboratory(laboratory_of_rig("virtual"), {}),
-      {.chamber = map, .thermometers = {}, .gyro = gyro_of_rig("virtual"), .first_port = instruments->chamber_port()});
+  const auto started = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
+                                                 {.chamber = map,
+                                                  .thermometers = {},
+                                                  .gyros = {{.frame = gyro_of_rig("virtual")}},
+                                                  .first_port = instruments->chamber_port()});
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().kind, FaultKind::disconnected);
   EXPECT_NE(started.error().where.find(std::to_string(instruments->chamber_port())), std::string::npos);

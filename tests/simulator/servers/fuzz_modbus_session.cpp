@@ -2,6 +2,7 @@
 /// Any bytes, in any pieces, to the virtual chamber: no crash, and the set point stays one that the plant can hold.
 #include <cstdlib>
 
+#include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 

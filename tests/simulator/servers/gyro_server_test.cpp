@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
+
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -42,7 +44,7 @@ TEST(GyroServer, AnswersTheCommandsThatStartItsStream) {
   auto listener = listen_on_loopback(0);
   ASSERT_TRUE(listener);
   const auto port = port_of(*listener);
-  GyroServer server(std::move(*listener), StreamWriter(stream.frame, 0.1), stream.start);
+  GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}), stream.start);
   const auto line = connect(port);
   const std::string& command = stream.start.front().send;
   const auto bytes = std::as_bytes(std::span(command));
@@ -61,20 +63,41 @@ TEST(GyroServer, SendsTheSameToASerialLineAsToASocket) {
   ASSERT_TRUE(listener && pty);
   const auto port = port_of(*listener);
   const int other_end = ::open(pty->path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
-  GyroServer server(std::move(*listener), StreamWriter(stream.frame, 0.1));
+  GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}));
   server.add(std::move(*pty));
   const auto line = connect(port);
   ASSERT_TRUE(line->write({}, kSoon));
-  server.send(1000, 1'000'000);
+  server.send(std::array{1000.0}, 1'000'000);
   const auto frame = take(other_end, stream.frame.length);
   EXPECT_EQ(frame.size(), stream.frame.length);
   EXPECT_EQ(receive(*line), frame);
   for (int i = 0; i < 1000; ++i)
-    server.send(1000 + i, 2'000'000 + i);  // nobody listens: the line fills, nothing breaks
+    server.send(std::array{1000.0 + i}, 2'000'000 + i);  // nobody listens: the line fills, nothing breaks
   while (!take(other_end, 1).empty()) continue;
-  server.send(3000, 4'000'000);
+  server.send(std::array{3000.0}, 4'000'000);
   EXPECT_EQ(take(other_end, stream.frame.length).size(), stream.frame.length);
   ::close(other_end);
+}
+
+TEST(GyroServer, SendsAllAxesAndWhatTheyTellOfThemselves) {
+  const auto format = tests::whole_shipped_stream("kvh-17xx-b").frame;
+  auto listener = listen_on_loopback(0);
+  ASSERT_TRUE(listener);
+  const auto port = port_of(*listener);
+  GyroServer server(std::move(*listener), StreamWriter(format, {0.1, 0.1, 0.1}));
+  const auto line = connect(port);
+  ASSERT_TRUE(line->write({}, kSoon));
+  server.skip(std::array{10.0, 20.0, 30.0});
+  server.send(std::array{20.0, 40.0, 60.0}, 1'000'000, 1, std::array{0.5, -0.5, 1.0, 41.0});
+  const auto bytes = receive(*line);
+  drivers::FrameDecoder decoder(format);
+  decoder.feed(std::as_bytes(std::span(bytes)));
+  const auto* frame = decoder.take();
+  ASSERT_TRUE(frame);
+  const double arcsec = arcsec_per("rad", drivers::FieldRole::increment).value();
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(frame->axes[i].value.value() * arcsec, 1.0 + static_cast<double>(i), 1e-6);
+  EXPECT_EQ(frame->values, (std::vector<std::optional<double>>{0.5, -0.5, 1.0, 41.0}));
 }
 
 }  // namespace

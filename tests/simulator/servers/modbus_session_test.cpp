@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
 #include "tests/support/modbus_words.hpp"

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "core/random.hpp"
 #include "drivers/gyro/frame_sum.hpp"
@@ -14,17 +16,22 @@
 namespace gyrotherm::simulator {
 namespace {
 
-constexpr double kArcsecPerPulse = 0.1;
+/// What a pulse of each axis is.
+constexpr double kArcsecPerPulse[] = {0.1, 0.25, -0.125};
 
-/// A gyro of one stream that turns at about 10 °/h with noise, written to a driver on a line in memory.
+/// A gyro of one stream that turns at about 10, 20 and -5 °/h with noise, written to a driver on a line in memory.
 class BothEnds {
  public:
   BothEnds(const drivers::FrameFormat& format, double frames_a_second)
-      : format_(format), rate_(frames_a_second), writer_(format, kArcsecPerPulse) {
+      : format_(format),
+        rate_(frames_a_second),
+        writer_(format, std::vector(kArcsecPerPulse, kArcsecPerPulse + format.axes.size())),
+        pulses_(format.axes.size()) {
     auto made = std::make_unique<tests::FakeStream>();
     line_ = made.get();
     line_->say(writer_.lead_in());
     gyro_ = make_framed_gyro(format, std::move(made), std::chrono::milliseconds(50));
+    for (std::size_t i = 0; i + 2 < housekeeping_of(format).size(); ++i) values_.push_back(0);
   }
 
   /// Lets a second pass, which ends with the origin.
@@ -33,34 +40,58 @@ class BothEnds {
     return gyro_->take_origin();
   }
   /// Lets a second pass, and reads it.
-  Result<PulseCount> second() {
+  Result<GyroCount> second() {
     pass_second();
     return gyro_->read(kSecond);
   }
 
-  [[nodiscard]] double angle_arcsec() const { return static_cast<double>(pulses_) * kArcsecPerPulse; }
-  [[nodiscard]] double arcsec_per_count() const {
-    return gyrotherm::drivers::arcsec_per_count(format_).value_or(kArcsecPerPulse);
+  /// Of each axis.
+  [[nodiscard]] std::vector<double> angles_arcsec() const {
+    std::vector<double> angles;
+    for (std::size_t i = 0; i < pulses_.size(); ++i)
+      angles.push_back(static_cast<double>(pulses_[i]) * kArcsecPerPulse[i]);
+    return angles;
+  }
+  [[nodiscard]] double arcsec_per_count(std::size_t axis) const {
+    return gyrotherm::drivers::arcsec_per_count(format_, axis).value_or(kArcsecPerPulse[axis]);
   }
   [[nodiscard]] FrameCount frames() const { return gyro_->frames(); }
-  /// What one step of the gyro's field is, in arcsec of one frame.
-  [[nodiscard]] double resolution_arcsec() const {
-    const auto& field = *format_.gyro();
+  /// The housekeeping of the second that has passed last.
+  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+  /// What one step of an axis's field is, in arcsec of one frame.
+  [[nodiscard]] double resolution_arcsec(std::size_t axis) const {
+    const auto& field = *format_.gyros()[axis];
     if (is_real(field.type)) return 1e-5;
-    const double step = field.scale.of(arcsec_per(field.unit, field.role).value_or(kArcsecPerPulse));
+    const double step = std::abs(field.scale.of(arcsec_per(field.unit, field.role).value_or(kArcsecPerPulse[axis])));
     return field.role == drivers::FieldRole::rate ? step / rate_ : step;
   }
 
  private:
   void pass_second() {
+    constexpr double kPulses[] = {106, 80, 40};
     const auto from = pulses_;
-    pulses_ += std::llround(106 + 3 * noise_.normal());
+    for (std::size_t axis = 0; axis < pulses_.size(); ++axis)
+      pulses_[axis] += std::llround(kPulses[axis] + 3 * noise_.normal());
+    tell_itself();
+    std::vector<double> now(pulses_.size());
     for (int i = 1; i <= static_cast<int>(rate_); ++i) {
       const double share = i / rate_;
-      line_->say(writer_.next(static_cast<double>(from) + share * static_cast<double>(pulses_ - from),
-                              std::llround((seconds_ + share) * 1e6), 1 / rate_));
+      for (std::size_t axis = 0; axis < now.size(); ++axis)
+        now[axis] = static_cast<double>(from[axis]) + share * static_cast<double>(pulses_[axis] - from[axis]);
+      line_->say(writer_.next(now, std::llround((seconds_ + share) * 1e6), 1 / rate_, values_));
     }
     ++seconds_;
+  }
+  /// Temperatures from -20 °C, everything else within the width of its field.
+  void tell_itself() {
+    const auto fields = format_.values();
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const auto& field = *fields[i];
+      const auto turn = static_cast<std::int64_t>(seconds_) % 7 + static_cast<std::int64_t>(i);
+      values_[i] = field.role == drivers::FieldRole::temperature ? -20 + static_cast<double>(turn)
+                   : is_real(field.type)                         ? 0.25 * static_cast<double>(turn)
+                                                                 : scaled(field, {.whole = field.bits > 1 ? turn : 0});
+    }
   }
 
   drivers::FrameFormat format_;
@@ -69,9 +100,26 @@ class BothEnds {
   RandomStream noise_{1, RandomPurpose::angle_noise};
   tests::FakeStream* line_{};
   std::unique_ptr<drivers::Gyro> gyro_;
-  std::int64_t pulses_{};
+  std::vector<std::int64_t> pulses_;
+  std::vector<double> values_;
   double seconds_{};
 };
+
+/// What the driver averaged is what was sent in that second, if the stream sends it at all at this rate.
+void expect_values(const BothEnds& ends, const drivers::FrameFormat& format, const GyroCount& count,
+                   double frames_a_second) {
+  const auto names = housekeeping_of(format);
+  ASSERT_EQ(count.values.size(), names.size());
+  for (std::size_t i = 0; i < ends.values().size(); ++i) {
+    if (std::isnan(count.values[i]))
+      EXPECT_GT(format.values()[i]->every, frames_a_second) << names[i].name << ": it comes in turn";
+    else
+      EXPECT_NEAR(count.values[i], ends.values()[i], 1e-6) << names[i].name;
+  }
+  if (names.empty()) return;
+  EXPECT_EQ(count.values[names.size() - 2], std::floor(frames_a_second));
+  EXPECT_EQ(count.values[names.size() - 1], 0);
+}
 
 void expect_exact_sum(const std::string& name, const drivers::FrameFormat& format, double frames_a_second,
                       int seconds) {
@@ -79,15 +127,20 @@ void expect_exact_sum(const std::string& name, const drivers::FrameFormat& forma
   BothEnds ends(format, frames_a_second);
   const auto origin = ends.first_second();
   ASSERT_TRUE(origin) << text(origin.error());
-  const double before = ends.angle_arcsec();
-  double sum = 0;
+  const auto before = ends.angles_arcsec();
+  std::vector<double> sums(format.axes.size());
   for (int i = 0; i < seconds; ++i) {
     const auto count = ends.second();
     ASSERT_TRUE(count) << text(count.error());
     ASSERT_NEAR(to_seconds(count->interval), 1, 1e-9);
-    sum += static_cast<double>(count->pulses) * ends.arcsec_per_count();
+    ASSERT_EQ(count->pulses.size(), sums.size());
+    for (std::size_t axis = 0; axis < sums.size(); ++axis)
+      sums[axis] += static_cast<double>(count->pulses[axis]) * ends.arcsec_per_count(axis);
+    expect_values(ends, format, *count, frames_a_second);
   }
-  EXPECT_NEAR(sum, ends.angle_arcsec() - before, 1.001 * ends.resolution_arcsec() + 1e-6 * seconds);
+  const auto after = ends.angles_arcsec();
+  for (std::size_t axis = 0; axis < sums.size(); ++axis)
+    EXPECT_NEAR(sums[axis], after[axis] - before[axis], 1.001 * ends.resolution_arcsec(axis) + 1e-6 * seconds) << axis;
   const auto frames = ends.frames();
   EXPECT_EQ(frames.lost, 0u);
   EXPECT_EQ(frames.bad, 0u);
@@ -96,28 +149,60 @@ void expect_exact_sum(const std::string& name, const drivers::FrameFormat& forma
 
 TEST(StreamWriter, AtOneFrameASecondEveryShippedStreamAddsUpExactly) {
   for (const auto& name : tests::shipped_streams())
-    expect_exact_sum(name, at_one_frame_a_second(tests::shipped_stream(name).frame), 1, 300);
+    expect_exact_sum(name, at_one_frame_a_second(tests::whole_shipped_stream(name).frame), 1, 300);
 }
 
 TEST(StreamWriter, AtItsOwnRateEveryShippedStreamAddsUpExactly) {
   for (const auto& name : tests::shipped_streams()) {
-    const auto format = tests::shipped_stream(name).frame;
+    const auto format = tests::whole_shipped_stream(name).frame;
     expect_exact_sum(name, format, format.rate_hz > 0 ? format.rate_hz : 1, 10);
   }
 }
 
+TEST(StreamWriter, OneAxisOfThreeAddsUpAlone) {
+  for (const auto* name : {"kvh-17xx-a", "hg1700-rawimusx", "stim300"})
+    for (const auto* axis : {"x", "y", "z"})
+      expect_exact_sum(name, at_one_frame_a_second(tests::shipped_stream(name, {axis}).frame), 1, 20);
+}
+
 TEST(StreamWriter, FramesThatWentToNobodyAreNotMadeUpFor) {
   for (const auto* name : {"kvh-17xx-a", "hg4930", "kvh-dsp-3000-ascii"}) {
-    const auto format = at_one_frame_a_second(tests::shipped_stream(name).frame);
-    StreamWriter writer(format, kArcsecPerPulse);
+    const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
+    const auto axes = format.axes.size();
+    StreamWriter writer(format, std::vector(axes, 0.1));
     drivers::FrameDecoder decoder(format);
     decoder.feed(writer.lead_in());
-    writer.skip(1e6);
-    decoder.feed(writer.next(1e6 + 100, 1'000'000, 1));
-    const auto frame = decoder.take();
+    writer.skip(std::vector(axes, 1e6));
+    decoder.feed(writer.next(std::vector(axes, 1e6 + 100), 1'000'000, 1));
+    const auto* frame = decoder.take();
     ASSERT_TRUE(frame) << name;
     const auto& field = *format.gyro();
-    EXPECT_NEAR(frame->gyro.value() * drivers::arcsec_per(field.unit, field.role).value(), 10, 1e-4) << name;
+    for (const auto& axis : frame->axes)
+      EXPECT_NEAR(axis.value.value() * drivers::arcsec_per(field.unit, field.role).value(), 10, 1e-4) << name;
+  }
+}
+
+TEST(StreamWriter, WhereNothingIsSaidTemperaturesAreUsual) {
+  for (const auto& name : tests::shipped_streams()) {
+    const auto format = at_one_frame_a_second(tests::whole_shipped_stream(name).frame);
+    StreamWriter writer(format, std::vector(format.axes.size(), 0.1));
+    drivers::FrameDecoder decoder(format);
+    decoder.feed(writer.lead_in());
+    while (decoder.take()) continue;
+    const std::vector<double> still(format.axes.size());
+    const auto fields = format.values();
+    const double no_number = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<double> first_is_none(fields.empty() ? 0 : 1, no_number);
+    decoder.feed(writer.next(still, 1'000'000, 1, first_is_none));
+    const auto* frame = decoder.take();
+    if (!frame) continue;  // a lock waits for more
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (frame->values[i]) {
+        EXPECT_EQ(*frame->values[i], fields[i]->role == drivers::FieldRole::temperature ? 25 : 0) << name;
+      } else {
+        EXPECT_GT(fields[i]->every, 1u) << name << ' ' << fields[i]->name;
+      }
+    }
   }
 }
 

@@ -97,23 +97,45 @@ Result<std::string> ask_thermometer(drivers::Thermometer& thermometer, const std
   return line + "; " + text(time_calls([&] { (void)thermometer.read(); }, clock));
 }
 
-Result<std::string> ask_gyro(drivers::Gyro& gyro, const std::string& frames, const std::function<void()>& let_pass) {
+Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs, const std::vector<AnalogueReading>& channels,
+                                 const Clock& clock) {
+  const auto name = inputs.identify();
+  if (!name) return failure(name.error());
+  auto line = *name;
+  const auto readings = inputs.read();
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const auto& [channel, unit, scale, offset] = channels[i];
+    line += readings[i] ? fmt::format(", {} {:g} {}", channel, *readings[i] * scale + offset, unit)
+                        : fmt::format(", {} {}", channel, readings[i].error().what);
+  }
+  return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
+}
+
+Result<std::string> ask_gyro(drivers::Gyro& gyro, const drivers::FrameFormat& frames,
+                             const std::function<void()>& let_pass) {
   if (auto opened = gyro.open(); !opened) return failure(opened.error());
   let_pass();
   if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
   const auto before = gyro.frames();
-  PulseCount sum;
+  std::vector<std::int64_t> sums(std::max<std::size_t>(frames.axes.size(), 1));
+  Duration interval{};
+  std::vector<double> values;
   for (int i = 0; i < kSeconds; ++i) {
     let_pass();
     const auto count = gyro.read(kSecond);
     if (!count) return failure(count.error());
-    sum.pulses += count->pulses;
-    sum.interval += count->interval;
+    for (std::size_t axis = 0; axis < sums.size() && axis < count->pulses.size(); ++axis)
+      sums[axis] += count->pulses[axis];
+    interval += count->interval;
+    values = count->values;
   }
   const auto after = gyro.frames();
-  return fmt::format("{} frames, {} counts in {:.6f} s; {} frames seen, {} lost, {} bad", frames, sum.pulses,
-                     to_seconds(sum.interval), after.seen - before.seen, after.lost - before.lost,
-                     after.bad - before.bad);
+  auto line = fmt::format("{} frames, {} counts in {:.6f} s", frames.name, fmt::join(sums, ", "), to_seconds(interval));
+  const auto names = drivers::housekeeping_of(frames);
+  for (std::size_t i = 0; i < names.size() && i < values.size(); ++i)
+    line += fmt::format(", {} {:g} {}", names[i].name, values[i], names[i].unit);
+  return line + fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,
+                            after.bad - before.bad);
 }
 
 }  // namespace gyrotherm::rig

@@ -36,9 +36,19 @@ struct RoundTrips {
 /// The same, with one reading of each channel; one that is faulty says so in its place.
 [[nodiscard]] Result<std::string> ask_thermometer(drivers::Thermometer& thermometer,
                                                   const std::vector<std::string>& channels, const Clock& clock);
+/// How the reading of an input becomes the value of a channel.
+struct AnalogueReading {
+  std::string channel;  ///< "u1.discharge_current_a"
+  std::string unit;     ///< of measure
+  double scale = 1;
+  double offset = 0;
+};
+/// Who it is, and one value of each channel, likewise.
+[[nodiscard]] Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs,
+                                               const std::vector<AnalogueReading>& channels, const Clock& clock);
 /// What a gyro's frames say in two seconds, and how many were seen, lost and bad. `let_pass` lets a second pass where
 /// it does not pass by itself.
-[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const std::string& frames,
+[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const drivers::FrameFormat& frames,
                                            const std::function<void()>& let_pass);
 
 }  // namespace gyrotherm::rig

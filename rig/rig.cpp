@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -31,7 +32,8 @@ class Drivers {
   [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
   [[nodiscard]] virtual std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
                                                                           const std::string& place) = 0;
-  [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) = 0;
 };
 
 /// Of a real rig. The file's lines were checked when it was read.
@@ -48,8 +50,14 @@ class DriversOnLines final : public Drivers {
     const auto& settings = file.thermometers[index];
     return make_thermometer(settings, place, drivers::parse_line(settings.line).value());
   }
-  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) override {
-    return make_gyro(file.gyro, drivers::parse_line(file.gyro.line).value(), within);
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) override {
+    const auto& settings = file.gyro_lines[line];
+    return make_gyro(settings, drivers::parse_line(settings.line).value(), within);
+  }
+  std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
+    const auto& settings = file.analogue_inputs[index];
+    auto registers = make_modbus(drivers::parse_line(settings.line).value(), settings.map.registers.link.modbus);
+    return make_analogue_inputs(settings, title_of_analogue(index), std::move(registers), drivers::real_pauses());
   }
 
  private:
@@ -74,9 +82,16 @@ class DriversOnWires final : public Drivers {
     auto wire = wires_.thermometer(index);
     return make_thermometer(settings, place, std::move(wire.line), true, wire.clock);
   }
-  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, Duration within) override {
-    auto wire = wires_.gyro();
-    return make_simulated_gyro(file.gyro, std::move(wire.line), within, wire.clock);
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) override {
+    auto wire = wires_.gyro(line);
+    return make_simulated_gyro(file.gyro_lines[line], std::move(wire.line), within, wire.clock);
+  }
+  std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
+    auto settings = file.analogue_inputs[index];
+    auto& link = settings.map.registers.link.modbus;
+    link = without_pauses(std::move(link));
+    auto wire = wires_.analogue_input(index, settings.map.registers);
+    return make_analogue_inputs(settings, title_of_analogue(index), std::move(wire.line), wires_.pauses());
   }
 
  private:
@@ -94,17 +109,28 @@ auto patiently(const Ask& ask) {
   return answer;
 }
 
+std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& start) {
+  const auto is_dropped = [&](const GyroLine::Share& share) {
+    return std::ranges::count(start.dropped_units, file.units[share.unit].info.name) > 0;
+  };
+  std::vector<bool> may_be_off;
+  for (const auto& line : file.gyro_lines)
+    may_be_off.push_back(start.units_may_be_off || std::ranges::all_of(line.shares, is_dropped));
+  return may_be_off;
+}
+
 /// Instruments on their lines, and the io that reads them.
 class AssembledRig : public Rig {
  public:
-  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, bool gyro_may_be_off)
-      : file_(std::move(file)), drivers_(std::move(drivers)), gyro_may_be_off_(gyro_may_be_off) {
+  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
+      : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(lines_that_may_be_off(file_, start)) {
     auto& map = file_.chamber_map;
     if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
     chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
                                    noting(drivers_->pauses(), chamber_line_));
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
       thermometers_.push_back(drivers_->thermometer(file_, i, fmt::format("thermometer {}", i + 1)));
+    for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
   }
 
   std::vector<Result<std::string>> ask() override {
@@ -116,8 +142,13 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       answers.push_back(titled(fmt::format("thermometer {}", i + 1),
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
-    const auto gyro = drivers_->gyro(file_, kGyroAskedWithin);
-    answers.push_back(titled("gyro", ask_gyro(*gyro, file_.gyro.frame.name, [this] { let_pass(1); })));
+    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
+      const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
+      answers.push_back(titled(title_of(file_.gyro_lines[i], file_.units),
+                               ask_gyro(*gyro, file_.gyro_lines[i].frame, [this] { let_pass(1); })));
+    }
+    for (std::size_t i = 0; i < analogue_.size(); ++i)
+      answers.push_back(titled(title_of_analogue(i), ask_analogue(*analogue_[i], readings_of(i), watch)));
     return answers;
   }
 
@@ -129,9 +160,10 @@ class AssembledRig : public Rig {
     if (!found) return failure(found.error());
     const auto first = entrance(*found);
     if (!first) return failure(first.error());
-    gyro_ = drivers_->gyro(file_, kGyroWithin);
-    // The gyro's line first, for nothing shall move if it is dead.
-    if (const auto open = gyro_->open(); !open && !gyro_may_be_off_) return failure(open.error());
+    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
+    // The gyros' lines first, for nothing shall move if one is dead.
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (const auto open = gyros_[i]->open(); !open && !may_be_off_[i]) return failure(open.error());
     as_found_ = false;
     const auto kept = set_out(*first, program);
     if (!kept) {
@@ -150,9 +182,24 @@ class AssembledRig : public Rig {
 
  protected:
   [[nodiscard]] io::Instruments instruments() {
-    io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyro = *gyro_, .chamber_line = chamber_line_.get()};
+    io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
+    for (std::size_t i = 0; i < gyros_.size(); ++i) {
+      io::GyroInputs inputs{*gyros_[i], {}};
+      for (const auto& [unit, axes, values] : file_.gyro_lines[i].shares) inputs.shares.push_back({unit, axes, values});
+      all.gyros.push_back(std::move(inputs));
+    }
+    for (std::size_t i = 0; i < analogue_.size(); ++i) {
+      io::AnalogueChannels inputs{*analogue_[i], {}};
+      for (const auto& channel : file_.analogue_inputs[i].channels)
+        inputs.channels.push_back({.unit = channel.unit,
+                                   .value = channel.value,
+                                   .name = file_.units[channel.unit].info.name + "." + channel.name,
+                                   .scale = channel.scale,
+                                   .offset = channel.offset});
+      all.analogue.push_back(std::move(inputs));
+    }
     return all;
   }
   void end_sampling() { io_.reset(); }
@@ -168,6 +215,21 @@ class AssembledRig : public Rig {
     auto answer = gyrotherm::rig::ask_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
     return answer;
+  }
+
+  /// Of a unit of analogue inputs, for people.
+  [[nodiscard]] std::vector<AnalogueReading> readings_of(std::size_t index) const {
+    const auto& settings = file_.analogue_inputs[index];
+    std::vector<AnalogueReading> readings;
+    for (const auto& channel : settings.channels) {
+      const auto& unit = file_.units[channel.unit];
+      const auto value = unit.info.values.size() - unit.analogue_values + channel.value;
+      readings.push_back({.channel = unit.info.name + "." + channel.name,
+                          .unit = unit.info.values[value].unit,
+                          .scale = channel.scale,
+                          .offset = channel.offset});
+    }
+    return readings;
   }
 
   Result<ChamberAsFound> look_at_chamber() {
@@ -186,8 +248,9 @@ class AssembledRig : public Rig {
     if (!kept) return kept;
     let_pass(1);
     // The first frame may be its whole period away, which is longer than one read waits.
-    if (const auto origin = patiently([&] { return gyro_->take_origin(); }); !origin && !gyro_may_be_off_)
-      return failure(origin.error());
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (const auto origin = patiently([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
+        return failure(origin.error());
     if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
       return failure(started.error());
     return kept;
@@ -205,6 +268,7 @@ class AssembledRig : public Rig {
   Result<std::vector<std::string>> ask_names() {
     std::vector<Result<std::string>> answers{patiently([&] { return chamber_->identify(); })};
     for (const auto& thermometer : thermometers_) answers.push_back(patiently([&] { return thermometer->identify(); }));
+    for (const auto& inputs : analogue_) answers.push_back(patiently([&] { return inputs->identify(); }));
     std::vector<std::string> names;
     for (auto& answer : answers) {
       if (!answer) return failure(answer.error());
@@ -218,8 +282,9 @@ class AssembledRig : public Rig {
   std::shared_ptr<drivers::LineActivity> chamber_line_ = std::make_shared<drivers::LineActivity>();
   std::unique_ptr<drivers::Chamber> chamber_;
   std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
-  std::unique_ptr<drivers::Gyro> gyro_;
-  bool gyro_may_be_off_;
+  std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
+  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< of each line
+  std::vector<bool> may_be_off_;                       ///< … whether its silence is no reason not to begin
   bool as_found_ = true;
   std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
 };
@@ -227,12 +292,12 @@ class AssembledRig : public Rig {
 class RealRig final : public AssembledRig {
  public:
   RealRig(const RigFile& file, const RigStart& start)
-      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start.gyro_may_be_off),
+      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start),
         already_(start.already),
         clock_(start.already) {}
   ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
   void let_pass(std::int64_t) override {}
-  void bring_unit_to(const UnitState&) override {}
+  void bring_units_to(const UnitState&) override {}
   const Clock& clock() const override { return clock_; }
   Duration will_start_utc() const override { return clock_.now().utc; }
 
@@ -277,9 +342,12 @@ class LoopbackWires final : public Wires {
     return {.line = make_stream(local(instruments_->thermometer_port(index)), {}, kConnectWithin)};
   }
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
-  Wire<drivers::ByteStream> gyro() override {
-    auto line = make_stream(local(instruments_->gyro_port()), {}, kConnectWithin);
+  Wire<drivers::ByteStream> gyro(std::size_t index) override {
+    auto line = make_stream(local(instruments_->gyro_port(index)), {}, kConnectWithin);
     return {.line = std::make_unique<LineOfAUnit>(std::move(line), *instruments_)};
+  }
+  Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
+    return {.line = make_modbus(local(instruments_->analogue_port(index)), map.link.modbus)};
   }
 
   const Clock& clock() const override { return clock_; }
@@ -287,8 +355,13 @@ class LoopbackWires final : public Wires {
     instruments_->advance(static_cast<int>(seconds));
     clock_.advance(std::chrono::seconds(seconds));
   }
-  void bring_unit_to(const UnitState& state) override { instruments_->bring_unit_to(state); }
-  std::optional<DegreesPerHour> true_bias() override { return instruments_->true_bias(); }
+  void bring_units_to(const UnitState& state) override { instruments_->bring_unit_to(state); }
+  std::vector<DegreesPerHour> true_bias(const std::string& unit) override {
+    const auto& units = instruments_->units();
+    const auto found = std::ranges::find(units, unit);
+    if (found == units.end()) return {};
+    return instruments_->true_bias(static_cast<std::size_t>(found - units.begin()));
+  }
 
  private:
   static drivers::Line local(std::uint16_t port) { return drivers::TcpLine{"127.0.0.1", port}; }
@@ -305,21 +378,21 @@ struct OwnedWires {
 class VirtualRig final : private OwnedWires, public AssembledRig {
  public:
   VirtualRig(const RigFile& file, Wires& wires)
-      : AssembledRig(file, std::make_unique<DriversOnWires>(wires), false), wires_(wires) {}
-  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires, bool gyro_may_be_off)
+      : AssembledRig(file, std::make_unique<DriversOnWires>(wires), {}), wires_(wires) {}
+  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires, const RigStart& start)
       : OwnedWires{std::move(wires)},
-        AssembledRig(file, std::make_unique<DriversOnWires>(*owned_), gyro_may_be_off),
+        AssembledRig(file, std::make_unique<DriversOnWires>(*owned_), start),
         wires_(*owned_) {}
 
   void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
-  void bring_unit_to(const UnitState& state) override { wires_.bring_unit_to(state); }
+  void bring_units_to(const UnitState& state) override { wires_.bring_units_to(state); }
   const Clock& clock() const override { return wires_.clock(); }
   Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
 
  private:
   std::unique_ptr<io::InstrumentIo> make_io() override {
     auto all = instruments();
-    all.true_bias = [this] { return wires_.true_bias(); };
+    all.true_bias = [this](std::size_t unit) { return wires_.true_bias(file().units[unit].info.name); };
     return io::InstrumentIo::inline_calls(std::move(all));
   }
   Wires& wires_;
@@ -332,6 +405,27 @@ simulator::VirtualThermometer virtual_thermometer(const ThermometerSettings& set
                                             .checksum = settings.checksum};
   if (settings.type) thermometer.type = *settings.type;
   return thermometer;
+}
+
+simulator::VirtualGyroLine virtual_gyro(const GyroLine& line, const std::vector<UnitSettings>& units) {
+  simulator::VirtualGyroLine served{.frame = line.frame};
+  if (line.stream) served.commands = line.stream->start;
+  for (const auto& share : line.shares)
+    for (const auto& axis : units[share.unit].info.axes)
+      served.axes.push_back({.unit = units[share.unit].info.name, .axis = axis.name});
+  return served;
+}
+
+simulator::VirtualAnalogueInput virtual_analogue(const AnalogueSettings& settings,
+                                                 const std::vector<UnitSettings>& units) {
+  simulator::VirtualAnalogueInput served{.map = settings.map, .inputs = {}};
+  for (const auto& channel : settings.channels)
+    served.inputs.push_back({.input = channel.input,
+                             .unit = units[channel.unit].info.name,
+                             .value = channel.name,
+                             .scale = channel.scale,
+                             .offset = channel.offset});
+  return served;
 }
 
 }  // namespace
@@ -347,12 +441,14 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
     parameters = simulator::soaked_at(std::move(*parameters), *how.first_set_point);
   simulator::VirtualInstrumentsOptions options{.chamber = file.chamber_map,
                                                .thermometers = {},
-                                               .gyro = file.gyro.frame,
+                                               .gyros = {},
                                                .first_port = how.first_port,
                                                .frames = how.frames,
                                                .ptys = how.ptys};
-  if (file.gyro.stream) options.gyro_commands = file.gyro.stream->start;
+  for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
+  for (const auto& settings : file.analogue_inputs)
+    options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
   return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));
 }
 
@@ -363,7 +459,7 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
   return std::make_unique<VirtualRig>(
-      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later), start.gyro_may_be_off);
+      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later), start);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

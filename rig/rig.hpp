@@ -39,17 +39,27 @@ class Wires {
   [[nodiscard]] virtual Wire<drivers::ByteStream> thermometer(std::size_t index) = 0;
   /// … or if it is a USB-TEMP.
   [[nodiscard]] virtual Wire<drivers::HidReports> usb_temp(std::size_t index) = 0;
-  /// One frame a second comes on it.
-  [[nodiscard]] virtual Wire<drivers::ByteStream> gyro() = 0;
+  /// Of the gyro line numbered `line` of the rig's file; one frame a second comes on it.
+  [[nodiscard]] virtual Wire<drivers::ByteStream> gyro(std::size_t line) = 0;
+
+  /// Of the unit of analogue inputs numbered `index` of the rig's file, on its map's link in use; nothing where the
+  /// rig has none.
+  [[nodiscard]] virtual Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) {
+    (void)index, (void)map;
+    return {};
+  }
 
   /// The rig's.
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Lets the world behind the wires and the clock move on by whole seconds.
   virtual void let_pass(std::int64_t seconds) = 0;
-  /// Brings that world's gyro to a state, as people would; from the next second on.
-  virtual void bring_unit_to(const UnitState& state) = 0;
-  /// Of that world's gyro (VirtualLaboratory::true_bias), where it may be asked.
-  [[nodiscard]] virtual std::optional<DegreesPerHour> true_bias() { return std::nullopt; }
+  /// Brings that world's units under test to a state, as people would; from the next second on.
+  virtual void bring_units_to(const UnitState& state) = 0;
+  /// Of a unit's axes in that world (VirtualLaboratory::true_bias), where it may be asked; else empty.
+  [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(const std::string& unit) {
+    (void)unit;
+    return {};
+  }
 };
 
 struct ServeOptions {
@@ -71,7 +81,8 @@ struct RigStart {
   std::vector<simulator::PastSecond>
       replay;  ///< virtual rig: every second since it was switched on, but for the last one
   std::optional<Celsius> first_set_point{};  ///< virtual rig: of the profile
-  bool gyro_may_be_off{};                    ///< its silence is no reason not to begin (resume)
+  bool units_may_be_off{};                   ///< their silence is no reason not to begin (resume)
+  std::vector<std::string> dropped_units{};  ///< … nor that of these (resume)
 };
 
 /// The chamber before anything of it was moved.
@@ -99,11 +110,11 @@ class Rig {
   [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;
 
   /// Asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be moved, and to where; then
-  /// sends the chamber there, starts it, and takes the gyro's origin, which takes a second of the rig's time. Once,
+  /// sends the chamber there, starts it, and takes the gyros' origin, which takes a second of the rig's time. Once,
   /// before the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been
-  /// moved if chamber or thermometers are silent, the gyro's line is dead, or `entrance` refuses; after that the
-  /// chamber is put back to where it was found. Returns what the instruments say they are. `program`, if there is one,
-  /// goes into the chamber's own memory, is compared and started: the last thing before the run's clock starts.
+  /// moved if chamber, thermometers or analogue inputs are silent, a gyro's line is dead, or `entrance` refuses; after
+  /// that the chamber is put back to where it was found. Returns what the instruments say they are. `program`, if there
+  /// is one, goes into the chamber's own memory, is compared and started: the last thing before the run's clock starts.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
                                                                  const drivers::ChamberProgram* program) = 0;
   [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first,
@@ -117,8 +128,8 @@ class Rig {
   [[nodiscard]] virtual Duration will_start_utc() const = 0;
   /// On a virtual rig lets the world and its clock move on by whole seconds; on a real one time passes by itself.
   virtual void let_pass(std::int64_t seconds) = 0;
-  /// On a virtual rig brings the unit under test to a state, from the next second on; on a real one people do.
-  virtual void bring_unit_to(const UnitState& state) = 0;
+  /// On a virtual rig brings the units under test to a state, from the next second on; on a real one people do.
+  virtual void bring_units_to(const UnitState& state) = 0;
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Only after prepare().

@@ -4,21 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <set>
 #include <utility>
 
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_sum.hpp"
-#include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/limits.hpp"
 #include "simulator/chamber_registers.hpp"
-#include "simulator/servers/gyro_server.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -26,53 +21,6 @@ namespace {
 std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   return table.celsius(key);
-}
-
-/// Ω on an input axis: Ω (cos φ cos az cos el + sin φ sin el); az from true north, el above the horizontal.
-DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {
-  const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
-  const double phi = radians(latitude_deg), az = radians(azimuth_deg), el = radians(elevation_deg);
-  return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
-}
-
-/// A standard uncertainty, not below zero; nothing without the key.
-std::optional<double> standard_uncertainty(const TomlTable& table, const char* key) {
-  if (!table.has(key)) return std::nullopt;
-  const double value = table.number(key);
-  if (value >= 0 && std::isfinite(value)) return value;
-  table.mistake(key, "expected a standard uncertainty, which is not below zero");
-  return std::nullopt;
-}
-
-/// Of the keys latitude_uncertainty, azimuth_uncertainty and tilt_uncertainty in degrees,
-/// scale_factor_uncertainty_ppm and turn_on_repeatability_deg_per_h.
-record::GyroUncertainty read_gyro_uncertainty(const TomlTable& table) {
-  return {.latitude_uncertainty_deg = standard_uncertainty(table, "latitude_uncertainty"),
-          .azimuth_uncertainty_deg = standard_uncertainty(table, "azimuth_uncertainty"),
-          .tilt_uncertainty_deg = standard_uncertainty(table, "tilt_uncertainty"),
-          .scale_factor_uncertainty_ppm = standard_uncertainty(table, "scale_factor_uncertainty_ppm"),
-          .turn_on_repeatability_deg_per_h = standard_uncertainty(table, "turn_on_repeatability_deg_per_h")};
-}
-
-Result<drivers::GyroStream> read_stream(const TomlTable& table, const std::string& rig_file,
-                                        const std::optional<std::string>& known) {
-  const auto axis = table.text("axis", "");
-  return read_named(table, "stream", rig_file, known).and_then([&](const NamedText& named) {
-    return drivers::parse_gyro_stream(named.text, named.path, axis);
-  });
-}
-
-/// What one count of the frames is: they say it themselves, or they count pulses, whose weight the rig file has.
-double arcsec_per_count(const TomlTable& table, const drivers::FrameFormat& frame) {
-  const auto own = frame.gyro() ? gyrotherm::drivers::arcsec_per_count(frame) : std::nullopt;
-  if (own) {
-    if (table.has("arcsec_per_pulse"))
-      table.mistake("arcsec_per_pulse", "the frames have a scale of their own; this is for those that count pulses");
-    return *own;
-  }
-  const double weight = table.number("arcsec_per_pulse");
-  if (weight == 0) table.mistake("arcsec_per_pulse", "must not be zero");
-  return weight;
 }
 
 void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
@@ -113,17 +61,10 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
     check_safe_set_point(table, "safe_set_point", rig);
 }
 
-/// What the word at `key` stands for; nothing if it is not there or "default".
-template <class T, std::size_t N>
-std::optional<T> said(const Vocabulary<T, N>& words, const TomlTable& table, const char* key) {
-  if (!table.has(key) || table.text(key) == "default") return std::nullopt;
-  return one_of(words, table, key);
-}
-
 /// The map, on the link that suits the line.
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
                                       const std::optional<std::string>& known) {
-  const auto wanted = said(drivers::kLinkKinds, chamber, "framing");
+  const auto wanted = one_of_or_default(drivers::kLinkKinds, chamber, "framing");
   const auto named = read_named(chamber, "map", rig.file, known);
   if (!named) return failure(named.error());
   auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
@@ -136,16 +77,26 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   return linked;
 }
 
-void read_analysis(const TomlTable& table, const std::set<std::string>& channels, RigFile& rig) {
-  rig.gradients = table.texts("gradients");
-  rig.three_point = table.texts("three_point");
-  for (const auto* key : {"gradients", "three_point"})
-    for (const auto& name : key == std::string_view("gradients") ? rig.gradients : rig.three_point)
-      if (!channels.contains(name))
+/// What [analysis] says of units that do not say it themselves.
+void read_analysis(const TomlTable& table, const std::vector<std::string>& channels, std::vector<UnitSettings>& units) {
+  const auto gradients = table.texts("gradients"), three_point = table.texts("three_point");
+  const auto check = [&](const char* key, const std::vector<std::string>& names) {
+    for (const auto& name : names)
+      if (std::ranges::count(channels, name) == 0)
         table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
-  if (rig.gradients.size() < 2) table.mistake("gradients", "expected at least two thermometers");
-  if (!rig.three_point.empty() && rig.three_point.size() != 3)
+  };
+  check("gradients", gradients);
+  check("three_point", three_point);
+  const bool wanted = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
+  if ((wanted || table.has("gradients")) && gradients.size() < 2)
+    table.mistake("gradients", "expected at least two thermometers");
+  if (!three_point.empty() && three_point.size() != 3)
     table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
+  for (auto& unit : units) {
+    if (unit.has_own_thermometers) continue;
+    unit.info.gradients = gradients;
+    if (unit.info.three_point.empty()) unit.info.three_point = three_point;
+  }
 }
 
 /// Where an interlock leaves the chamber.
@@ -155,26 +106,39 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
+std::vector<record::Channel> thermometer_channels(const RigFile& rig) {
+  std::vector<record::Channel> channels;
+  for (const auto& settings : rig.thermometers)
+    channels.insert(channels.end(), settings.calibrated.begin(), settings.calibrated.end());
+  return channels;
+}
+
 std::vector<std::string> names_of(const std::vector<record::Channel>& channels) {
   std::vector<std::string> names;
   for (const auto& channel : channels) names.push_back(channel.name);
   return names;
 }
 
-/// Of the thermometers without which nothing can be trained on the record.
-std::vector<std::size_t> columns_of_analysis(const RigFile& rig) {
-  std::vector<std::size_t> columns;
-  const auto& channels = rig.limits.channels;
+bool is_needed_by(const record::UnitInfo& unit, const std::string& channel) {
+  return std::ranges::count(unit.gradients, channel) + std::ranges::count(unit.three_point, channel) > 0;
+}
+
+interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std::string>& channels) {
+  interlocks::UnitLimits limits{
+      .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
   for (std::size_t i = 0; i < channels.size(); ++i)
-    if (std::ranges::count(rig.gradients, channels[i]) + std::ranges::count(rig.three_point, channels[i]) > 0)
-      columns.push_back(i);
-  return columns;
+    if (is_needed_by(unit.info, channels[i])) limits.thermometers.push_back(i);
+  for (auto i = unit.info.values.size() - unit.analogue_values; i < unit.info.values.size(); ++i)
+    limits.analogue.push_back(unit.info.values[i].name);
+  return limits;
 }
 
 /// All lines virtual, or none.
 void settle_simulated(const TomlTable& root, RigFile& rig) {
-  std::vector<std::string> lines{rig.chamber_line, rig.gyro.line};
+  std::vector<std::string> lines{rig.chamber_line};
+  for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
   for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
+  for (const auto& settings : rig.analogue_inputs) lines.push_back(settings.line);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
   if (count != 0 && !rig.simulated)
@@ -193,54 +157,6 @@ std::string in_words(const Limiter& limiter) {
   return text;
 }
 
-Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
-                               const std::optional<std::string>& known) {
-  GyroSettings settings;
-  settings.line = table.text("line");
-  check_line(table, settings.line);
-  const bool located = table.has("latitude");
-  const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
-               elevation = table.number("elevation", 90);
-  settings.info.uncertainty = read_gyro_uncertainty(table);
-  settings.can_be_turned = table.boolean("can_be_turned", false);
-  if (located) {
-    settings.info.earth_rate = earth_rate(latitude, azimuth, elevation);
-    settings.info.uncertainty.latitude_deg = latitude;
-    settings.info.uncertainty.azimuth_deg = azimuth;
-    settings.info.uncertainty.elevation_deg = elevation;
-  }
-  settings.info.kind = record::GyroKind::pulse_count;
-  if (!table.has("stream")) {
-    settings.frame = drivers::read_frame_format(table.table("frame"));
-    settings.info.scale = arcsec_per_count(table, settings.frame);
-    return settings;
-  }
-  if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
-  auto stream = read_stream(table, rig_file, known);
-  if (!stream) {
-    table.ignore("arcsec_per_pulse");
-    return failure(std::move(stream.error()));
-  }
-  settings.frame = stream->frame;
-  settings.stream = std::move(*stream);
-  settings.info.scale = arcsec_per_count(table, settings.frame);
-  return settings;
-}
-
-std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line, Duration within) {
-  const auto serial = settings.stream ? settings.stream->port : drivers::SerialFormat{.baud = 115200};
-  auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
-  drivers::GyroCommands commands;
-  if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};
-  return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
-}
-
-std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroSettings& settings,
-                                                   std::unique_ptr<drivers::ByteStream> stream, Duration within,
-                                                   const Clock* clock) {
-  return make_framed_gyro(simulator::at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
-}
-
 Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
@@ -256,21 +172,32 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   for (const auto& table : root->tables("thermometer"))
     rig.thermometers.push_back(read_thermometer(table, rig.thermometers.size() + 1, seen));
   if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
-  auto gyro = read_gyro(root->table("gyro"), file, known.gyro_stream);
-  if (gyro) rig.gyro = std::move(*gyro);
-  read_analysis(root->table("analysis"), seen, rig);
+  const auto channels = names_of(thermometer_channels(rig));
+  auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
+  if (gyros) {
+    rig.units = std::move(gyros->units);
+    rig.gyro_lines = std::move(gyros->lines);
+  }
+  Result<std::vector<AnalogueSettings>> analogue;
+  if (gyros)
+    analogue = read_analogue_inputs(*root, file, rig.units, known.analogue_maps);
+  else
+    root->ignore("analogue_input");
+  if (analogue) rig.analogue_inputs = std::move(*analogue);
+  read_analysis(root->table("analysis"), channels, rig.units);
   read_safe(root->table("safe"), rig);
-  rig.limits = interlocks::read_limits(*root, names_of(channels_of(rig)), rig.chamber_limits);
-  rig.limits.needed_thermometers = columns_of_analysis(rig);
+  rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
+  for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
   rig.run_limits = interlocks::read_run_limits(*root);
-  if (gyro)
+  if (gyros && analogue)
     settle_simulated(*root, rig);
   else
     root->ignore("virtual");
-  rig.chamber_word_order = said(drivers::kWordOrders, chamber, "word_order");
+  rig.chamber_word_order = one_of_or_default(drivers::kWordOrders, chamber, "word_order");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
-  if (!gyro) return failure(gyro.error());
+  if (!gyros) return failure(gyros.error());
+  if (!analogue) return failure(analogue.error());
   if (!map) return failure(map.error());
   rig.chamber_map = std::move(*map);
   if (!rig.simulated) return rig;
@@ -284,11 +211,29 @@ Result<RigFile> read_rig(const std::string& file) {
   return read_text_file(file).and_then([&](const std::string& text) { return parse_rig(text, file); });
 }
 
+std::vector<std::string> analogue_map_texts_of(const RigFile& rig) {
+  std::vector<std::string> texts;
+  for (const auto& settings : rig.analogue_inputs) texts.push_back(settings.map.registers.text);
+  return texts;
+}
+
 std::vector<record::Channel> channels_of(const RigFile& rig) {
-  std::vector<record::Channel> channels;
-  for (const auto& settings : rig.thermometers)
-    channels.insert(channels.end(), settings.calibrated.begin(), settings.calibrated.end());
+  auto channels = thermometer_channels(rig);
+  if (rig.units.size() < 2) return channels;
+  for (auto& channel : channels) {
+    channel.unit_under_test.clear();
+    int units = 0;
+    for (const auto& unit : rig.units)
+      if (is_needed_by(unit.info, channel.name)) channel.unit_under_test = ++units == 1 ? unit.info.name : "";
+  }
   return channels;
+}
+
+const GyroLine& line_of(const RigFile& rig, std::size_t unit) {
+  const auto has_it = [unit](const GyroLine& line) {
+    return std::ranges::any_of(line.shares, [unit](const auto& share) { return share.unit == unit; });
+  };
+  return *std::ranges::find_if(rig.gyro_lines, has_it);
 }
 
 }  // namespace gyrotherm::rig

@@ -2,6 +2,7 @@
 /// A rig in words: which instruments, on which lines, with which calibrations and limits. One TOML file per rig.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,9 +14,10 @@
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
+#include "rig/analogue_settings.hpp"
+#include "rig/gyro_settings.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/interlocks/limits.hpp"
@@ -32,32 +34,6 @@ struct Limiter {
 /// "class 3.3, below -50 °C, above 75 °C": when it trips.
 [[nodiscard]] std::string in_words(const Limiter& limiter);
 
-struct GyroSettings {
-  std::string line;
-  drivers::FrameFormat frame;
-  std::optional<drivers::GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
-  record::GyroInfo info;
-  bool can_be_turned{};  ///< people can turn it around in the chamber, so that its input axis points the other way
-};
-
-/// Either [gyro.frame], or `stream`, a description's path relative to `rig_file`, with the `axis` wanted;
-/// `arcsec_per_pulse` where the frames do not say it; `latitude`, `azimuth`, `elevation` of the input axis in degrees,
-/// and how well they, the scale factor and the turn-on bias are known; `can_be_turned`.
-/// `known`: the description's text where it is known already. Mistakes of the rig file are noted in the table; fails
-/// with bad_file if the description cannot be read or has mistakes of its own.
-[[nodiscard]] Result<GyroSettings> read_gyro(const TomlTable& table, const std::string& rig_file,
-                                             const std::optional<std::string>& known);
-
-/// The driver of a real one on `line`; one read may take `within`. The gyro is sent the stream's commands, and its line
-/// is read all the time.
-[[nodiscard]] std::unique_ptr<drivers::Gyro> make_gyro(const GyroSettings& settings, const drivers::Line& line,
-                                                       Duration within);
-/// The driver of a simulated one, which sends one frame a second by itself and whose wire is there already; `clock`: of
-/// a wire with a time of its own.
-[[nodiscard]] std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroSettings& settings,
-                                                                 std::unique_ptr<drivers::ByteStream> stream,
-                                                                 Duration within, const Clock* clock = nullptr);
-
 struct RigFile {
   std::string name;
   std::string title;
@@ -70,9 +46,9 @@ struct RigFile {
   Celsius safe_set_point;
   std::optional<Limiter> limiter;  ///< the chamber's own
   std::vector<ThermometerSettings> thermometers;
-  GyroSettings gyro;
-  std::vector<std::string> gradients;
-  std::vector<std::string> three_point;
+  std::vector<UnitSettings> units;  ///< under test, at least one
+  std::vector<GyroLine> gyro_lines;
+  std::vector<AnalogueSettings> analogue_inputs;
   bool safe_off{};  ///< safe is to be switched off, too
   interlocks::InterlockLimits limits;
   interlocks::RunLimits run_limits;
@@ -82,9 +58,10 @@ struct RigFile {
 
 /// The texts of the files that a rig file names, where they are already known (resume: the record's copies).
 struct NamedTexts {
-  std::optional<std::string> chamber_map;    ///< [chamber] map
-  std::optional<std::string> gyro_model;     ///< [virtual.thermal] gyro
-  std::optional<std::string> gyro_stream{};  ///< [gyro] stream
+  std::optional<std::string> chamber_map{};           ///< [chamber] map
+  std::optional<std::string> gyro_model{};            ///< [virtual.thermal] gyro
+  std::map<std::string, std::string> gyro_streams{};  ///< [gyro] or [[gyro]] stream, by the unit's name
+  std::vector<std::string> analogue_maps{};           ///< [[analogue_input]] map, in the order of the file
 };
 
 /// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to
@@ -92,7 +69,14 @@ struct NamedTexts {
 [[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
 [[nodiscard]] Result<RigFile> read_rig(const std::string& file);
 
-/// All channels of all thermometers, in order of the file.
+/// The texts of the maps of all units of analogue inputs, in order of the file.
+[[nodiscard]] std::vector<std::string> analogue_map_texts_of(const RigFile& rig);
+
+/// All channels of all thermometers, in order of the file, each with the unit under test that it sits on; one that
+/// several share, or that none has, is the rig's.
 [[nodiscard]] std::vector<record::Channel> channels_of(const RigFile& rig);
+
+/// The line on which the unit numbered `unit` is read.
+[[nodiscard]] const GyroLine& line_of(const RigFile& rig, std::size_t unit);
 
 }  // namespace gyrotherm::rig

@@ -39,16 +39,16 @@ Result<RigFile> shown_rig() {
       files["profiles/rigs/acme.toml"] + dry_run, "acme.toml",
       {.chamber_map = files["profiles/chambers/acme_tc100.toml"],
        .gyro_model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value(),
-       .gyro_stream = files["profiles/gyro-streams/acme-g1.toml"]});
+       .gyro_streams = {{"gyro", files["profiles/gyro-streams/acme-g1.toml"]}}});
 }
 
 TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
-  EXPECT_EQ(shown_files().size(), 3u);
+  EXPECT_EQ(shown_files().size(), 4u);
   const auto rig = shown_rig();
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->chamber_map.name, "TC-100");
-  EXPECT_EQ(rig->gyro.frame.name, "acme-g1");
-  EXPECT_DOUBLE_EQ(rig->gyro.info.scale, 0.01);
+  EXPECT_EQ(rig->gyro_lines[0].frame.name, "acme-g1");
+  EXPECT_DOUBLE_EQ(rig->units[0].info.axes[0].scale, 0.01);
 }
 
 TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
@@ -62,7 +62,7 @@ TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
   ASSERT_EQ(record->slot.size(), 600u);
   for (std::size_t i = 0; i < record->slot.size(); ++i) {
     ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.051) << i;
-    ASSERT_NEAR(record->info.gyro.scale * record->gyro[i], 10.6, 1) << i;
+    ASSERT_NEAR(record->info.units[0].axes[0].scale * record->units[0].rotation[0][i], 10.6, 1) << i;
     for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
   }
 }

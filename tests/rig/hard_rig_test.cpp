@@ -23,12 +23,12 @@ TEST(HardRig, ItsRecordHasTheTrueBiasOfEachSecond) {
   tests::DryRun dry_run(kShortRandom, 3, "virtual-hard");
   const auto record = recorded(dry_run, 1'000'000);
   ASSERT_TRUE(record.finished);
-  ASSERT_EQ(record.true_bias_deg_per_h.size(), record.slot.size());
+  ASSERT_EQ(record.units[0].true_bias_deg_per_h[0].size(), record.slot.size());
   double error = 0;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    ASSERT_TRUE(std::isfinite(record.true_bias_deg_per_h[i])) << i;
-    const double rate = 0.1 * record.gyro[i] / record.gyro_interval_s[i];
-    error += (rate - record.info.gyro.earth_rate->value - record.true_bias_deg_per_h[i]) /
+    ASSERT_TRUE(std::isfinite(record.units[0].true_bias_deg_per_h[0][i])) << i;
+    const double rate = 0.1 * record.units[0].rotation[0][i] / record.units[0].interval_s[i];
+    error += (rate - record.info.units[0].axes[0].earth_rate->value - record.units[0].true_bias_deg_per_h[0][i]) /
              static_cast<double>(record.slot.size());
   }
   EXPECT_NEAR(error, 0, 0.008) << "turn-on, scale factor and tilt are not in it";
@@ -43,8 +43,9 @@ TEST(HardRig, AnotherDayIsAnotherRunOfAnOlderGyro) {
   std::filesystem::remove(now.path());
   const auto after = recorded(later, 300);
   EXPECT_EQ(after.info.days_later, 365u);
-  EXPECT_NE(after.true_bias_deg_per_h.back(), before.true_bias_deg_per_h.back());
-  EXPECT_NEAR(after.true_bias_deg_per_h.back(), before.true_bias_deg_per_h.back(), 0.02) << "the same gyro";
+  EXPECT_NE(after.units[0].true_bias_deg_per_h[0].back(), before.units[0].true_bias_deg_per_h[0].back());
+  EXPECT_NEAR(after.units[0].true_bias_deg_per_h[0].back(), before.units[0].true_bias_deg_per_h[0].back(), 0.02)
+      << "the same gyro";
 }
 
 /// The world that a continuation lives through is the one that was interrupted, to the bit.
@@ -54,7 +55,7 @@ TEST(HardRig, ResumeReplaysTheSameDays) {
   const auto whole = recorded(dry_run, 200);
   std::filesystem::remove(dry_run.path());
   const auto interrupted = recorded(dry_run, 150);
-  ASSERT_EQ(interrupted.true_bias_deg_per_h.back(), whole.true_bias_deg_per_h[149]);
+  ASSERT_EQ(interrupted.units[0].true_bias_deg_per_h[0].back(), whole.units[0].true_bias_deg_per_h[0][149]);
   const auto on = run::continuation_of(interrupted, dry_run.path(), std::chrono::seconds(1), 0);
   ASSERT_TRUE(on) << text(on.error());
   EXPECT_EQ(on->start.seed.days_later, 30u);
@@ -67,13 +68,13 @@ TEST(HardRig, ResumeReplaysTheSameDays) {
   };
   const auto sample = next_after(*on);
   const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
-  ASSERT_TRUE(sample.true_bias);
-  EXPECT_EQ(sample.true_bias->value, whole.true_bias_deg_per_h[slot]);
+  ASSERT_FALSE(sample.units[0].true_bias.empty());
+  EXPECT_EQ(sample.units[0].true_bias[0].value, whole.units[0].true_bias_deg_per_h[0][slot]);
   EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);
-  EXPECT_EQ(static_cast<double>(sample.gyro.value->pulses), whole.gyro[slot]);
+  EXPECT_EQ(static_cast<double>(sample.units[0].count.value->pulses[0]), whole.units[0].rotation[0][slot]);
   auto on_day_0 = *on;
   on_day_0.start.seed.days_later = 0;
-  EXPECT_NE(next_after(on_day_0).true_bias->value, sample.true_bias->value);
+  EXPECT_NE(next_after(on_day_0).units[0].true_bias[0].value, sample.units[0].true_bias[0].value);
 }
 
 TEST(HardRig, ColdStartBeginsWhereTheProfileDoes) {

@@ -45,10 +45,10 @@ TEST(MixedRig, EveryChannelReadsTheSameWithinItsResolution) {
 // The mixed rig's gyro counts its own frames instead of its clock, which is 5 ppm fast: 5e-5 °/h of 10.6 °/h.
 TEST(MixedRig, TheBiasIsTheSameWithinTheReadOutsResolution) {
   const auto rate_deg_per_h = [](const record::Record& record, std::size_t i) {
-    return record.info.gyro.scale * record.gyro[i] / record.gyro_interval_s[i];
+    return record.info.units[0].axes[0].scale * record.units[0].rotation[0][i] / record.units[0].interval_s[i];
   };
   const auto& [one, other] = both();
-  EXPECT_EQ(one.info.gyro.earth_rate, other.info.gyro.earth_rate);
+  EXPECT_EQ(one.info.units[0].axes[0].earth_rate, other.info.units[0].axes[0].earth_rate);
   for (std::size_t i = 0; i < one.slot.size(); ++i)
     ASSERT_NEAR(rate_deg_per_h(other, i), rate_deg_per_h(one, i), 1.5e-4) << i;
 }

@@ -33,8 +33,8 @@ TEST(RigFile, ShippedRigsAreWholeAndSimulated) {
     ASSERT_TRUE(rig) << text(rig.error());
     EXPECT_TRUE(rig->simulated);
     EXPECT_EQ(channels_of(*rig).size(), 9u);
-    EXPECT_EQ(rig->gradients.size(), 8u);
-    EXPECT_EQ(rig->three_point, (std::vector<std::string>{"A", "D", "shell"}));
+    EXPECT_EQ(rig->units[0].info.gradients.size(), 8u);
+    EXPECT_EQ(rig->units[0].info.three_point, (std::vector<std::string>{"A", "D", "shell"}));
   }
 }
 
@@ -54,9 +54,9 @@ TEST(RigFile, EveryShippedRigIsRead) {
 TEST(RigFile, EarthRateIsProjectedOnTheInputAxis) {
   const auto rig = read_rig(kRigs + "virtual.toml");
   ASSERT_TRUE(rig) << text(rig.error());
-  ASSERT_TRUE(rig->gyro.info.earth_rate);
-  EXPECT_GT(rig->gyro.info.earth_rate->value, 0);
-  EXPECT_LT(rig->gyro.info.earth_rate->value, 15.0411);
+  ASSERT_TRUE(rig->units[0].info.axes[0].earth_rate);
+  EXPECT_GT(rig->units[0].info.axes[0].earth_rate->value, 0);
+  EXPECT_LT(rig->units[0].info.axes[0].earth_rate->value, 15.0411);
 }
 
 TEST(RigFile, AMisspeltKeyIsAMistakeWithItsPlaceAndAGuess) {
@@ -259,11 +259,11 @@ TEST(RigFile, AMissingGyroModelIsNamed) {
 TEST(RigFile, AStreamBringsItsFramesItsScaleAndItsPort) {
   const auto rig = read_rig(kRigs + "example-f4t-lakeshore-kvh.toml");
   ASSERT_TRUE(rig) << text(rig.error());
-  ASSERT_TRUE(rig->gyro.stream);
-  EXPECT_EQ(rig->gyro.frame.name, "kvh-dsp-3000-ascii");
-  EXPECT_EQ(rig->gyro.stream->port.baud, 38400u);
-  EXPECT_EQ(rig->gyro.stream->start.front().send, "RRR");
-  EXPECT_EQ(rig->gyro.info.scale, 1e-6) << "of a rate: a count is 1e-6 arcsec";
+  ASSERT_TRUE(rig->gyro_lines[0].stream);
+  EXPECT_EQ(rig->gyro_lines[0].frame.name, "kvh-dsp-3000-ascii");
+  EXPECT_EQ(rig->gyro_lines[0].stream->port.baud, 38400u);
+  EXPECT_EQ(rig->gyro_lines[0].stream->start.front().send, "RRR");
+  EXPECT_EQ(rig->units[0].info.axes[0].scale, 1e-6) << "of a rate: a count is 1e-6 arcsec";
 }
 
 std::string mixed_rig() { return read_text_file(kRigs + "virtual-mixed.toml").value(); }
@@ -288,11 +288,12 @@ TEST(RigFile, AMissingOrWrongStreamIsNamed) {
 
 TEST(RigFile, TheRecordsCopyOfTheStreamIsEnough) {
   const auto rig = read_rig(kRigs + "virtual-mixed.toml").value();
-  const NamedTexts known{
-      .chamber_map = rig.chamber_map.text, .gyro_model = rig.gyro_model.text, .gyro_stream = rig.gyro.stream->text};
+  const NamedTexts known{.chamber_map = rig.chamber_map.text,
+                         .gyro_model = rig.gyro_model.text,
+                         .gyro_streams = {{"gyro", rig.gyro_lines[0].stream->text}}};
   const auto again = parse_rig(rig.text, "elsewhere/rig.toml", known);
   ASSERT_TRUE(again) << text(again.error());
-  EXPECT_EQ(again->gyro.frame.name, "kvh-17xx-a");
+  EXPECT_EQ(again->gyro_lines[0].frame.name, "kvh-17xx-a");
 }
 
 TEST(RigFile, EachChannelHasItsCalibration) {
@@ -320,9 +321,9 @@ TEST(RigFile, SaysHowWellEachThermometerIsKnown) {
   EXPECT_EQ(channels[1].uncertainty.drift_in_a_year, Kelvins{0.05}) << "the instrument's";
   EXPECT_DOUBLE_EQ(channels[8].uncertainty.calibration->value, 0.03 / std::sqrt(3)) << "limits of ± 0.03 K";
   EXPECT_TRUE(channels[8].uncertainty.rectangular);
-  EXPECT_EQ(rig.gyro.info.uncertainty.latitude_deg, 47.3769);
-  EXPECT_EQ(rig.gyro.info.uncertainty.tilt_uncertainty_deg, 0.017);
-  EXPECT_EQ(rig.gyro.info.uncertainty.turn_on_repeatability_deg_per_h, 0.5);
+  EXPECT_EQ(rig.units[0].info.axes[0].uncertainty.latitude_deg, 47.3769);
+  EXPECT_EQ(rig.units[0].info.axes[0].uncertainty.tilt_uncertainty_deg, 0.017);
+  EXPECT_EQ(rig.units[0].info.axes[0].uncertainty.turn_on_repeatability_deg_per_h, 0.5);
 }
 
 TEST(RigFile, AnUncertaintyThatCannotBeIsAMistake) {
@@ -368,7 +369,7 @@ TEST(RigFile, AnInstrumentsOwnKeysAreChecked) {
   EXPECT_EQ(rig.thermometers[0].addresses, (std::vector<std::uint8_t>{1, 2}));
   EXPECT_EQ(rig.thermometers[0].type, 0x10);
   EXPECT_TRUE(std::holds_alternative<drivers::MccRtd>(rig.thermometers[1].sensor.value()));
-  EXPECT_LT(rig.gyro.info.earth_rate->value, 0) << "its axis points down";
+  EXPECT_LT(rig.units[0].info.axes[0].earth_rate->value, 0) << "its axis points down";
   EXPECT_NE(with("addresses = [1, 2]", "addresses = [1, 256]").find("0 to 255"), std::string::npos);
   EXPECT_NE(with("type = \"T\"", "type = \"X\"").find("none of J, K, T, E"), std::string::npos);
   EXPECT_NE(with("hid:01A2B3C4", "serial:/dev/ttyUSB0").find("HID device"), std::string::npos);

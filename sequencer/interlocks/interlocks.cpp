@@ -22,6 +22,19 @@ struct CheckInputs {
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
   /// The cause was there a second ago.
   [[nodiscard]] bool stood(InterlockId id) const { return memory.of(id).samples > 0; }
+  [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
+  [[nodiscard]] bool goes_on_without(std::size_t unit) const {
+    return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
+  }
+  [[nodiscard]] std::string unit(std::size_t unit) const {
+    return unit < limits.units.size() ? limits.units[unit].name : std::to_string(unit + 1);
+  }
+  /// A unit that is not dropped needs the thermometer.
+  [[nodiscard]] bool is_needed(std::size_t column) const {
+    for (std::size_t i = 0; i < limits.units.size(); ++i)
+      if (!is_dropped(i) && std::ranges::count(limits.units[i].thermometers, column) > 0) return true;
+    return false;
+  }
   [[nodiscard]] std::string channel(std::size_t column) const {
     return column < limits.channels.size() ? "thermometer " + limits.channels[column] : "a thermometer";
   }
@@ -142,8 +155,45 @@ Found stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
+/// The units that say nothing and should, and how many there are at all that should.
+struct SilentUnits {
+  std::vector<std::size_t> silent;
+  std::size_t all{};
+};
+
+SilentUnits silent_units(const CheckInputs& in) {
+  SilentUnits units;
+  for (std::size_t i = 0; i < in.sample.units.size() && !in.around.gyro_is_off; ++i) {
+    if (in.is_dropped(i)) continue;
+    ++units.all;
+    if (!in.sample.units[i].count.value) units.silent.push_back(i);
+  }
+  return units;
+}
+
+/// "gyro silent", "gyro u1, u3 silent".
+Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
+  if (units.empty()) return {};
+  if (in.sample.units.size() < 2) return found("gyro silent");
+  std::vector<std::string> names;
+  for (const auto unit : units) names.push_back(in.unit(unit));
+  return found(fmt::format("gyro {} silent", fmt::join(names, ", ")));
+}
+
+/// The units whose silence stops the run; each of them, where none is left that speaks.
 Found gyro_silent(const CheckInputs& in) {
-  return in.sample.gyro.value || in.around.gyro_is_off ? Found{} : found("gyro silent");
+  auto units = silent_units(in);
+  if (units.silent.size() == units.all) return silent(in, units.silent);
+  std::erase_if(units.silent, [&](std::size_t unit) { return in.goes_on_without(unit); });
+  return silent(in, units.silent);
+}
+
+/// Those without which it goes on.
+Found unit_silent(const CheckInputs& in) {
+  auto units = silent_units(in);
+  if (units.silent.size() == units.all) return {};
+  std::erase_if(units.silent, [&](std::size_t unit) { return !in.goes_on_without(unit); });
+  return silent(in, units.silent);
 }
 
 Found thermometers_lost(const CheckInputs& in) {
@@ -155,23 +205,34 @@ Found thermometers_lost(const CheckInputs& in) {
                            : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
-/// "no reading of thermometer A, thermometer B", of those that `counts`; nothing where all are read.
-std::optional<std::string> no_reading(const CheckInputs& in, auto counts) {
+/// The thermometers, of those that `counts`, that are not read.
+std::vector<std::string> lost_thermometers(const CheckInputs& in, auto counts) {
   std::vector<std::string> lost;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i)
     if (!in.sample.thermometers[i].value && counts(i)) lost.push_back(in.channel(i));
+  return lost;
+}
+
+/// "no reading of thermometer A, thermometer B"; nothing where all are read.
+std::optional<std::string> no_reading(const std::vector<std::string>& lost) {
   if (lost.empty()) return std::nullopt;
   return fmt::format("no reading of {}", fmt::join(lost, ", "));
 }
 
+/// The analogue channels of the units are among them.
 Found channel_lost(const CheckInputs& in) {
-  const auto lost = no_reading(in, [](std::size_t) { return true; });
-  return lost ? found(*lost) : Found{};
+  auto lost = lost_thermometers(in, [](std::size_t) { return true; });
+  for (std::size_t unit = 0; unit < in.sample.units.size(); ++unit) {
+    const auto& analogue = in.sample.units[unit].analogue;
+    for (std::size_t i = 0; i < analogue.size() && unit < in.limits.units.size(); ++i)
+      if (!analogue[i].value) lost.push_back(analogue_channel(in.limits.units[unit], i));
+  }
+  const auto text = no_reading(lost);
+  return text ? found(*text) : Found{};
 }
 
 Found needed_channel_lost(const CheckInputs& in) {
-  const auto& needed = in.limits.needed_thermometers;
-  const auto lost = no_reading(in, [&](std::size_t i) { return std::ranges::count(needed, i) > 0; });
+  const auto lost = no_reading(lost_thermometers(in, [&](std::size_t i) { return in.is_needed(i); }));
   return lost ? found(*lost + ", which the analysis needs") : Found{};
 }
 
@@ -330,6 +391,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
      .confirmation = kSilence, .limits = "suspend_after", .check = needed_channel_lost},
     {.id = InterlockId::gyro_silent, .name = "gyro_silent", .usual = Reaction::suspend,
      .confirmation = kSilence, .lost_after = &L::gyro_lost, .limits = "suspend_after gyro_lost", .check = gyro_silent},
+    {.id = InterlockId::unit_silent, .name = "unit_silent", .usual = Reaction::warn,
+     .confirmation = kSilence, .limits = "suspend_after", .check = unit_silent},
     {.id = InterlockId::door, .name = "door", .usual = Reaction::suspend, .check = door, .unread = no_chamber},
     {.id = InterlockId::supply, .name = "supply", .usual = Reaction::suspend, .check = supply, .unread = no_chamber},
     {.id = InterlockId::air_rate, .name = "air_rate", .usual = Reaction::suspend,

@@ -33,6 +33,7 @@ enum class InterlockId {
   thermometers_lost,
   needed_channel_lost,
   gyro_silent,
+  unit_silent,
   door,
   supply,
   air_rate,
@@ -64,6 +65,20 @@ struct ThermometerLimits {
   Celsius highest{100};
 };
 
+/// One of the units under test.
+struct UnitLimits {
+  std::string name;
+  bool go_on_when_silent{};                 ///< the run goes on for the others
+  std::vector<std::size_t> thermometers{};  ///< columns of those that its analysis cannot do without
+  std::vector<std::string> analogue{};      ///< names of what analogue inputs measure of it, in the sample's order
+};
+
+/// "u1.discharge_current_a": the channel of such a value, where the file gives it a name.
+[[nodiscard]] inline std::string analogue_channel(const UnitLimits& unit, std::size_t index) {
+  return fmt::format("{}.{}", unit.name,
+                     index < unit.analogue.size() ? unit.analogue[index] : std::to_string(index + 1));
+}
+
 /// What the interlocks compare a sample with: [limits] and [policy] of the rig file.
 struct InterlockLimits {
   Celsius air_lowest{-60};  ///< for the chamber's own sensor
@@ -85,8 +100,8 @@ struct InterlockLimits {
   Duration chamber_lost = std::chrono::minutes(10);  ///< silence that ends the run
   Duration thermometers_lost = std::chrono::minutes(10);
   Duration gyro_lost = std::chrono::minutes(60);
-  int thermometers_needed = 1;                   ///< fewer that answer are a silence
-  std::vector<std::size_t> needed_thermometers;  ///< columns of those that the analysis cannot do without
+  int thermometers_needed = 1;    ///< fewer that answer are a silence
+  std::vector<UnitLimits> units;  ///< in the order of the sample's; may be empty: they have no names
 
   Duration chamber_lag = std::chrono::minutes(2);  ///< first-order, of the air behind the set point
   Kelvins follow_band{2};

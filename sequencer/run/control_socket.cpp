@@ -95,7 +95,7 @@ bool hear(int speaker, const Listener& listener) {
 }  // namespace
 
 std::string to_message(const ControlRequest& request) {
-  return fmt::format("{} {} {}", kControlSchema, request.command ? name(*request.command) : "note", request.note);
+  return fmt::format("{} {} {}", kControlSchema, word_of(request), text_of(request));
 }
 
 std::string to_message(const ControlAnswer& answer) {

@@ -15,6 +15,17 @@ namespace {
 constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, OperatorCommand::stop,
                                OperatorCommand::abort};
 
+constexpr const char *kDrop = "drop", *kReturn = "return";
+
+/// The unit's name, and behind it the reason.
+ControlRequest request_of_unit(bool drop, std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  const auto end = std::min(text.find(' '), text.size());
+  const auto reason = text.substr(end);
+  return {.note = std::string(reason.substr(std::min(reason.find_first_not_of(' '), reason.size()))),
+          .unit = UnitRequest{.drop = drop, .unit = std::string(text.substr(0, end))}};
+}
+
 bool is_milder(const OperatorRequest& a, const OperatorRequest& b) { return a.command < b.command; }
 
 /// What the state alone has against the command.
@@ -28,6 +39,17 @@ std::string objection_of(RunState state, OperatorCommand command) {
 }
 
 }  // namespace
+
+std::string word_of(const ControlRequest& request) {
+  if (request.command) return name(*request.command);
+  if (request.unit) return request.unit->drop ? kDrop : kReturn;
+  return "note";
+}
+
+std::string text_of(const ControlRequest& request) {
+  if (!request.unit) return request.note;
+  return request.note.empty() ? request.unit->unit : request.unit->unit + " " + request.note;
+}
 
 const char* name(OperatorCommand command) {
   switch (command) {
@@ -51,11 +73,16 @@ Result<ControlRequest> request_of(const std::string& word, const std::string& no
     if (command != OperatorCommand::resume && !note.empty()) return refuse("takes no text; \"note\" does");
     found = command;
   }
-  if (!found && word != "note") return refuse("is none of pause, resume, stop, abort, note");
+  const bool of_a_unit = word == kDrop || word == kReturn;
+  if (!found && !of_a_unit && word != "note")
+    return refuse("is none of pause, resume, stop, abort, drop, return, note");
+  if (of_a_unit && note.find_first_not_of(' ') == std::string::npos)
+    return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", word));
   if (!found && note.empty()) return refuse("wants a text: gyrotherm tell RUN.db note \"…\"");
   if (note.size() > kLongestNote) return refuse(fmt::format("a note has at most {} bytes", kLongestNote));
   if (!is_utf8(note)) return refuse("a note is text in UTF-8");
   if (!is_one_line(note)) return refuse("a note is one line of text");
+  if (of_a_unit) return request_of_unit(word == kDrop, note);
   return ControlRequest{.command = found, .note = note};
 }
 

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <utility>
 
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "sequencer/run/dropped_units.hpp"
 
 namespace gyrotherm::run {
 
@@ -21,10 +23,13 @@ std::string drawn_id() {
 }
 
 std::string derived_id(const record::RunInfo& info) {
-  const auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
-                               info.chamber_map_text, info.gyro_model_text, info.seed);
+  auto all = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", info.program_version, info.profile_text, info.rig_text,
+                         info.chamber_map_text, info.gyro_model_text, info.seed);
   const auto day = info.days_later == 0 ? "" : fmt::format("\n{} days later", info.days_later);
-  return sha256((info.gyro_stream_text.empty() ? all : all + "\n" + info.gyro_stream_text) + day).substr(0, 32);
+  for (const auto& unit : info.units)
+    if (!unit.stream_text.empty()) all += "\n" + unit.stream_text;
+  for (const auto& map : info.analogue_map_texts) all += "\n" + map;
+  return sha256(all + day).substr(0, 32);
 }
 
 }  // namespace
@@ -38,7 +43,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.rig_name = rig.name;
   info.rig_text = rig.text;
   info.chamber_map_text = rig.chamber_map.text;
-  if (rig.gyro.stream) info.gyro_stream_text = rig.gyro.stream->text;
+  info.analogue_map_texts = analogue_map_texts_of(rig);
   info.gyro_model = rig.gyro_model.name;
   info.gyro_film = rig.gyro_model.film;
   info.gyro_model_text = rig.gyro_model.text;
@@ -48,10 +53,7 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.started_utc = started_utc;
   info.thermometers = channels_of(rig);
   info.chamber_instrument = fmt::format("{} at {}", rig.chamber_map.name, rig.chamber_line);
-  info.gyro = rig.gyro.info;
-  info.gyro.instrument = fmt::format("{} at {}", rig.gyro.stream ? rig.gyro.stream->name : "gyro", rig.gyro.line);
-  info.gradients = rig.gradients;
-  info.three_point = rig.three_point;
+  for (const auto& unit : rig.units) info.units.push_back(unit.info);
   info.cycles = profile.cycles;
   for (const auto& segment : profile.segments)
     info.segments.push_back({.name = segment.name,
@@ -122,6 +124,13 @@ std::optional<Celsius> last_known(const std::vector<double>& celsius) {
   return last == celsius.rend() ? std::nullopt : record::unless_nan(*last);
 }
 
+std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
+  std::map<std::string, std::string> streams;
+  for (const auto& unit : info.units)
+    if (!unit.stream_text.empty()) streams.emplace(unit.name, unit.stream_text);
+  return streams;
+}
+
 /// How the run stood, and why it had ended.
 struct Ending {
   RunState state{};
@@ -185,9 +194,11 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   const auto& info = record.info;
-  auto rig = rig::parse_rig(
-      info.rig_text, path + " (rig)",
-      {.chamber_map = info.chamber_map_text, .gyro_model = info.gyro_model_text, .gyro_stream = info.gyro_stream_text});
+  auto rig = rig::parse_rig(info.rig_text, path + " (rig)",
+                            {.chamber_map = info.chamber_map_text,
+                             .gyro_model = info.gyro_model_text,
+                             .gyro_streams = streams_of(info),
+                             .analogue_maps = info.analogue_map_texts});
   if (!rig) return failure(rig.error());
   auto profile = profile::parse_profile(info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
@@ -211,7 +222,8 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.stood.held = ending.state == RunState::held;
   on.why_stopped = std::move(ending.why);
   on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
-  on.start.gyro_may_be_off = unit_may_be_off(on.profile, on.state);
+  on.start.units_may_be_off = unit_may_be_off(on.profile, on.state);
+  on.start.dropped_units = dropped_units_of(record);
   on.start.first_set_point = command(on.profile, begin(on.profile));
   if (info.days_later > simulator::kMostDaysLater)
     return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));

@@ -19,16 +19,26 @@ struct Channelled {
   std::string channel;
   std::string name;
   const Fault* fault;
+  bool is_unit = false;
 };
 
-std::vector<Channelled> faults_of(const Sample& sample, const std::vector<std::string>& names) {
+std::vector<Channelled> faults_of(const Sample& sample, const rig::RigFile& rig) {
+  const auto& names = rig.limits.channels;
   const auto of = [](const auto& reading) { return reading.value ? nullptr : &reading.value.error(); };
   std::vector<Channelled> faults{{"chamber", "chamber", of(sample.chamber)}};
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
     const std::string channel = i < names.size() ? names[i] : std::to_string(i + 1);
     faults.push_back({channel, "thermometer " + channel, of(sample.thermometers[i])});
   }
-  faults.push_back({"gyro", "gyro", of(sample.gyro)});
+  for (std::size_t i = 0; i < sample.units.size(); ++i) {
+    const auto& unit = rig.units[i].info.name;
+    faults.push_back({unit, unit == record::kOnlyUnit ? unit : "gyro " + unit, of(sample.units[i].count), true});
+    const auto& analogue = sample.units[i].analogue;
+    for (std::size_t k = 0; k < analogue.size() && i < rig.limits.units.size(); ++k) {
+      const auto channel = analogue_channel(rig.limits.units[i], k);
+      faults.push_back({channel, channel, of(analogue[k])});
+    }
+  }
   return faults;
 }
 
@@ -56,6 +66,12 @@ const char* promise(OperatorCommand command) {
   return "";
 }
 
+std::vector<std::string> names_of_units(const rig::RigFile& rig) {
+  std::vector<std::string> names;
+  for (const auto& unit : rig.units) names.push_back(unit.info.name);
+  return names;
+}
+
 std::string describe(const RunStateMachine& machine) {
   const auto cause = cause_of(machine);
   const std::string state = name(run_state(machine));
@@ -72,7 +88,8 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       state_(std::move(state)),
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), command(profile, state_), kSecond * first_slot)),
-      safe_(rig.file()) {
+      safe_(rig.file()),
+      dropped_(names_of_units(rig.file())) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
@@ -104,7 +121,26 @@ void RunController::tell(OperatorCommand command, const std::string& who, const 
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
+ControlAnswer RunController::carry_out(const UnitRequest& request, const std::string& who, const std::string& why) {
+  const auto* word = request.drop ? "drop" : "return";
+  auto objection =
+      is_over(machine_) ? fmt::format("the run is over: {}", name(run_state())) : dropped_.objection(request);
+  if (!objection.empty()) {
+    note(EventKind::command, fmt::format("{}: {} {}, refused: {}", who, word, request.unit, objection));
+    return {.done = false, .text = std::move(objection)};
+  }
+  dropped_.carry_out(request);
+  note(request.drop ? EventKind::dropped : EventKind::returned,
+       fmt::format("{} {} by {}{}{}", request.unit, request.drop ? "dropped" : "returned", who, why.empty() ? "" : ": ",
+                   why),
+       {.channel = request.unit});
+  return {.done = true,
+          .text = request.drop ? request.unit + " is dropped: nothing of it is recorded or judged until it is returned"
+                               : request.unit + " is in the run again"};
+}
+
 ControlAnswer RunController::carry_out(const ControlRequest& request, const std::string& who) {
+  if (request.unit) return carry_out(*request.unit, who, request.note);
   if (!request.command) {
     note(EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
@@ -135,10 +171,10 @@ Result<void> RunController::record_gap(std::int64_t slot) {
 }
 
 void RunController::note_changes(const Sample& sample) {
-  const auto all = faults_of(sample, rig_.file().limits.channels);
+  const auto all = faults_of(sample, rig_.file());
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool is_faulty = all[i].fault != nullptr && !(all[i].channel == "gyro" && unit_may_be_off(profile_, state_));
+    const bool is_faulty = all[i].fault != nullptr && !(all[i].is_unit && unit_may_be_off(profile_, state_));
     if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
     if (!is_faulty && faulty_[i])
       note(EventKind::recovered, all[i].name + " answers again", {.channel = all[i].channel});
@@ -186,6 +222,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.record_damage = health.damage;
   around.guard_trouble = guard_trouble_;
   around.gyro_is_off = unit_may_be_off(profile_, state_);
+  around.dropped = dropped_.all();
   return around;
 }
 
@@ -296,7 +333,7 @@ void RunController::step_profile(const Sample& sample) {
 }
 
 void RunController::command_chamber(const Sample& sample) {
-  rig_.bring_unit_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
+  rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto told = run_state() == RunState::aborting
                         ? safe_.attempt(rig_.io(), kSecond * next_slot_)
                         : lead_->command(rig_.io(), second(sample, {}), run_state(),
@@ -333,6 +370,7 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   const auto missed = kSecond * (slot - next_slot_);
   if (auto recorded = record_gap(slot); !recorded) return failure(recorded.error());
   auto sample = rig_.io().read(slot, rig_.clock());
+  dropped_.take_out(sample);
   sample.progress = position_of(profile_, state_);
   note_changes(sample);
   const auto demand = judge_second(sample, missed);

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/run/chamber_lead.hpp"
+#include "sequencer/run/dropped_units.hpp"
 #include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/safe_sequence.hpp"
@@ -47,6 +49,8 @@ class RunController {
   /// An operator's command and what they say to it, recorded with the next tick, which carries out the most severe of
   /// those that came before it.
   void tell(OperatorCommand command, const std::string& who, const std::string& answer = {});
+  /// Before the first tick: units that were dropped from the run before.
+  void leave_out(std::span<const std::string> units) { dropped_.drop(units); }
   /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
   /// who it was.
   [[nodiscard]] ControlAnswer carry_out(const ControlRequest& request, const std::string& who);
@@ -81,6 +85,7 @@ class RunController {
   [[nodiscard]] RunStanding standing() const;
 
  private:
+  [[nodiscard]] ControlAnswer carry_out(const UnitRequest& request, const std::string& who, const std::string& why);
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
   void note_alarms(const interlocks::InterlockResult& result);
@@ -106,13 +111,14 @@ class RunController {
   interlocks::InterlockMemory memory_;
   std::unique_ptr<ChamberLead> lead_;
   SafeSequence safe_;
+  DroppedUnits dropped_;
   Duration planned_;            ///< the whole profile, if every soak counts at once
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
   std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
   int last_segment_ = -1;
   int answered_ = -1;                ///< the last segment that has had its prompt
-  std::vector<bool> faulty_;         ///< per column: chamber, thermometers, gyro
+  std::vector<bool> faulty_;         ///< per column: chamber, thermometers, units
   std::vector<std::string> alarms_;  ///< the chamber's own, as last seen
   std::vector<Event> events_;        ///< what the tick under way will put into the record
   std::vector<Event> last_events_;   ///< what the last tick put into it

@@ -183,7 +183,7 @@ MUTANTS = [
 
     # Counts.
     ("a count that begins anew is none", "drivers/gyro/framed_gyro.cpp",
-     "if (tally.frames == 0) return std::nullopt;", "",
+     "if (tally.rounds == 0) return std::nullopt;", "",
      "drivers_test", "FramedGyro.AFrameWithNoneBeforeItIsAFaultInEveryRead"),
 
     # What is not seen, or not meant.

@@ -46,8 +46,9 @@ class BenchIo final : public io::InstrumentIo {
     sample.chamber = {state(), sample.at};
     sample.thermometers.assign(9, {Celsius{uut_c}, sample.at});
     if (thermometer_c) sample.thermometers[0].value = Celsius{*thermometer_c};
-    sample.gyro = {PulseCount{106, std::chrono::seconds(1)}, sample.at};
-    if (gyro_silent) sample.gyro.value = silence("gyro");
+    sample.units.assign(units, {.count = {GyroCount{{106}, std::chrono::seconds(1)}, sample.at}});
+    if (gyro_silent) sample.units[0].count.value = silence("gyro");
+    for (const auto& value : analogue) sample.units[0].analogue.push_back({value, sample.at});
     return sample;
   }
   Result<void> command(Celsius target) override {
@@ -70,7 +71,9 @@ class BenchIo final : public io::InstrumentIo {
 
   double uut_c = 20;
   std::optional<double> thermometer_c;  ///< of the first one
-  bool gyro_silent = false;
+  bool gyro_silent = false;             ///< of the units under test the first
+  std::size_t units = 1;
+  std::vector<Result<double>> analogue;  ///< what analogue inputs measure of the first unit
 
  private:
   static tl::unexpected<Fault> silence(const char* who) {
@@ -90,11 +93,11 @@ class BenchIo final : public io::InstrumentIo {
 
 class BenchRig final : public rig::Rig {
  public:
-  explicit BenchRig(rig::RigFile file) : file_(std::move(file)), io_(chamber) {}
+  explicit BenchRig(rig::RigFile file) : file_(std::move(file)), io_(chamber) { io_.units = file_.units.size(); }
   std::vector<Result<std::string>> ask() override { return {}; }
   using rig::Rig::prepare;
   Result<std::vector<std::string>> prepare(const rig::Entrance&, const drivers::ChamberProgram*) override { return {}; }
-  void bring_unit_to(const UnitState&) override {}
+  void bring_units_to(const UnitState&) override {}
   void let_pass(std::int64_t seconds) override {
     constexpr double kUutLag = 900;
     for (; seconds > 0; --seconds) {
@@ -180,6 +183,7 @@ class Bench {
  private:
   static rig::RigFile file(const std::function<void(rig::RigFile&)>& change) {
     rig::RigFile file;
+    file.units = {rig::UnitSettings{}};
     file.simulated = true;
     file.chamber_limits = {{-45}, {70}, {6}, {6}};
     file.safe_set_point = {20};

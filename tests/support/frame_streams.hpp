@@ -26,13 +26,19 @@ namespace gyrotherm::tests {
   return names;
 }
 
-[[nodiscard]] inline drivers::GyroStream shipped_stream(const std::string& name, const std::string& axis = "") {
+[[nodiscard]] inline drivers::GyroStream shipped_stream(const std::string& name,
+                                                        const std::vector<std::string>& axes = {}) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams/" + name + ".toml");
   std::stringstream text;
   text << file.rdbuf();
-  auto stream = drivers::parse_gyro_stream(text.str(), name + ".toml", axis);
+  auto stream = drivers::parse_gyro_stream(text.str(), name + ".toml", axes);
   if (!stream) throw std::runtime_error(gyrotherm::text(stream.error()));
   return *stream;
+}
+
+/// With every axis that it has.
+[[nodiscard]] inline drivers::GyroStream whole_shipped_stream(const std::string& name) {
+  return shipped_stream(name, shipped_stream(name).frame.all_axes);
 }
 
 /// "FE 81 …"; anything but digits is passed over.
@@ -53,7 +59,7 @@ class Fed {
  public:
   Fed(const drivers::FrameFormat& format, const std::vector<std::byte>& bytes) : format_(format), decoder_(format) {
     decoder_.feed(bytes);
-    while (const auto frame = decoder_.take()) {
+    while (const auto* frame = decoder_.take()) {
       frames.push_back(*frame);
       values_.push_back(decoder_.values());
       complaints.push_back(decoder_.complaints());
@@ -64,6 +70,14 @@ class Fed {
   [[nodiscard]] double value(const std::string& name, std::size_t frame = 0) const {
     for (std::size_t i = 0; i < format_.fields.size(); ++i)
       if (format_.fields[i].name == name && values_.at(frame)[i]) return *values_.at(frame)[i];
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  /// The housekeeping of this name in a frame; NaN if the frame lacks it.
+  [[nodiscard]] double housekeeping(const std::string& name, std::size_t frame = 0) const {
+    const auto all = drivers::housekeeping_of(format_);
+    const auto& values = frames.at(frame).values;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (all.at(i).name == name && values[i]) return *values[i];
     return std::numeric_limits<double>::quiet_NaN();
   }
   std::vector<drivers::GyroFrame> frames;

@@ -152,7 +152,7 @@ std::vector<BrokenThing> what_falls_silent() {
            .mends = [](D& d) { d.plant().thermometer(0).trouble.gone = false; },
            .setting = with([](rig::RigFile& file) {
              file.limits.thermometers_needed = 5;
-             file.limits.needed_thermometers.clear();
+             for (auto& unit : file.limits.units) unit.thermometers.clear();
            }),
            .also = {interlocks::InterlockId::channel_lost}},
           {.shows = "AThermometersLineCutThatTheAnalysisNeeds",
@@ -167,9 +167,9 @@ std::vector<BrokenThing> what_falls_silent() {
            .cause = interlocks::InterlockId::gyro_silent,
            .reaction = interlocks::Reaction::suspend,
            .at = kRamp,
-           .breaks = [](D& d) { d.plant().gyro().trouble.gone = true; },
+           .breaks = [](D& d) { d.plant().gyro().line().trouble.gone = true; },
            .acts_within = 8,
-           .mends = [](D& d) { d.plant().gyro().trouble.gone = false; }}};
+           .mends = [](D& d) { d.plant().gyro().line().trouble.gone = false; }}};
 }
 
 std::vector<BrokenThing> what_the_chamber_does() {
@@ -302,7 +302,24 @@ std::vector<BrokenThing> what_only_warns() {
            .breaks = [](D& d) { d.plant().thermometer(1).trouble.gone = true; },
            .acts_within = 1,
            .mends = [](D& d) { d.plant().thermometer(1).trouble.gone = false; },
-           .setting = with([](rig::RigFile& file) { file.limits.needed_thermometers.clear(); })},
+           .setting = with([](rig::RigFile& file) {
+             for (auto& unit : file.limits.units) unit.thermometers.clear();
+           })},
+          {.shows = "TheLineCutOfOneOfTwoGyros",
+           .cause = interlocks::InterlockId::unit_silent,
+           .reaction = interlocks::Reaction::warn,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().gyro(1).line().trouble.gone = true; },
+           .acts_within = 8,
+           .mends = [](D& d) { d.plant().gyro(1).line().trouble.gone = false; },
+           .setting = with([](rig::RigFile& file) {
+             file.units.push_back(file.units.front());
+             file.units.back().info.name = "other";
+             file.gyro_lines.push_back(file.gyro_lines.front());
+             file.gyro_lines.back().shares.front().unit = 1;
+             file.limits.units.push_back(file.limits.units.front());
+             file.limits.units.back() = {.name = "other", .go_on_when_silent = true};
+           })},
           {.shows = "ARecordWhoseFileIsTakenAway",
            .cause = interlocks::InterlockId::record_damaged,
            .reaction = interlocks::Reaction::warn,

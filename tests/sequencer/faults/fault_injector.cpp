@@ -59,6 +59,10 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
   return of_program;
 }
 
+std::size_t FaultInjector::gyro_of(const InjectedFault& fault) const {
+  return static_cast<std::size_t>(fault.target) % plant_.gyro_count();
+}
+
 /// What is no state but an event.
 void FaultInjector::happen(const InjectedFault& fault) {
   auto& laboratory = plant_.laboratory();
@@ -67,7 +71,7 @@ void FaultInjector::happen(const InjectedFault& fault) {
     case Kind::chamber_switched_off: return laboratory.switch_on(false);
     case Kind::panel_set_point: return laboratory.command({fault.size});
     case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
-    case Kind::gyro_restarts: return plant_.restart_gyro();
+    case Kind::gyro_restarts: return plant_.gyro(gyro_of(fault)).restart();
     case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(fault.size));
     default: return;
   }
@@ -75,11 +79,10 @@ void FaultInjector::happen(const InjectedFault& fault) {
 
 /// All that stands, anew.
 void FaultInjector::settle() {
-  plant_.faults = {};
-  plant_.gyro_trouble = {};
+  plant_.faults = simulator::LaboratoryFaults(plant_.faults.thermometers.size());
   plant_.chamber().trouble = {};
   plant_.chamber().line().trouble = {};
-  plant_.gyro().trouble = {};
+  for (std::size_t i = 0; i < plant_.gyro_count(); ++i) plant_.gyro(i).trouble = {}, plant_.gyro(i).line().trouble = {};
   for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) plant_.thermometer(i).trouble = {};
   bool tripped = false;
   for (const auto& fault : schedule_)
@@ -97,7 +100,10 @@ void FaultInjector::settle() {
 }
 
 void FaultInjector::stand(const InjectedFault& fault) {
-  if (fault.kind == Kind::machine_sleeps) return void(plant_.gyro().trouble.gone = true);
+  if (fault.kind == Kind::machine_sleeps) {
+    for (std::size_t i = 0; i < plant_.gyro_count(); ++i) plant_.gyro(i).line().trouble.gone = true;
+    return;
+  }
   if (is_of_program(fault.kind)) return;
   if (fault.kind <= Kind::chamber_wrong_number) return stand_on_line(fault);
   if (fault.kind <= Kind::air_sensor_broken) return stand_in_chamber(fault);
@@ -107,7 +113,8 @@ void FaultInjector::stand(const InjectedFault& fault) {
 
 void FaultInjector::stand_on_line(const InjectedFault& fault) {
   auto& chamber = plant_.chamber();
-  auto& line = is_of_gyro(fault.kind) ? plant_.gyro()
+  auto& gyro = plant_.gyro(gyro_of(fault));
+  auto& line = is_of_gyro(fault.kind) ? gyro.line()
                : is_of_thermometer_line(fault.kind)
                    ? plant_.thermometer(static_cast<std::size_t>(fault.target) % plant_.thermometer_count())
                    : chamber.line();
@@ -134,9 +141,9 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
     case Kind::chamber_write_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = true; return;
     case Kind::chamber_foreign_unit: chamber.trouble.foreign_unit = true; return;
     case Kind::chamber_wrong_number: chamber.trouble.wrong_number = true; return;
-    case Kind::gyro_garbled: plant_.gyro_trouble.garbled = fault.size; return;
-    case Kind::gyro_loses_frames: plant_.gyro_trouble.lost = fault.size; return;
-    case Kind::gyro_bursts: plant_.gyro_trouble.held_back = true; return;
+    case Kind::gyro_garbled: gyro.trouble.garbled = fault.size; return;
+    case Kind::gyro_loses_frames: gyro.trouble.lost = fault.size; return;
+    case Kind::gyro_bursts: gyro.trouble.held_back = true; return;
     default: return;
   }
 }

@@ -26,6 +26,7 @@ class FaultInjector {
   [[nodiscard]] bool any_begun() const { return next_ > 0; }
 
  private:
+  [[nodiscard]] std::size_t gyro_of(const InjectedFault& fault) const;
   void happen(const InjectedFault& fault);
   void settle();
   void stand(const InjectedFault& fault);

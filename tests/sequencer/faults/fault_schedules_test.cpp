@@ -45,7 +45,7 @@ constexpr std::uint64_t kSeedsInABlock = 50;
 
 TEST_P(HourLong, FaultSchedulesBreakNoLaw) {
   const auto& ground = ground_of(kHour);
-  const auto options = options_for(ground.profile);
+  const auto options = options_for(ground);
   for (auto seed = GetParam(); seed < GetParam() + kSeedsInABlock; ++seed)
     expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options)));
 }
@@ -55,7 +55,7 @@ class Whole : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(Whole, QualificationsWithFaultsBreakNoLaw) {
   const auto& ground = ground_of(GetParam() % 4 < 2 ? kWhole : kSoaked);
   for (auto seed = GetParam(); seed < GetParam() + 2; ++seed)
-    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options_for(ground.profile))));
+    expect_no_law_broken(ground, setting_of(seed, draw_schedule(seed, options_for(ground))));
 }
 INSTANTIATE_TEST_SUITE_P(FaultSchedules, Whole, ::testing::Values(1, 3, 5, 7, 9));
 
@@ -96,7 +96,7 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
   const auto& ground = ground_of(kHour);
   std::set<std::uint64_t> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const auto setting = setting_of(seed, draw_schedule(seed, options_for(ground.profile)));
+    const auto setting = setting_of(seed, draw_schedule(seed, options_for(ground)));
     const auto first = carry_out(ground, setting);
     EXPECT_EQ(first.log_hash, carry_out(ground, setting).log_hash) << "seed " << seed;
     logs.insert(first.log_hash);
@@ -104,11 +104,28 @@ TEST(FaultSchedules, OfOneSeedGiveOneLog) {
   EXPECT_EQ(logs.size(), 12U) << "and other seeds other logs";
 }
 
+/// Twenty-four axes on eight lines: one falls silent, is dropped, is returned, and the others go on.
+TEST(FaultSchedules, ALotOfGyrosBreaksNoLaw) {
+  const auto lot = simulated_setup(kHour, "virtual-lot");
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    expect_no_law_broken(lot, setting_of(seed, draw_schedule(seed, options_for(lot))));
+  const Schedule one_comes_to_grief{{.at = 300, .kind = InjectedFaultKind::gyro_gone, .target = 3, .lasts = 1500},
+                                    {.at = 400, .kind = InjectedFaultKind::unit_dropped, .target = 3, .lasts = 2000}};
+  const auto report = carry_out(lot, setting_of(7, one_comes_to_grief));
+  EXPECT_EQ(report.violations, std::vector<std::string>{});
+  EXPECT_EQ(report.ending, Ending::complete);
+}
+
 TEST(FaultSchedules, DrawEveryKindOfMishapAndReachEveryState) {
-  const auto options = options_for(ground_of(kHour).profile);
+  const auto options = options_for(ground_of(kHour));
+  auto of_many_units = options;
+  of_many_units.units = 8;
   std::map<InjectedFaultKind, int> drawn;
-  for (std::uint64_t seed = 1; seed <= 300; ++seed)
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     for (const auto& fault : draw_schedule(seed, options)) ++drawn[fault.kind];
+    for (const auto& fault : draw_schedule(seed, of_many_units))
+      if (fault.kind == InjectedFaultKind::unit_dropped) ++drawn[fault.kind];
+  }
   for (std::size_t kind = 0; kind < kInjectedFaultKinds; ++kind)
     EXPECT_GE(drawn[static_cast<InjectedFaultKind>(kind)], 3) << name(static_cast<InjectedFaultKind>(kind));
   std::array<std::int64_t, 7> seconds{};

@@ -61,6 +61,9 @@ int severity(RunState state) {
 Invariants::Invariants(const profile::Profile& profile, const rig::RigFile& file, Plant& plant,
                        const FaultInjector& injector)
     : profile_(profile), file_(file), plant_(plant), injector_(injector) {
+  const auto& names = plant.laboratory().thermometer_names();
+  for (const auto& channel : file.limits.channels)
+    places_.push_back(static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()));
   lowest_ = highest_ = file.safe_set_point;
   for (const auto& segment : profile.segments) {
     lowest_ = std::min(lowest_, segment.target);
@@ -159,10 +162,48 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
   }
   const auto shown = laboratory.thermometers_as_measured_c();
   for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
-    if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[i], kTextK))
-      broken("I13", second, fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[i]));
-  if (const auto& count = sample.gyro.value; count && (count->interval <= Duration{} || !plant_.was_counted(*count)))
-    broken("I13", second, fmt::format("the gyro did not count {} in {} ns", count->pulses, count->interval.count()));
+    if (const auto& reading = sample.thermometers[i].value; reading && !same(reading->value, shown[places_[i]], kTextK))
+      broken("I13", second,
+             fmt::format("thermometer {} stored as {}, it showed {}", i, reading->value, shown[places_[i]]));
+  for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line)
+    for (const auto& share : file_.gyro_lines[line].shares) {
+      const auto& count = sample.units[share.unit].count.value;
+      if (!count || count->pulses.empty()) continue;
+      if (count->interval <= Duration{} || !plant_.gyro(line).was_counted(*count, share.axes.front()))
+        broken("I13", second,
+               fmt::format("gyro {} did not count {} in {} ns", share.unit, fmt::join(count->pulses, ", "),
+                           count->interval.count()));
+    }
+}
+
+bool Invariants::is_troubled(std::size_t line) const {
+  return std::ranges::any_of(injector_.standing(), [&](const auto& fault) {
+    const bool of_this_gyro = fault.kind >= Kind::gyro_silent && fault.kind <= Kind::gyro_restarts &&
+                              static_cast<std::size_t>(fault.target) % plant_.gyro_count() == line;
+    return of_this_gyro || fault.kind == Kind::machine_sleeps;
+  });
+}
+
+/// I24: a unit whose own line is well is read, whatever happens to the others, unless it is dropped, which silences it.
+void Invariants::judge_units(std::int64_t second, const Sample& sample, const Operators& operators) {
+  constexpr std::int64_t kCountsAgainAfter = 5;  // ticks, after anything was changed in the world
+  untroubled_ticks_.resize(file_.gyro_lines.size());
+  for (std::size_t line = 0; line < file_.gyro_lines.size(); ++line) {
+    const bool is_new = injector_.last_change() >= second - 1;
+    auto& ticks = untroubled_ticks_[line];
+    ticks = is_troubled(line) || is_new || plant_.laboratory().unit().off ? 0 : ticks + 1;
+    for (const auto& share : file_.gyro_lines[line].shares) {
+      const auto& count = sample.units[share.unit].count.value;
+      const auto& name = file_.units[share.unit].info.name;
+      const bool is_out = operators.has_dropped(name);
+      if (is_out && (!count || !count->pulses.empty()))
+        broken("I24", second, fmt::format("gyro {} is dropped, and still in the record", name));
+      if (!is_out && ticks > kCountsAgainAfter && (!count || count->pulses.empty()))
+        broken("I24", second,
+               fmt::format("gyro {} is lost while its own line is well: {}", name,
+                           count ? "nothing in it" : count.error().what));
+    }
+  }
 }
 
 /// I5, I6: along the table, and never back from an abort.
@@ -191,7 +232,8 @@ void Invariants::judge_machine(std::int64_t second, const RecordingStore& record
 }
 
 /// I21: a thermometer that is lost is told by name at once, and suspends the run if the analysis needs it.
-void Invariants::judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample) {
+void Invariants::judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample,
+                                const Operators& operators) {
   const auto suspend_after = file_.limits.suspend_after / std::chrono::seconds(1);
   lost_channels_.resize(sample.thermometers.size());
   for (std::size_t i = 0; i < lost_channels_.size(); ++i) {
@@ -201,7 +243,9 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
     for (const auto& event : recording.events())
       lost.told = lost.told || (event.kind == EventKind::fault && event.about.channel == name);
     if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
-    const bool is_needed = std::ranges::count(file_.limits.needed_thermometers, i) > 0;
+    const bool is_needed = std::ranges::any_of(file_.limits.units, [&](const auto& unit) {
+      return !operators.has_dropped(unit.name) && std::ranges::count(unit.thermometers, i) > 0;
+    });
     if (is_needed && lost.ticks > suspend_after + 3 && severity(sample.state) < severity(RunState::suspended))
       broken("I21", second, fmt::format("{} is needed, is lost, and the run goes on", name));
   }
@@ -372,7 +416,7 @@ void Invariants::judge_record(std::int64_t second, const record::Record& record,
     broken("I10", second, fmt::format("rows from {} on are not in the record", given->slot));
 }
 
-void Invariants::after_tick(std::int64_t second, const RecordingStore& recording) {
+void Invariants::after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators) {
   judge_rows(second, recording);
   judge_alarms(second, recording);
   if (!recording.sample()) return;
@@ -381,7 +425,8 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   judge_values(second, sample);
   judge_state(second, sample);
   judge_machine(second, recording, sample.state);
-  judge_channels(second, recording, sample);
+  judge_units(second, sample, operators);
+  judge_channels(second, recording, sample, operators);
   judge_segments(second, sample);
   count_ticks(sample);
   judge_reactions(second, sample);

@@ -11,6 +11,7 @@
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "tests/sequencer/faults/fault_injector.hpp"
+#include "tests/sequencer/faults/operators.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/sequencer/faults/recording_store.hpp"
 
@@ -42,9 +43,12 @@ class Invariants {
   /// The world stands as the tick will find it.
   void before_tick() { in_force_ = plant_.laboratory().set_point(); }
   /// `recording` has what this tick brought.
-  void after_tick(std::int64_t second, const RecordingStore& recording);
+  void after_tick(std::int64_t second, const RecordingStore& recording, const Operators& operators);
   /// Seconds that passed without a program, or without a tick.
-  void no_tick() { quiet_ticks_ = {}; }
+  void no_tick() {
+    quiet_ticks_ = {};
+    untroubled_ticks_.clear();
+  }
   /// A record was taken up, and the profile goes on there.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
   /// What the closed record holds; `left_unwritten`: its last rows waited for the disk in vain.
@@ -75,10 +79,13 @@ class Invariants {
   void judge_set_points(std::int64_t second, RunState state);
   void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
+  void judge_units(std::int64_t second, const Sample& sample, const Operators& operators);
+  [[nodiscard]] bool is_troubled(std::size_t line) const;
   void judge_state(std::int64_t second, const Sample& sample);
   void judge_machine(std::int64_t second, const RecordingStore& recording, RunState state);
   void judge_alarms(std::int64_t second, const RecordingStore& recording);
-  void judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample);
+  void judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample,
+                      const Operators& operators);
   void judge_segments(std::int64_t second, const Sample& sample);
   void judge_segment_end(std::int64_t second, int segment);
   void count_ticks(const Sample& sample);
@@ -100,7 +107,9 @@ class Invariants {
   std::int64_t last_slot_ = -1;  ///< that has a row or a gap
   Ticks quiet_ticks_;
   bool storage_told_ = false;
+  std::vector<std::size_t> places_;  ///< of each channel, in the laboratory
   std::vector<LostChannel> lost_channels_;
+  std::vector<std::int64_t> untroubled_ticks_;  ///< of each unit's line
   std::array<std::int64_t, 7> seconds_in_state_{};
 };
 

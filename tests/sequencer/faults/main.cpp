@@ -20,6 +20,7 @@ namespace {
 
 struct Wanted {
   std::string profile = "tests/sequencer/faults/hour.toml";
+  std::string rig = "virtual-reference";
   std::string folder = "/dev/shm";
   std::uint64_t first = 1, count = 1;
   bool none = false, reduce = false;
@@ -32,6 +33,7 @@ Wanted wanted_by(int argc, char** argv) {
     const std::string key = argv[i];
     const auto value = [&] { return i + 1 < argc ? std::string(argv[++i]) : std::string(); };
     if (key == "--profile") wanted.profile = value();
+    if (key == "--rig") wanted.rig = value();
     if (key == "--folder") wanted.folder = value();
     if (key == "--first") wanted.first = std::strtoull(value().c_str(), nullptr, 10);
     if (key == "--count") wanted.count = std::strtoull(value().c_str(), nullptr, 10);
@@ -52,8 +54,8 @@ Schedule read_schedule(const std::string& path) {
 
 int carry_out_schedules(int argc, char** argv) {
   const auto wanted = wanted_by(argc, argv);
-  const auto ground = simulated_setup(wanted.profile);
-  const auto options = options_for(ground.profile);
+  const auto ground = simulated_setup(wanted.profile, wanted.rig);
+  const auto options = options_for(ground);
   std::map<std::string, int> endings, invariants;
   std::array<std::int64_t, 7> states{};
   std::int64_t seconds = 0, failed = 0;

@@ -39,7 +39,7 @@ class MemoryWires final : public rig::Wires {
   }
   Wire<drivers::ByteStream> thermometer(std::size_t index) override { return stream(plant_.thermometer(index)); }
   Wire<drivers::HidReports> usb_temp(std::size_t) override { return {}; }
-  Wire<drivers::ByteStream> gyro() override { return stream(plant_.gyro()); }
+  Wire<drivers::ByteStream> gyro(std::size_t line) override { return stream(plant_.gyro(line).line()); }
 
   const Clock& clock() const override { return clock_; }
   void let_pass(std::int64_t seconds) override {
@@ -48,7 +48,7 @@ class MemoryWires final : public rig::Wires {
       plant_.pass_second();
     }
   }
-  void bring_unit_to(const UnitState& state) override { plant_.laboratory().bring_unit_to(state); }
+  void bring_units_to(const UnitState& state) override { plant_.laboratory().bring_unit_to(state); }
 
  private:
   static Wire<drivers::ByteStream> stream(LineEnd& end) {

@@ -51,7 +51,21 @@ void Operators::ask(const InjectedFault& fault, run::RunController& run_controll
   }
 }
 
+bool Operators::has_dropped(const std::string& unit) const {
+  return std::ranges::any_of(returns_at_, [&](const auto& one) { return one.first == unit; });
+}
+
+void Operators::drop(const std::string& unit, std::int64_t lasts, run::RunController& run_controller,
+                     std::int64_t second) {
+  const run::ControlRequest request{.note = "it came to grief", .unit = run::UnitRequest{.drop = true, .unit = unit}};
+  if (run_controller.carry_out(request, "operator").done) returns_at_.emplace_back(unit, second + lasts);
+}
+
 void Operators::attend(run::RunController& run_controller, std::int64_t second) {
+  std::erase_if(returns_at_, [&](const auto& one) {
+    const run::ControlRequest request{.unit = run::UnitRequest{.drop = false, .unit = one.first}};
+    return second >= one.second && run_controller.carry_out(request, "operator").done;
+  });
   if (run_controller.run_state() != RunState::held) {
     resumes_at_.reset();
     return;

@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/outlet.hpp"
 #include "drivers/line/deadline.hpp"
@@ -26,10 +28,15 @@ class Operators {
   [[nodiscard]] std::optional<std::string> broken_promise(RunState state);
   /// The program that promised has died.
   void forget() { promised_.reset(); }
+  /// Drops a unit, or keeps it dropped, until `lasts` seconds from now.
+  void drop(const std::string& unit, std::int64_t lasts, run::RunController& run_controller, std::int64_t second);
+  [[nodiscard]] bool has_dropped(const std::string& unit) const;
 
  private:
   void ask(run::OperatorCommand command, run::RunController& run_controller);
 
+  /// Units that are dropped, each with the second in which it is returned.
+  std::vector<std::pair<std::string, std::int64_t>> returns_at_;
   std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
   std::optional<run::OperatorCommand> promised_;
 };

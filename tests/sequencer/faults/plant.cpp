@@ -2,15 +2,12 @@
 #include "tests/sequencer/faults/plant.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/random.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
 
 namespace gyrotherm::faults {
 namespace {
-
-constexpr std::size_t kFramesKept = 20000;  // more than the program is ever late for, one frame a second
 
 simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings& entry,
                                                  const simulator::VirtualLaboratory& laboratory) {
@@ -26,12 +23,12 @@ simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings&
 Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& parameters, const Clock& rig,
              std::uint64_t seed)
     : laboratory_(parameters, {.gyro = 0, .run = seed}),
+      faults(laboratory_.thermometer_names().size()),
       registers_(file.chamber_map, laboratory_),
-      chamber_port_(registers_, laboratory_, rig, splitmix64(seed)),
-      frame_format_(simulator::at_one_frame_a_second(file.gyro.frame)),
-      writer_(frame_format_, laboratory_.arcsec_per_pulse()),
-      gyro_line_(
-          rig, splitmix64(seed + 1), [](auto, Bytes&) {}, garble_burst) {
+      chamber_port_(registers_, laboratory_, rig, splitmix64(seed)) {
+  for (std::size_t i = 0; i < file.gyro_lines.size(); ++i)
+    gyros_.push_back(std::make_unique<GyroEnd>(file.gyro_lines[i], file.units, laboratory_, rig,
+                                               splitmix64(i == 0 ? seed + 1 : splitmix64(seed + 1) + i)));
   for (const auto& entry : file.thermometers) {
     sessions_.push_back(std::make_unique<simulator::Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
     thermometers_.push_back(std::make_unique<LineEnd>(
@@ -44,29 +41,7 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
 void Plant::pass_second() {
   registers_.pass_second();
   laboratory_.step();
-  send_frame();
-}
-
-void Plant::send_frame() {
-  const auto pulses = laboratory_.pulses() - gyro_origin_.pulses;
-  const auto time_us = laboratory_.device_time_us() - gyro_origin_.device_time_us;
-  auto frame = writer_.next(static_cast<double>(pulses), time_us, 1);
-  const auto& trouble = gyro_line_.trouble;
-  if (laboratory_.unit().off || trouble.gone || trouble.silent || gyro_line_.happens(gyro_trouble.lost)) return;
-  if (gyro_line_.happens(gyro_trouble.garbled))
-    return garble_burst(frame, gyro_line_.random()), gyro_line_.arrive(frame);
-  held_back_.insert(held_back_.end(), frame.begin(), frame.end());
-  held_frames_.push_back({pulses, time_us});
-  if (gyro_trouble.held_back) return;
-  gyro_line_.arrive(held_back_);
-  frames_.insert(frames_.end(), held_frames_.begin(), held_frames_.end());
-  held_back_.clear(), held_frames_.clear();
-  while (frames_.size() > kFramesKept) frames_.pop_front();
-}
-
-void Plant::restart_gyro() {
-  gyro_origin_ = {laboratory_.pulses(), laboratory_.device_time_us()};
-  writer_ = simulator::StreamWriter(frame_format_, laboratory_.arcsec_per_pulse());
+  for (auto& gyro : gyros_) gyro->send_frame();
 }
 
 void Plant::restart_chamber(Celsius set_point, bool on) {
@@ -78,16 +53,6 @@ void Plant::write(const char* item, double value) {
   const auto& found = *registers_.map().find(item);
   const auto words = encode(found, value);
   (void)registers_.write(drivers::WriteFunction::registers, found.address, words);
-}
-
-bool Plant::was_counted(const PulseCount& count) const {
-  if (count.interval == Duration::zero()) return count.pulses == 0;
-  const auto interval_us = std::chrono::duration_cast<std::chrono::microseconds>(count.interval).count();
-  for (auto last = frames_.rbegin(); last != frames_.rend() && last - frames_.rbegin() < 4; ++last)
-    for (auto first = last; first != frames_.rend(); ++first)
-      if (last->device_time_us - first->device_time_us == interval_us && last->pulses - first->pulses == count.pulses)
-        return true;
-  return false;
 }
 
 }  // namespace gyrotherm::faults

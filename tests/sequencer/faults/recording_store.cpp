@@ -25,7 +25,12 @@ void LogHash::add(const Sample& sample) {
   add(sample.at.utc.count());
   add(sample.chamber.value ? sample.chamber.value->air.value + 1000 * sample.chamber.value->set_point.value : 1e9);
   for (const auto& reading : sample.thermometers) add(reading.value ? reading.value->value : 1e9);
-  add(sample.gyro.value ? sample.gyro.value->pulses : std::int64_t{-1});
+  for (const auto& unit : sample.units) {
+    if (!unit.count.value)
+      add(std::int64_t{-1});
+    else
+      for (const auto pulses : unit.count.value->pulses) add(pulses);
+  }
   add(sample.progress.in_segment.count() + sample.progress.segment);
   add(sample.progress.soaked.count() + static_cast<int>(sample.state));
 }

@@ -93,6 +93,7 @@ constexpr std::array<KindRow, kInjectedFaultKinds> kKinds{{
     {Kind::operator_stops, "operator_stops", 1, false, 0, 0, 1},
     {Kind::operator_aborts, "operator_aborts", 1, false, 0, 0, 1},
     {Kind::operators_at_once, "operators_at_once", 1, false, 16, 1023, 2},
+    {Kind::unit_dropped, "unit_dropped"},
 }};
 
 constexpr bool rows_are_in_order() {
@@ -125,13 +126,18 @@ class Draw {
 const KindRow& row_of(InjectedFaultKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 /// Each kind as often as its weight says; half of them, or what the seed takes.
-std::vector<InjectedFaultKind> enabled_kinds(Draw& draw) {
+std::vector<InjectedFaultKind> enabled_kinds(Draw& draw, const ScheduleOptions& options) {
   std::vector<InjectedFaultKind> kinds;
   const double share = draw.uniform(0.05, 1);
   for (const auto& row : kKinds)
-    if (draw.uniform(0, 1) < share) kinds.insert(kinds.end(), static_cast<std::size_t>(row.weight), row.kind);
+    if ((row.kind != Kind::unit_dropped || options.units > 1) && draw.uniform(0, 1) < share)
+      kinds.insert(kinds.end(), static_cast<std::size_t>(row.weight), row.kind);
   if (kinds.empty()) kinds.push_back(static_cast<InjectedFaultKind>(draw.whole(kInjectedFaultKinds)));
   return kinds;
+}
+
+bool is_of_a_unit(InjectedFaultKind kind) {
+  return (kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts) || kind == Kind::unit_dropped;
 }
 
 InjectedFault draw_fault(Draw& draw, const std::vector<InjectedFaultKind>& kinds, const ScheduleOptions& options) {
@@ -139,7 +145,7 @@ InjectedFault draw_fault(Draw& draw, const std::vector<InjectedFaultKind>& kinds
   const double in_one = row.most - row.least > 20 ? 1 : 100;
   return {.at = draw.whole(options.seconds),
           .kind = row.kind,
-          .target = static_cast<int>(draw.whole(row.targets)),
+          .target = static_cast<int>(draw.whole(is_of_a_unit(row.kind) ? options.units : row.targets)),
           .lasts = row.lasting ? draw.seconds(options.longest) : 0,
           .size = std::round(draw.uniform(row.least, row.most) * in_one) / in_one};
 }
@@ -148,7 +154,7 @@ InjectedFault draw_fault(Draw& draw, const std::vector<InjectedFaultKind>& kinds
 
 Schedule draw_schedule(std::uint64_t seed, const ScheduleOptions& options) {
   Draw draw(seed);
-  const auto kinds = enabled_kinds(draw);
+  const auto kinds = enabled_kinds(draw, options);
   Schedule schedule;
   for (auto left = 1 + draw.whole(options.most); left > 0; --left) schedule.push_back(draw_fault(draw, kinds, options));
   std::ranges::stable_sort(schedule, {}, &InjectedFault::at);

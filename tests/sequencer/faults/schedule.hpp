@@ -87,6 +87,7 @@ enum class InjectedFaultKind {
   operator_stops,
   operator_aborts,
   operators_at_once,  ///< several requests within a second; size: which
+  unit_dropped,       ///< by an operator, and returned after so long; the target is the unit
   count
 };
 
@@ -107,6 +108,7 @@ struct ScheduleOptions {
   std::int64_t seconds = 3600;  ///< of the run, in which injected faults begin
   std::int64_t longest = 1200;  ///< of one injected fault
   int most = 8;                 ///< injected faults
+  int units = 1;                ///< under test, each on a line of its own
 };
 
 /// In order of time. The seed enables some of the kinds, and draws from those alone.

@@ -18,12 +18,15 @@ bool breaks(const SimulatedSetup& ground, SimulatedRunSetting setting, Schedule 
 
 }  // namespace
 
-ScheduleOptions options_for(const profile::Profile& profile) {
+ScheduleOptions options_for(const SimulatedSetup& ground) {
   Duration planned{};
-  for (const auto& segment : profile.segments) planned += shortest(segment);
+  for (const auto& segment : ground.profile.segments) planned += shortest(segment);
   const auto seconds = planned / std::chrono::seconds(1);
   const bool whole = seconds > 36'000;
-  return {.seconds = seconds * 4 / 3, .longest = whole ? 7200 : 1200, .most = whole ? 24 : 8};
+  return {.seconds = seconds * 4 / 3,
+          .longest = whole ? 7200 : 1200,
+          .most = whole ? 24 : 8,
+          .units = static_cast<int>(ground.tcp.units.size())};
 }
 
 std::int64_t sync_every(std::uint64_t seed) {

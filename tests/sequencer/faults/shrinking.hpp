@@ -7,7 +7,7 @@
 namespace gyrotherm::faults {
 
 /// Mishaps in all of the profile's time, and a third more.
-[[nodiscard]] ScheduleOptions options_for(const profile::Profile& profile);
+[[nodiscard]] ScheduleOptions options_for(const SimulatedSetup& ground);
 /// Every second, every few, or in batches: as the seed says.
 [[nodiscard]] std::int64_t sync_every(std::uint64_t seed);
 

@@ -35,8 +35,8 @@ record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& fil
   return run::run_info("", profile, file, 0, kVirtualEpoch);
 }
 
-SimulatedSetup simulated_setup(const std::string& profile) {
-  const auto rig_path = from("profiles/rigs/virtual-reference.toml");
+SimulatedSetup simulated_setup(const std::string& profile, const std::string& rig) {
+  const auto rig_path = from("profiles/rigs/" + rig + ".toml");
   const auto rig_text = expected(read_text_file(rig_path));
   const auto map_text = expected(read_text_file(from("tests/sequencer/faults/chamber.toml")));
   SimulatedSetup ground;
@@ -109,6 +109,7 @@ class SimulatedRun {
   std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
   Operators operators_;
+  std::vector<std::string> dropped_;  ///< units, from the run before
   std::optional<Listener> listener_;
   const bool cuts_power_;
   std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
@@ -198,6 +199,7 @@ void SimulatedRun::resume_run() {
   accepted_ = false;
   auto store = disk_.reopen();
   if (!store) return end_at_storage("record", store.error(), excused);
+  dropped_ = on->start.dropped_units;
   live(std::move(*store), on->state, on->recorded + 1);
   if (entry.away) run_controller_->begin_away(entry.set_point, on->why_stopped, on->stood.air);
 }
@@ -218,6 +220,7 @@ void SimulatedRun::live(std::unique_ptr<record::Store> store, const profile::Pro
     if (auto gap = store_->append_gap(first_free, now - 1, "the program was not running"); !gap)
       invariants_.broken("record", second_, text(gap.error()));
   run_controller_.emplace(ground_.profile, *rig_, *store_, state, now);
+  run_controller_->leave_out(dropped_);
 }
 
 /// Of a sick disk it is no surprise: it is tried again.
@@ -262,6 +265,10 @@ void SimulatedRun::obey(const InjectedFault& fault) {
     default: break;
   }
   if (is_of_record(fault.kind)) return attack(fault);
+  if (fault.kind == InjectedFaultKind::unit_dropped) {
+    const auto unit = static_cast<std::size_t>(fault.target) % file_.units.size();
+    return operators_.drop(file_.units[unit].info.name, fault.lasts, *run_controller_, second_);
+  }
   operators_.ask(fault, *run_controller_, second_);
 }
 
@@ -287,7 +294,7 @@ void SimulatedRun::tick() {
   const auto slot = clock_second() - 1;
   const auto outcome = run_controller_->tick(slot);
   if (!outcome) return invariants_.broken("tick", second_, text(outcome.error())), end(Ending::stopped);
-  invariants_.after_tick(second_, *store_);
+  invariants_.after_tick(second_, *store_, operators_);
   if (const auto broken = operators_.broken_promise(run_controller_->run_state()))
     invariants_.broken("I22", second_, *broken);
   const auto health = store_->health();

@@ -32,8 +32,9 @@ struct SimulatedSetup {
   simulator::LaboratoryParameters laboratory;
 };
 
-/// `profile`: a path relative to the source tree. Files that cannot be read end the program: they are the tests' own.
-[[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile);
+/// `profile`: a path relative to the source tree; `rig`: the name of a shipped virtual rig. Files that cannot be read
+/// end the program: they are the tests' own.
+[[nodiscard]] SimulatedSetup simulated_setup(const std::string& profile, const std::string& rig = "virtual-reference");
 
 /// What a record of this profile on this virtual rig knows.
 [[nodiscard]] record::RunInfo info_of(const profile::Profile& profile, const rig::RigFile& file);

@@ -16,7 +16,7 @@ class Bench {
   Bench() {
     sample.chamber = {ChamberState{{20}, {20}}, {}};
     sample.thermometers.assign(9, {Celsius{22}, {}});
-    sample.gyro = {PulseCount{106, kSecond}, {}};
+    sample.units = {{.count = {GyroCount{{106}, kSecond}, {}}}};
     around.sent = Celsius{20};
   }
 
@@ -390,7 +390,7 @@ TEST(InterlockId, ALostChannelIsAnAlarmByNameAtOnceAndStopsNothing) {
 TEST(InterlockId, ALostChannelThatTheAnalysisNeedsSuspends) {
   Bench bench;
   bench.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
-  bench.limits.needed_thermometers = {0, 3};
+  bench.limits.units = {{.name = "gyro", .thermometers = {0, 3}}};
   bench.sample.thermometers[1].value = silence();
   EXPECT_EQ(bench.seconds_until(interlocks::Reaction::suspend, 100), -1) << "B is not needed";
   bench.sample.thermometers[3].value = silence();

@@ -17,7 +17,7 @@ Sample good_sample() {
   Sample sample{.at = {},
                 .chamber = {ChamberState{{20}, {20}}, {}},
                 .thermometers = {},
-                .gyro = {PulseCount{106, kSecond}, {}},
+                .units = {{.count = {GyroCount{{106}, kSecond}, {}}}},
                 .progress = {}};
   for (int i = 0; i < 9; ++i) sample.thermometers.push_back({Celsius{22}, {}});
   return sample;
@@ -153,7 +153,7 @@ TEST(Interlocks, DoWhatTheChamberItselfAsksFor) {
 
 TEST(Interlocks, TheMostSevereReactionWins) {
   auto sample = good_sample();
-  sample.gyro.value = no_reply();
+  sample.units[0].count.value = no_reply();
   sample.thermometers[0].value = Celsius{150};
   EXPECT_EQ(after(sample, 10).reaction, interlocks::Reaction::abort);
 }

@@ -27,7 +27,7 @@ class SeemsReal final : public rig::Rig {
   bool is_as_found() const override { return inner_.is_as_found(); }
   Duration will_start_utc() const override { return inner_.will_start_utc(); }
   void let_pass(std::int64_t seconds) override { inner_.let_pass(seconds); }
-  void bring_unit_to(const UnitState&) override {}
+  void bring_units_to(const UnitState&) override {}
   const Clock& clock() const override { return inner_.clock(); }
   io::InstrumentIo& io() override { return inner_.io(); }
   const rig::RigFile& file() const override { return file_; }
@@ -61,7 +61,7 @@ class PromptTest : public testing::Test {
   }
 
   /// What people do to the unit.
-  void bring_unit_to(const UnitState& state) { virtual_rig_->bring_unit_to(state); }
+  void bring_units_to(const UnitState& state) { virtual_rig_->bring_units_to(state); }
   RunController& run() { return harness_->run_controller(); }
   RunState after(int seconds) {
     harness_->seconds(seconds);
@@ -87,14 +87,14 @@ TEST_F(PromptTest, HoldsTheRunUntilTheOperatorAnswers) {
   EXPECT_EQ(after(3600), RunState::held) << "however long it takes";
   EXPECT_EQ(harness_->progress().segment, 1);
   EXPECT_EQ(harness_->progress().in_segment, Duration{}) << "the profile's clock stands";
-  bring_unit_to({.off = true});
+  bring_units_to({.off = true});
   answer("switched off at the supply");
   ASSERT_EQ(after(1), RunState::execute);
   EXPECT_EQ(after(599), RunState::execute) << "asked once, and the unit's silence is no fault";
   ASSERT_EQ(after(1), RunState::held);
   EXPECT_EQ(run().standing().cause, "the profile asks: switch the unit on");
   EXPECT_EQ(after(3600), RunState::held) << "still silent";
-  bring_unit_to({});
+  bring_units_to({});
   answer("");
   harness_->seconds(1000);
   ASSERT_EQ(harness_->outcome(), RunOutcome::complete);
@@ -107,7 +107,7 @@ TEST_F(PromptTest, HoldsTheRunUntilTheOperatorAnswers) {
 
 TEST_F(PromptTest, AUnitThatStaysSilentAfterItWasSwitchedOnSuspendsTheRun) {
   ASSERT_EQ(after(61), RunState::held);
-  bring_unit_to({.off = true});
+  bring_units_to({.off = true});
   answer("");
   ASSERT_EQ(after(601), RunState::held);
   answer("it is on, says somebody who has not looked");
@@ -146,9 +146,9 @@ TEST(PromptOnTheVirtualRig, IsDoneAtOnceAndNoted) {
   EXPECT_EQ(texts_of(dry_run.path(), EventKind::note),
             (std::vector<std::string>{"the profile asks: switch the unit off; done by the virtual rig",
                                       "the profile asks: switch the unit on; done by the virtual rig"}));
-  EXPECT_FALSE(std::isnan(record->gyro[60])) << "switched off in this second";
-  for (std::size_t i = 62; i < 661; ++i) ASSERT_TRUE(std::isnan(record->gyro[i])) << i;
-  for (std::size_t i = 663; i < 720; ++i) ASSERT_FALSE(std::isnan(record->gyro[i])) << i;
+  EXPECT_FALSE(std::isnan(record->units[0].rotation[0][60])) << "switched off in this second";
+  for (std::size_t i = 62; i < 661; ++i) ASSERT_TRUE(std::isnan(record->units[0].rotation[0][i])) << i;
+  for (std::size_t i = 663; i < 720; ++i) ASSERT_FALSE(std::isnan(record->units[0].rotation[0][i])) << i;
   EXPECT_EQ(record->info.segments[1].prompt, "switch the unit off");
   EXPECT_TRUE(record->info.segments[1].unit.off);
   EXPECT_FALSE(record->info.segments[2].unit.off);
@@ -163,13 +163,13 @@ TEST(PromptOnTheVirtualRig, IsLivedThroughAgainWhenARunIsResumed) {
   ASSERT_EQ(dry_run.run(400), RunOutcome::going_on);
   const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
   ASSERT_TRUE(on) << text(on.error());
-  EXPECT_TRUE(on->start.gyro_may_be_off);
+  EXPECT_TRUE(on->start.units_may_be_off);
   auto rig = rig::Rig::assemble(on->rig, on->start);
   ASSERT_TRUE(rig) << text(rig.error());
   ASSERT_TRUE((*rig)->prepare(Celsius{20}));
   (*rig)->let_pass(1);
   const auto sample = (*rig)->io().read(0, (*rig)->clock());
-  EXPECT_FALSE(sample.gyro.value);
+  EXPECT_FALSE(sample.units[0].count.value);
   const auto slot = static_cast<std::size_t>(on->start.already / std::chrono::seconds(1));
   ASSERT_TRUE(sample.thermometers[0].value);
   EXPECT_EQ(sample.thermometers[0].value->value, whole.thermometers_c[0][slot]);

@@ -34,8 +34,8 @@ TEST(RunController, EveryReadingOfTheVirtualRigIsGood) {
   ASSERT_TRUE(record) << text(record.error());
   for (std::size_t i = 0; i < record->slot.size(); ++i) {
     ASSERT_FALSE(std::isnan(record->chamber_air_c[i])) << i;
-    ASSERT_FALSE(std::isnan(record->gyro[i])) << i;
-    ASSERT_NEAR(record->gyro_interval_s[i], 1.0, 1e-3) << i;
+    ASSERT_FALSE(std::isnan(record->units[0].rotation[0][i])) << i;
+    ASSERT_NEAR(record->units[0].interval_s[i], 1.0, 1e-3) << i;
     for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
   }
 }

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/run/dropped_units.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/bench_rig.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+constexpr const char* kHold = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"1 h\"\n";
+
+UnitRequest drop(const std::string& unit) { return {.drop = true, .unit = unit}; }
+UnitRequest give_back(const std::string& unit) { return {.drop = false, .unit = unit}; }
+
+TEST(DroppedUnits, AreThoseThatWereDroppedAndNotReturned) {
+  DroppedUnits units({"u1", "u2", "u3"});
+  EXPECT_EQ(units.objection(drop("u4")), "\"u4\" is no unit of this run, expected one of u1, u2, u3");
+  EXPECT_EQ(units.objection(give_back("u1")), "u1 is not dropped");
+  EXPECT_EQ(units.objection(drop("u1")), "");
+  units.carry_out(drop("u1"));
+  EXPECT_EQ(units.objection(drop("u1")), "u1 is dropped already");
+  units.carry_out(drop("u3"));
+  EXPECT_EQ(units.objection(drop("u2")), "u2 is the only one that is left; \"stop\" ends the run");
+  EXPECT_EQ(units.all(), (std::vector{true, false, true}));
+  units.carry_out(give_back("u1"));
+  EXPECT_EQ(units.all(), (std::vector{false, false, true}));
+}
+
+TEST(DroppedUnits, HaveNeitherReadingNorFault) {
+  DroppedUnits units({"u1", "u2"});
+  units.carry_out(drop("u1"));
+  Sample sample;
+  sample.units = {{.count = {failure(FaultKind::timeout, "gyro", "nothing came"), {}}},
+                  {.count = {GyroCount{{7}, kSecond}, {}}}};
+  units.take_out(sample);
+  ASSERT_TRUE(sample.units[0].count.value);
+  EXPECT_TRUE(sample.units[0].count.value->pulses.empty());
+  EXPECT_EQ(sample.units[1].count.value->pulses, std::vector<std::int64_t>{7}) << "the others' are untouched";
+}
+
+TEST(DroppedUnits, OfARunThatGoesOnAreInItsRecord) {
+  const auto event = [](EventKind kind, const char* unit) {
+    return record::RecordedEvent{0, {{}, kind, "", {.channel = unit}}};
+  };
+  record::Record record;
+  record.events = {event(EventKind::dropped, "u1"), event(EventKind::dropped, "u2"), event(EventKind::fault, "u3"),
+                   event(EventKind::returned, "u1")};
+  EXPECT_EQ(dropped_units_of(record), std::vector<std::string>{"u2"});
+  DroppedUnits units({"u1", "u2"});
+  units.drop(dropped_units_of(record));
+  EXPECT_EQ(units.all(), (std::vector{false, true}));
+}
+
+/// A rig with two units; with `go_on` the run goes on for the other when one falls silent.
+std::function<void(rig::RigFile&)> two_units(bool go_on) {
+  return [go_on](rig::RigFile& file) {
+    file.units = {rig::UnitSettings{}, rig::UnitSettings{}};
+    file.units[0].info.name = "u1";
+    file.units[1].info.name = "u2";
+    file.limits.units = {{.name = "u1", .go_on_when_silent = go_on}, {.name = "u2", .go_on_when_silent = go_on}};
+  };
+}
+
+TEST(ManyUnitsInARun, GoOnWithoutOneThatIsSilent) {
+  tests::Bench bench(kHold, two_units(true));
+  bench.seconds(10);
+  bench.instruments().gyro_silent = true;
+  EXPECT_EQ(bench.seconds(600), RunOutcome::going_on);
+  EXPECT_TRUE(bench.told(EventKind::fault, "gyro u1: "));
+  EXPECT_TRUE(bench.told(EventKind::fault, "unit_silent (warn): gyro u1 silent"));
+  EXPECT_EQ(bench.count(EventKind::state, ""), 0);
+  bench.instruments().gyro_silent = false;
+  bench.seconds(20);
+  EXPECT_TRUE(bench.told(EventKind::recovered, "gyro u1 answers again"));
+}
+
+TEST(ManyUnitsInARun, StopForOneThatTheRigFileSaysIsNeeded) {
+  tests::Bench bench(kHold, two_units(false));
+  bench.seconds(10);
+  bench.instruments().gyro_silent = true;
+  EXPECT_EQ(bench.until(RunState::suspended, 20), 5);
+  EXPECT_TRUE(bench.told(EventKind::interlock, "gyro_silent (suspend): gyro u1 silent"));
+}
+
+TEST(ManyUnitsInARun, DropOneByAnOperatorsWordAndTakeItBack) {
+  tests::Bench bench(kHold, two_units(false));
+  bench.seconds(10);
+  bench.instruments().gyro_silent = true;
+  bench.until(RunState::suspended, 20);
+  EXPECT_TRUE(bench.run_controller().carry_out({.note = "its fan is loose", .unit = drop("u1")}, "ada").done);
+  EXPECT_EQ(bench.until(RunState::execute, 60) > 0, true) << "its silence is no cause any more";
+  EXPECT_TRUE(bench.told(EventKind::dropped, "u1 dropped by ada: its fan is loose"));
+  EXPECT_FALSE(bench.run_controller().carry_out({.unit = drop("u2")}, "ada").done) << "the last one";
+  bench.seconds(1);
+  EXPECT_TRUE(bench.told(EventKind::command, "ada: drop u2, refused: u2 is the only one that is left"));
+  bench.instruments().gyro_silent = false;
+  bench.seconds(10);
+  EXPECT_TRUE(bench.run_controller().last().units[0].count.value->pulses.empty()) << "it sends, and nothing is taken";
+  EXPECT_TRUE(bench.run_controller().carry_out({.unit = give_back("u1")}, "ada").done);
+  bench.seconds(2);
+  EXPECT_EQ(bench.run_controller().last().units[0].count.value->pulses, std::vector<std::int64_t>{106});
+}
+
+}  // namespace
+}  // namespace gyrotherm::run

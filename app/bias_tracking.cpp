@@ -15,7 +15,8 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
 }
 
 Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, const model::Model& model,
-                                                          const BiasTrackingArguments& arguments, bool unverified) {
+                                                          const BiasTrackingArguments& arguments,
+                                                          const RecordedRunOptions& options) {
   if (!arguments.track) {
     if (arguments.noise.empty()) return std::nullopt;
     return failure(FaultKind::usage, "--noise", "is for --track");
@@ -25,7 +26,8 @@ Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, cons
     return failure(FaultKind::usage, "--track",
                    "the model does not say how its residual wanders; name a record of the gyro with --noise");
   }
-  const auto recorded = load_recorded_run(console, arguments.noise, {.unverified = unverified});
+  const auto recorded = load_recorded_run(console, arguments.noise,
+                                          {.unverified = options.unverified, .axis = axis_for(model, options.axis)});
   if (!recorded) return failure(recorded.error());
   const auto verification = verify(model, recorded->dataset, recorded->clusters);
   if (!verification) return failure(verification.error());

@@ -23,7 +23,7 @@ void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, c
 /// nothing, and like load_recorded_run, verify and noise_of_residual.
 [[nodiscard]] Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, const model::Model& model,
                                                                         const BiasTrackingArguments& arguments,
-                                                                        bool unverified);
+                                                                        const RecordedRunOptions& options);
 
 /// "N 0.00029 °/√h, B 0.00072 °/h, K 0 °/h/√h, at the start ± 0.0021 °/h".
 [[nodiscard]] std::string describe(const tracking::BiasNoise& noise);

@@ -43,6 +43,15 @@ Result<void> check_recorded_run(Console& console, const std::string& path, bool 
   return failure(verified.error());
 }
 
+void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
+  command.add_option("--unit", axis.unit, "of records with several units under test: which");
+  command.add_option("--axis", axis.axis, "of a unit with several axes: which");
+}
+
+data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked) {
+  return asked == data::AxisChoice{} && !model.trained_on.empty() ? model.trained_on.front().of : asked;
+}
+
 void add_unverified_flag(CLI::App& command, bool& unverified) {
   command.add_flag("--unverified", unverified, "take records without a look at whether they are as they were written");
 }
@@ -52,7 +61,7 @@ Result<data::RecordedRun> load_recorded_run(Console& console, const std::string&
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
   if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
-  auto dataset = data::load_dataset(path);
+  auto dataset = data::load_dataset(path, options.axis);
   if (!dataset) return failure(dataset.error());
   auto clusters = data::make_clusters(*dataset);
   if (!clusters) return failure(clusters.error());

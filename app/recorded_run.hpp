@@ -20,7 +20,12 @@ namespace gyrotherm::app {
 struct RecordedRunOptions {
   std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13; empty: all of them
   bool unverified = false;
+  data::AxisChoice axis{};  ///< empty names: of the only one that it has
 };
+/// Adds --unit and --axis.
+void add_axis_options(CLI::App& command, data::AxisChoice& axis);
+/// The axis that was asked for or, if none was, the one that the model was trained on.
+[[nodiscard]] data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked);
 /// Adds the flag --unverified to a command that reads records.
 void add_unverified_flag(CLI::App& command, bool& unverified);
 

@@ -15,6 +15,7 @@
 
 #include "core/file.hpp"
 #include "plot/svg.hpp"
+#include "report/html_page.hpp"
 #include "report/html_table.hpp"
 
 namespace gyrotherm::report {
@@ -458,11 +459,6 @@ std::string methods_section(const Report& report) {
   return html_of(table) + sources_note(sources);
 }
 
-constexpr const char* kSimulatedBanner =
-    "<div class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no real "
-    "gyro</div>\n"
-    "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
-
 constexpr const char* kMeaning =
     "<p>Figures of the rate program are <b>in-sample</b>: the models were fitted to these very data, so they say how "
     "well a model can "
@@ -560,127 +556,27 @@ void add_appendix(Page& page, const Report& report) {
   page.add(segments_table(report));
 }
 
-constexpr const char* kScreen = R"css(
-:root { --ink: #1d2733; --faint: #5b6673; --line: #d5dae0; --accent: #0b4f8a; --mark: #a8371b; }
-* { box-sizing: border-box; }
-body { margin: 0; background: #eef0f2; color: var(--ink);
-  font: 15.5px/1.55 "Source Serif 4", "Source Serif Pro", Charter, "Bitstream Charter", Georgia,
-  "Liberation Serif", "DejaVu Serif", serif; }
-main { max-width: 880px; margin: 28px auto 60px; padding: 52px 60px 64px; background: #fff;
-  box-shadow: 0 1px 3px rgba(20, 30, 40, .14); }
-h1, h2, h3, table, .keys, dl, .banner, figcaption, .note, .caution, .watermark, footer {
-  font-family: "Source Sans 3", "Helvetica Neue", Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; }
-h1 { font-size: 28px; line-height: 1.2; font-weight: 600; letter-spacing: -.01em; margin: 0 0 4px; }
-.kind { font: 600 12.5px/1 "Source Sans 3", "Helvetica Neue", Helvetica, Arial, "Liberation Sans", "DejaVu Sans",
-  sans-serif;
-  letter-spacing: .12em; text-transform: uppercase; color: var(--accent); margin: 0 0 12px; }
-.subtitle { color: var(--faint); margin: 0 0 24px; font-size: 16px; }
-h2 { font-size: 19px; font-weight: 600; margin: 46px 0 12px; padding-top: 12px; border-top: 2px solid var(--ink); }
-h2 .number { color: var(--faint); font-weight: 400; margin-right: .6em; }
-p { margin: 0 0 12px; hyphens: auto; }
-code { font: 0.84em/1.4 "Source Code Pro", Menlo, Consolas, "Liberation Mono", "DejaVu Sans Mono", monospace;
-  overflow-wrap: anywhere; }
-.note { color: var(--faint); font-size: 13px; line-height: 1.45; }
-.caution { border-left: 3px solid var(--mark); padding: 6px 12px; background: #fbf3f0; font-size: 14px; }
-.banner { position: sticky; top: 0; z-index: 2; background: var(--mark); color: #fff; text-align: center;
-  padding: 6px 16px;
-  font-size: 13px; letter-spacing: .02em; }
-.banner b { letter-spacing: .14em; margin-right: .8em; }
-.watermark { display: none; }
-dl.identity { display: grid; grid-template-columns: 132px 1fr; margin: 0; padding: 12px 0; font-size: 14px;
-  border-top: 1px solid var(--line); border-bottom: 1px solid var(--line); }
-dl.identity dt { color: var(--faint); padding: 2px 0; }
-dl.identity dd { margin: 0; padding: 2px 0; }
-.keys { display: grid; grid-template-columns: repeat(5, 1fr); margin: 4px 0 8px; border: 1px solid var(--line);
-  border-radius: 3px; }
-.key { padding: 14px 12px 12px 16px; border-left: 1px solid var(--line); }
-.key:first-child { border-left: 0; }
-.key .value { font-size: 25px; font-weight: 600; font-variant-numeric: tabular-nums; letter-spacing: -.01em; }
-.key .unit { color: var(--faint); font-size: 13px; margin-left: 4px; }
-.key .label { display: block; color: var(--faint); font-size: 12.5px; line-height: 1.3; margin-top: 2px; }
-.key.best { background: #eef6f2; box-shadow: inset 0 3px 0 #00855f; }
-.key.best .value { color: #006b4c; }
-table { border-collapse: collapse; width: 100%; margin: 18px 0 20px; font-size: 13.5px; line-height: 1.4;
-  font-variant-numeric: tabular-nums lining-nums; }
-caption { text-align: left; color: var(--faint); font-size: 13px; padding-bottom: 6px; }
-caption b { color: var(--ink); margin-right: .5em; }
-thead th { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
-  border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; }
-td { padding: 4px 14px 4px 0; border-bottom: 1px solid #eceff2; vertical-align: top; }
-tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
-th.n, td.n { text-align: right; padding: 4px 0 4px 14px; }
-table.small td.n { white-space: nowrap; }
-table.small th.n, table.small td.n { padding-left: 8px; }
-th.n { padding: 6px 0 6px 14px; }
-table.even { table-layout: fixed; }
-table.even th:first-child { width: 40%; }
-table.small { font-size: 12px; }
-table.small td { padding-top: 2px; padding-bottom: 2px; }
-.pass { color: #006b4c; } .fail { color: var(--mark); }
-figure { margin: 22px 0 26px; break-inside: avoid; }
-figure svg { width: 100%; height: auto; display: block; }
-figure.narrow svg { max-width: 620px; }
-figcaption { font-size: 13px; line-height: 1.45; color: var(--faint); margin-top: 6px; }
-figcaption b { color: var(--ink); margin-right: .4em; }
-ul.warnings { padding-left: 20px; margin: 0; font-size: 14.5px; }
-footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line); color: var(--faint);
-  font-size: 12.5px; }
-@media screen and (max-width: 760px) { main { margin: 0; padding: 28px 18px;
-  } .keys { grid-template-columns: repeat(2, 1fr); }
-  main { overflow-x: auto; } }
-)css";
-
-constexpr const char* kPrint = R"css(
-@page { size: A4; margin: 19mm 16mm 17mm; @bottom-right { content: counter(page) " / " counter(pages);
-  font: 8.5pt sans-serif; color: #5b6673; } }
-@media print {
-  body { background: #fff; font-size: 10.2pt; }
-  main { max-width: none; margin: 0; padding: 0; box-shadow: none; }
-  h2 { break-after: avoid; margin-top: 26px; }
-  tr, .keys, dl.identity, p { break-inside: avoid; }
-  caption { break-after: avoid; }
-  thead { display: table-header-group; }
-  table { font-size: 8.8pt; } table.small { font-size: 7.6pt; }
-  .key .value { font-size: 16pt; }
-  .banner { position: static; margin-bottom: 8mm; border: 1px solid var(--mark); background: #fff;
-  color: var(--mark); }
-  .watermark { display: block; position: fixed; top: 42%; left: 0; right: 0; text-align: center;
-  transform: rotate(-28deg);
-    font-size: 78pt; font-weight: 700; letter-spacing: .06em; color: var(--mark); opacity: .07; z-index: 3; }
-}
-)css";
-
-constexpr const char* kSimulatedPages = R"css(
-@page { @top-center { content: "SIMULATED – virtual instruments, not a calibration"; font: 600 8.5pt sans-serif;
-  color: #a8371b; } }
-)css";
-
-/// The look of the page, on screen and in print: CSS without any reference to the outside. With `simulated`, every
-/// printed page says so in its margin and across itself.
-std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
-
 }  // namespace
 
-std::string html_of(const Report& report, const std::vector<ReportFigure>& figures) {
+std::string body_of(const Report& report, const std::vector<ReportFigure>& figures) {
   Page page(figures);
-  page.add("<p class=\"kind\">Calibration report</p>\n<h1>Temperature compensation of gyro bias</h1>\n");
-  page.add(fmt::format("<p class=\"subtitle\">{}</p>\n", plot::escaped(report.rig.title)));
   page.add(identity_section(report));
   page.section("Result");
   page.add(summary_section(report));
   add_experiment(page, report);
   add_results(page, report);
   add_appendix(page, report);
-  const std::string title = fmt::format("{}Calibration report – {}", report.rig.is_virtual ? "SIMULATED – " : "",
-                                        plot::escaped(report.rig.title));
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, "
-      "initial-scale=1\"/>\n<title>{}</title>\n<style>{}</style>\n"
-      "</head>\n<body>\n{}<main>\n{}<footer>gyrotherm {} · made from report.json "
-      "alone</footer>\n</main>\n</body>\n</html>\n",
-      title, style_sheet(report.rig.is_virtual), report.rig.is_virtual ? kSimulatedBanner : "", page.html(),
-      plot::escaped(report.program_version));
+  return page.html();
+}
+
+std::string html_of(const Report& report, const std::vector<ReportFigure>& figures) {
+  return html_of(HtmlPage{.title = "Calibration report – " + report.rig.title,
+                          .kind = "Calibration report",
+                          .heading = "Temperature compensation of gyro bias",
+                          .subtitle = report.rig.title,
+                          .simulated = report.rig.is_virtual,
+                          .body = body_of(report, figures),
+                          .footer = fmt::format("gyrotherm {} · made from report.json alone", report.program_version)});
 }
 
 namespace {

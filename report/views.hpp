@@ -30,6 +30,9 @@ struct ReportFigure {
 /// a row for each method, as tables of the page.
 [[nodiscard]] std::string uncertainty_html(const Report& report);
 
+/// What the page of a report says, as HTML, without its head and foot. `figures` as all_figures(report) gives them.
+[[nodiscard]] std::string body_of(const Report& report, const std::vector<ReportFigure>& figures);
+
 /// The calibration report as one self-contained HTML page: no script, no network, figures inline, made to be printed
 /// too. `figures` as all_figures(report) gives them.
 [[nodiscard]] std::string html_of(const Report& report, const std::vector<ReportFigure>& figures);

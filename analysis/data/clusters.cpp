@@ -39,9 +39,17 @@ bool has_each_second(const Dataset& dataset, const Span& span, double length_s) 
   return dataset.imported || span.count == std::llround(length_s);
 }
 
+/// What the unit tells of itself may be missing: rows that need it are left out where they are used.
+bool has_each_temperature(const Dataset& dataset, const Span& span) {
+  const auto rows = dataset.temperature_c.middleRows(span.first, span.count);
+  for (Eigen::Index column = 0; column < rows.cols(); ++column)
+    if (!is_own_value(dataset.thermometers[static_cast<std::size_t>(column)]) && !rows.col(column).allFinite())
+      return false;
+  return true;
+}
+
 bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
-  return has_each_second(dataset, span, length_s) &&
-         dataset.temperature_c.middleRows(span.first, span.count).allFinite() &&
+  return has_each_second(dataset, span, length_s) && has_each_temperature(dataset, span) &&
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
 }
 

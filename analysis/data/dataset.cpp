@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/data/dataset.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
@@ -28,23 +31,78 @@ Eigen::VectorXd times_of(const record::Record& record) {
   return seconds;
 }
 
-Eigen::MatrixXd calibrated_temperatures(const record::Record& record) {
-  const auto& channels = record.info.thermometers;
-  Eigen::MatrixXd temperature(rows_of(record), static_cast<Eigen::Index>(channels.size()));
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    temperature.col(static_cast<Eigen::Index>(c)) =
-        column(record.thermometers_c[c], rows_of(record)).unaryExpr([&](double reading_c) {
-          return calibrated(channels[c], {reading_c}).value;
-        });
-  }
-  return temperature;
+/// Of the axis that is wanted, and where it stands in the record.
+struct Place {
+  const record::UnitInfo& unit;
+  const record::AxisInfo& axis;
+  const record::UnitColumns& columns;
+  std::size_t index;  ///< of the axis
+};
+
+/// By choose_axis() it is there.
+Place place_of(const record::Record& record, const AxisChoice& of) {
+  const auto& units = record.info.units;
+  const auto unit = std::ranges::find(units, of.unit, &record::UnitInfo::name);
+  const auto axis = std::ranges::find(unit->axes, of.axis, &record::AxisInfo::name);
+  return {*unit, *axis, record.units[static_cast<std::size_t>(unit - units.begin())],
+          static_cast<std::size_t>(axis - unit->axes.begin())};
 }
 
-Eigen::VectorXd rotation_deg_per_h(const record::Record& record) {
-  const record::GyroInfo& gyro = record.info.gyro;
-  const Eigen::VectorXd number = column(record.gyro, rows_of(record));
-  if (gyro.kind == record::GyroKind::rate) return gyro.scale * number;
-  return gyro.scale * number.array() / column(record.gyro_interval_s, rows_of(record)).array();
+bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
+  return std::ranges::count(names, name) > 0;
+}
+
+/// One that sits on the unit, or that is no other unit's.
+bool belongs_to(const record::UnitInfo& unit, const record::Channel& channel) {
+  return channel.unit_under_test.empty() || channel.unit_under_test == unit.name ||
+         is_one_of(channel.name, unit.gradients) || is_one_of(channel.name, unit.three_point);
+}
+
+/// Whatever the sensor of an own value is off by is a part of the unit, but it drifts: a temperature as thermometers do
+/// of which nothing is said; of anything else it is assumed that a year adds a hundredth of how far it went here.
+record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eigen::VectorXd& values) {
+  constexpr double kShareInAYear = 0.01, kLeast = 1e-12;
+  record::ThermometerUncertainty known{.calibration = Kelvins{}};
+  if (is_temperature) return known;
+  std::vector<double> finite;
+  for (const double value : values)
+    if (std::isfinite(value)) finite.push_back(value);
+  const auto [low, high] = std::ranges::minmax_element(finite);
+  const double reach = finite.empty() ? 0 : *high - *low;
+  known.drift_in_a_year = Kelvins{std::max(kLeast, kShareInAYear * reach)};
+  return known;
+}
+
+/// Names and columns of all that a model may take in: of thermometers, calibrated, and the unit's own values.
+void add_inputs(Dataset& dataset, const record::Record& record, const Place& at) {
+  const Eigen::Index rows = rows_of(record);
+  std::vector<Eigen::VectorXd> columns;
+  const auto& channels = record.info.thermometers;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (!belongs_to(at.unit, channels[c])) continue;
+    dataset.thermometers.push_back(channels[c].name);
+    dataset.thermometer_uncertainty.push_back(channels[c].uncertainty);
+    columns.push_back(column(record.thermometers_c[c], rows).unaryExpr([&](double reading_c) {
+      return calibrated(channels[c], {reading_c}).value;
+    }));
+  }
+  if (dataset.gradients.empty()) dataset.gradients = dataset.thermometers;
+  bool has_self = false;
+  for (std::size_t i = 0; i < at.unit.values.size(); ++i) {
+    const auto& value = at.unit.values[i];
+    const bool is_self = value.is_temperature && !std::exchange(has_self, has_self || value.is_temperature);
+    dataset.thermometers.push_back(is_self ? std::string(kSelf) : std::string(kAux) + value.name);
+    columns.push_back(column(at.columns.values[i], rows));
+    dataset.thermometer_uncertainty.push_back(uncertainty_of_own(value.is_temperature, columns.back()));
+  }
+  dataset.temperature_c.resize(rows, std::ssize(columns));
+  for (std::size_t c = 0; c < columns.size(); ++c) dataset.temperature_c.col(static_cast<Eigen::Index>(c)) = columns[c];
+}
+
+Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const Place& at) {
+  const Eigen::VectorXd number = column(at.columns.rotation[at.index], rows_of(record));
+  if (at.axis.kind == record::GyroKind::rate) return at.axis.scale * number;
+  return at.axis.scale * number.array() / column(at.columns.interval_s, rows_of(record)).array();
 }
 
 void place_in_profile(Dataset& dataset, const record::Record& record) {
@@ -93,9 +151,9 @@ void remove_earth_rate(Dataset& dataset, const record::Record& record, DegreesPe
   }
 }
 
-void set_zero(Dataset& dataset, const record::Record& record) {
+void set_zero(Dataset& dataset, const record::Record& record, const std::optional<DegreesPerHour>& earth_rate) {
   dataset.bias_zero = "nothing removed";
-  if (const auto& earth_rate = record.info.gyro.earth_rate) {
+  if (earth_rate) {
     remove_earth_rate(dataset, record, *earth_rate);
     dataset.bias_zero = "earth rate removed";
     return;
@@ -110,57 +168,89 @@ void set_zero(Dataset& dataset, const record::Record& record) {
 }
 
 /// Errata 3.3: a rig that names no shell has G, the coldest of the block, in its place.
-void name_three_points(Dataset& dataset, const record::RunInfo& info) {
-  dataset.three_point = info.three_point;
-  const auto has = [&](const char* name) { return std::ranges::count(dataset.thermometers, name) > 0; };
-  if (!info.three_point.empty() || !has("A") || !has("D") || !has("G")) return;
+void name_three_points(Dataset& dataset, const record::UnitInfo& unit) {
+  dataset.three_point = unit.three_point;
+  const auto has = [&](const char* name) { return is_one_of(name, dataset.thermometers); };
+  if (!unit.three_point.empty() || !has("A") || !has("D") || !has("G")) return;
   dataset.three_point = {"A", "D", "G"};
   dataset.three_point_stand_in = true;
 }
 
+std::string names_of(const std::vector<AxisChoice>& axes) {
+  std::string names;
+  for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + in_words(axis);
+  return names;
+}
+
 }  // namespace
 
-Dataset make_dataset(const record::Record& record, const std::string& path) {
+std::string in_words(const AxisChoice& choice) {
+  return choice.axis.empty() ? choice.unit : choice.unit + "." + choice.axis;
+}
+
+bool is_own_value(std::string_view input) { return input == kSelf || input.starts_with(kAux); }
+
+Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of) {
   const record::RunInfo& info = record.info;
+  const Place at = place_of(record, of);
   Dataset dataset;
   dataset.run_id = info.id;
   dataset.path = path;
+  dataset.of = of;
   dataset.simulated = info.simulated;
   dataset.imported = info.imported;
   dataset.profile_name = info.profile_name;
-  dataset.gradients = info.gradients;
+  dataset.gradients = at.unit.gradients;
   dataset.cycles = info.cycles;
   dataset.segments = info.segments;
   dataset.started_utc = info.started_utc;
-  dataset.gyro_uncertainty = info.gyro.uncertainty;
-  if (info.gyro.earth_rate) dataset.earth_rate_deg_per_h = info.gyro.earth_rate->value;
-  for (const record::Channel& channel : info.thermometers) {
-    dataset.thermometers.push_back(channel.name);
-    dataset.thermometer_uncertainty.push_back(channel.uncertainty);
-  }
-  if (dataset.gradients.empty()) dataset.gradients = dataset.thermometers;
-  name_three_points(dataset, info);
+  dataset.gyro_uncertainty = at.axis.uncertainty;
+  if (at.axis.earth_rate) dataset.earth_rate_deg_per_h = at.axis.earth_rate->value;
+  add_inputs(dataset, record, at);
+  name_three_points(dataset, at.unit);
   dataset.time_s = times_of(record);
-  dataset.temperature_c = calibrated_temperatures(record);
-  dataset.bias_deg_per_h = rotation_deg_per_h(record);
-  dataset.true_bias_deg_per_h = column(record.true_bias_deg_per_h, rows_of(record));
+  dataset.bias_deg_per_h = rotation_deg_per_h(record, at);
+  dataset.true_bias_deg_per_h = column(at.columns.true_bias_deg_per_h[at.index], rows_of(record));
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));
   place_in_profile(dataset, record);
   drop_handling(dataset, record);
-  set_zero(dataset, record);
+  set_zero(dataset, record, at.axis.earth_rate);
   for (const record::Gap& gap : record.gaps) {
     dataset.gaps_s.emplace_back(static_cast<double>(gap.first), static_cast<double>(gap.last + 1));
   }
   return dataset;
 }
 
-Result<Dataset> load_dataset(const std::string& path) {
+std::vector<AxisChoice> axes_of(const record::RunInfo& info) {
+  std::vector<AxisChoice> axes;
+  for (const auto& unit : info.units)
+    for (const auto& axis : unit.axes) axes.push_back({unit.name, axis.name});
+  return axes;
+}
+
+Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wanted, const std::string& path) {
+  std::vector<AxisChoice> found = axes_of(info);
+  const std::string all = names_of(found);
+  std::erase_if(found, [&](const AxisChoice& axis) {
+    return (!wanted.unit.empty() && axis.unit != wanted.unit) || (!wanted.axis.empty() && axis.axis != wanted.axis);
+  });
+  if (found.size() == 1) return found.front();
+  if (found.empty())
+    return failure(FaultKind::usage, path,
+                   fmt::format("has no axis \"{}\" of a unit \"{}\", it has {}", wanted.axis, wanted.unit, all));
+  return failure(FaultKind::usage, path,
+                 fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), names_of(found)));
+}
+
+Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted) {
   const Result<record::Record> record = record::read_record(path);
   if (!record) return failure(record.error());
   if (!record->finished) {
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   }
-  return make_dataset(*record, path);
+  return choose_axis(record->info, wanted, path).map([&](const AxisChoice& of) {
+    return make_dataset(*record, path, of);
+  });
 }
 
 std::vector<std::string> programs_of(const std::vector<Dataset>& datasets) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,14 +19,29 @@ struct Record;
 
 namespace gyrotherm::data {
 
-/// A record as matrices, one row per sample; NaN where a reading was missing.
+/// Which axis of which unit under test; empty where a record has no choice.
+struct AxisChoice {
+  std::string unit{};
+  std::string axis{};
+  bool operator==(const AxisChoice&) const = default;
+};
+/// "gyro", "x", "u1.x".
+[[nodiscard]] std::string in_words(const AxisChoice& choice);
+/// Whether it is one of several, and not the only axis of the only unit.
+[[nodiscard]] inline bool is_named(const AxisChoice& choice) {
+  return !choice.axis.empty() || (!choice.unit.empty() && choice.unit != record::kOnlyUnit);
+}
+
+/// One axis of a record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
   std::string run_id;
   std::string path;
+  AxisChoice of;  ///< its unit under test and axis; the axis is empty where the unit has one
   bool simulated{};
   bool imported{};
   std::string profile_name;
-  std::vector<std::string> thermometers;  ///< names of the columns of temperature_c
+  std::vector<std::string> thermometers;  ///< names of the columns of temperature_c: the thermometers on the unit and
+                                          ///< the rig's, then "self" and "aux:NAME", what the unit tells of itself
   std::vector<std::string> gradients;     ///< those whose differences are the multi-point gradients
   std::vector<std::string> three_point;   ///< cathode, anode, shell (or a stand-in)
   bool three_point_stand_in{};            ///< the record names no shell; G stands in (errata 3.3)
@@ -53,12 +69,24 @@ struct Dataset {
 /// the first hold is removed from our own records and nothing from imported ones, nor where the unit was turned around:
 /// there the Earth's rate has the other sign. There is no bias while the profile waited for people: they handle the
 /// unit. Temperatures are the readings plus their channel's offset. Without a list of gradient thermometers, all are
-/// taken.
-[[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path);
+/// taken. `of` is one that choose_axis() found.
+[[nodiscard]] Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of);
 
-/// Reads a record and makes matrices of it. Fails like read_record, and with usage if the run has not finished (an
-/// unfinished run is never mistaken for a finished one).
-[[nodiscard]] Result<Dataset> load_dataset(const std::string& path);
+/// The input that is the unit's own temperature, and what the names of its other own values begin with.
+inline constexpr std::string_view kSelf = "self", kAux = "aux:";
+/// Whether an input is what the unit tells of itself.
+[[nodiscard]] bool is_own_value(std::string_view input);
+
+/// All axes of a run, in order.
+[[nodiscard]] std::vector<AxisChoice> axes_of(const record::RunInfo& info);
+/// The one that is wanted: an empty name is that of the only one. Fails with usage, telling what there is; `path` names
+/// the record.
+[[nodiscard]] Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wanted,
+                                             const std::string& path);
+
+/// Reads a record and makes matrices of one of its axes. Fails like read_record and choose_axis, and with usage if the
+/// run has not finished (an unfinished run is never mistaken for a finished one).
+[[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted = {});
 
 /// The profile of each.
 [[nodiscard]] std::vector<std::string> programs_of(const std::vector<Dataset>& datasets);

@@ -31,6 +31,7 @@ struct TrainingRecord {
   bool simulated{};
   int clusters{};
   double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
+  data::AxisChoice of{};    ///< empty: of a record that has one
 };
 
 /// What it cost to make a model smaller.

@@ -204,9 +204,10 @@ std::string figures(const data::Figures& f) {
 }
 
 std::string trained_on(const TrainingRecord& record) {
-  return fmt::format("Trained on {}{} (run {}, profile {}), {} means of {:.0f} to {:.0f} s.",
-                     record.simulated ? "SIMULATED data: " : "", record.path, record.run_id, record.profile_name,
-                     record.clusters, record.from_s, record.to_s);
+  return fmt::format("Trained on {}{}{} (run {}, profile {}), {} means of {:.0f} to {:.0f} s.",
+                     record.simulated ? "SIMULATED data: " : "",
+                     is_named(record.of) ? in_words(record.of) + " of " : "", record.path, record.run_id,
+                     record.profile_name, record.clusters, record.from_s, record.to_s);
 }
 
 std::string reduced(const ReducedSetSummary& reduction) {

@@ -177,6 +177,8 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form("clusters", record.clusters);
   form("from_s", record.from_s);
   form("to_s", record.to_s);
+  form.if_there("unit", is_named(record.of), record.of.unit);
+  form.if_there("axis", !record.of.axis.empty(), record.of.axis);
 }
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {

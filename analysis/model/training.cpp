@@ -216,7 +216,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     if (count == 0) continue;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), records[i].start_s(0),
-                                records[i].start_s(count - 1) + records[i].length_s});
+                                records[i].start_s(count - 1) + records[i].length_s, dataset.of});
     if (dataset.three_point_stand_in && model.inputs == "three-point") {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));

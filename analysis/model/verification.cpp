@@ -121,11 +121,12 @@ const char* what_is_done(Outside policy) {
   return kDone[static_cast<std::size_t>(policy)];
 }
 
-/// Whether the model saw any of these clusters: the same run, and a stretch of it that overlaps.
+/// Whether the model saw any of these clusters: the same axis of the same run, and a stretch of it that overlaps.
 bool trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
-    return record.run_id == dataset.run_id && from_s < record.to_s && record.from_s < to_s;
+    const bool same_axis = record.of == dataset.of || record.of == data::AxisChoice{};
+    return record.run_id == dataset.run_id && same_axis && from_s < record.to_s && record.from_s < to_s;
   });
 }
 

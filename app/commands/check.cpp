@@ -63,17 +63,59 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   return lines;
 }
 
+/// Of a rig with one axis.
 std::string gyro_line(const rig::RigFile& rig) {
-  const auto& stream = rig.gyro.stream;
-  const auto counts = fmt::format("{:g} arcsec per {}", rig.gyro.info.scale, stream ? "count" : "pulse");
+  const auto& stream = rig.gyro_lines.front().stream;
+  const auto counts =
+      fmt::format("{:g} arcsec per {}", rig.units.front().info.axes.front().scale, stream ? "count" : "pulse");
   if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
   return fmt::format("  gyro {} ({}), {}{}\n    description: {}, from {}\n", stream->name, stream->vendor, counts,
                      thermal_model(rig), stream->confidence, stream->source);
 }
 
+/// A row of the lot: an axis of a unit.
+std::string axis_row(const rig::UnitSettings& unit, std::size_t index, const rig::GyroLine& line) {
+  const auto& info = unit.info;
+  const auto& axis = info.axes[index];
+  const auto earth = axis.earth_rate ? fmt::format("{:.4f}", axis.earth_rate->value) : "unknown";
+  return fmt::format("    {:<10} {:<14} {:<16} {:<22} {:>11} {:>12.6g}  {}\n", axis_label(info, index),
+                     index == 0 ? info.serial_number : "", index == 0 ? line.frame.name : "",
+                     index == 0 ? line.line : "", earth, axis.scale,
+                     index == 0 ? fmt::format("{}", fmt::join(info.gradients, " ")) : "");
+}
+
+/// The units under test as a table, an axis a row.
+std::string lot_lines(const rig::RigFile& rig) {
+  auto lines = fmt::format("  {} units under test{}\n    {:<10} {:<14} {:<16} {:<22} {:>11} {:>12}  {}\n",
+                           rig.units.size(), thermal_model(rig), "axis", "serial number", "frames", "line", "earth °/h",
+                           "arcsec/count", "thermometers");
+  for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
+    const auto& info = rig.units[unit].info;
+    for (std::size_t i = 0; i < info.axes.size(); ++i) lines += axis_row(rig.units[unit], i, line_of(rig, unit));
+    std::vector<std::string> values;
+    for (const auto& value : info.values) values.push_back(fmt::format("{} [{}]", value.name, value.unit));
+    if (!values.empty()) lines += fmt::format("      it tells: {}\n", fmt::join(values, ", "));
+  }
+  return lines;
+}
+
+std::string analogue_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i) {
+    const auto& [line, map, channels] = rig.analogue_inputs[i];
+    lines += fmt::format("  {} {} at {}\n    {}\n", rig::title_of_analogue(i), map.registers.name, line,
+                         confidence_in_words(map));
+    for (const auto& channel : channels)
+      lines += fmt::format("    input {}: {}.{}\n", channel.input + 1, rig.units[channel.unit].info.name, channel.name);
+  }
+  return lines;
+}
+
+bool is_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
+
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
-         thermometer_lines(rig) + gyro_line(rig);
+         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + analogue_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {
@@ -82,8 +124,30 @@ Json calibrations_json(const rig::RigFile& rig) {
   return json;
 }
 
+Json units_json(const rig::RigFile& rig) {
+  auto units = Json::array();
+  for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
+    const auto& info = rig.units[unit].info;
+    auto axes = Json::array(), values = Json::array();
+    for (const auto& axis : info.axes)
+      axes.push_back({{"name", axis.name},
+                      {"scale", axis.scale},
+                      {"earth_rate_deg_per_h", axis.earth_rate ? Json(axis.earth_rate->value) : Json()}});
+    for (const auto& value : info.values) values.push_back({{"name", value.name}, {"unit", value.unit}});
+    units.push_back({{"name", info.name},
+                     {"serial_number", info.serial_number},
+                     {"model", info.model},
+                     {"line", line_of(rig, unit).line},
+                     {"axes", axes},
+                     {"values", values},
+                     {"thermometers", info.gradients}});
+  }
+  return units;
+}
+
 Json rig_json(const rig::RigFile& rig) {
   const auto& limits = rig.chamber_limits;
+  const auto& stream = rig.gyro_lines.front().stream;
   return {{"file", rig.file},
           {"simulated", rig.simulated},
           {"chamber", rig.chamber_map.name},
@@ -97,9 +161,10 @@ Json rig_json(const rig::RigFile& rig) {
           {"thermometers", channels_of(rig).size()},
           {"calibrations", calibrations_json(rig)},
           {"overdue", overdue(rig)},
-          {"arcsec_per_pulse", rig.gyro.info.scale},
-          {"gyro_stream", rig.gyro.stream ? rig.gyro.stream->name : ""},
-          {"gyro_stream_confidence", rig.gyro.stream ? rig.gyro.stream->confidence : ""},
+          {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
+          {"gyro_stream", stream ? stream->name : ""},
+          {"gyro_stream_confidence", stream ? stream->confidence : ""},
+          {"units", units_json(rig)},
           {"gyro_model", rig.gyro_model.name},
           {"gyro_film", rig.gyro_model.film}};
 }

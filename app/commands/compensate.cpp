@@ -29,6 +29,7 @@ struct CompensateArguments {
   std::string model, outside = "clamp";
   bool uncertainty = false;
   bool unverified = false;
+  data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
 
@@ -188,7 +189,8 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",
                    "is of what the model leaves, not of what is tracked: one of the two");
-  const auto noise = noise_to_track(console, *model, options.tracking, options.unverified);
+  const auto noise =
+      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   if (*noise) {
     console.say("what is left is tracked, " + describe(**noise) +
@@ -230,6 +232,7 @@ void add_compensate(Program& program) {
   add_tracking_options(command, options.tracking,
                        "also follow the bias that is left while the gyro stands still, by a Kalman filter, and take it "
                        "away; a last column at_rest, 1 or 0, says when it does");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }
 

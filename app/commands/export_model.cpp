@@ -14,6 +14,7 @@ namespace {
 struct ExportModelArguments {
   std::string model, as, out, run;
   bool unverified = false;
+  data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
 
@@ -24,7 +25,8 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
 }
 
 Result<void> export_data(Console& console, const ExportModelArguments& options, const model::Model& model) {
-  const auto recorded = load_recorded_run(console, options.run, {.unverified = options.unverified});
+  const auto recorded = load_recorded_run(console, options.run,
+                                          {.unverified = options.unverified, .axis = axis_for(model, options.axis)});
   if (!recorded) return failure(recorded.error());
   const auto rows = to_libsvm_data(model, recorded->clusters);
   if (!rows) return failure(rows.error());
@@ -37,7 +39,8 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   if (source.extension() != ".c") {
     return failure(FaultKind::usage, "--out", "a C program needs a file that ends in .c; its header is put beside it");
   }
-  const auto noise = noise_to_track(console, model, options.tracking, options.unverified);
+  const auto noise =
+      noise_to_track(console, model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   const auto program = to_c(model, model::c_name(source.stem().string()), *noise);
   if (!program) return failure(program.error());
@@ -85,6 +88,7 @@ void add_export_model(Program& program) {
   command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
   add_tracking_options(command, options.tracking,
                        "for c: also a Kalman filter that follows the bias that is left while the gyro stands still");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }
 

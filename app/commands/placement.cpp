@@ -20,6 +20,7 @@ struct PlacementArguments {
   std::string folds = "auto", clusters;
   double guard_minutes = -1;  ///< negative: not given
   bool confirm = false, unverified = false;
+  data::AxisChoice axis;
   model::TrainingOptions training;
 };
 
@@ -148,10 +149,11 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   if (!folds) return failure(folds.error());
   options.training.folds = *folds;
   if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
-  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified});
+  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
   if (!records) return failure(records.error());
   options.training.folds.programs = programs_of(records->datasets);
-  const auto unseen = load_recorded_runs(console, options.unseen, {.unverified = options.unverified});
+  const auto unseen =
+      load_recorded_runs(console, options.unseen, {.unverified = options.unverified, .axis = options.axis});
   if (!unseen) return failure(unseen.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto placement =
@@ -181,6 +183,7 @@ void add_placement(Program& program) {
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
   command.add_flag("--confirm", options.confirm,
                    "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
   command.add_option("--threads", options.training.tuning.swarm.threads,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole experiment: two runs, three models and all methods beside them, a report.
+/// The whole experiment: two runs, three models and all methods beside them, a report; of each axis that the rig has.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,19 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/record/csv.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "analysis/model/qualification.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/qualify/axis_experiment.hpp"
+#include "app/qualify/lot_experiment.hpp"
 #include "app/recorded_run.hpp"
 #include "app/run/carry_out.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "core/sha256.hpp"
 #include "report/report.hpp"
-#include "report/views.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::app {
@@ -34,6 +33,7 @@ struct QualifyArguments {
   std::vector<std::string> later;    ///< days, or records
   model::QualificationOptions training;
   std::uint64_t days_later{};
+  bool compare = false;
 };
 
 /// Wall time of each stage; kept apart from results, because it varies from run to run.
@@ -75,14 +75,14 @@ class Timings {
   bool running_ = false;
 };
 
-/// One of the runs: its plan, its record, and what came of it.
+/// One of the runs: its plan, and its record once that is there.
 struct Run {
   std::string stage;  ///< "rate", "random", "30 days later"
   std::string path;
-  profile::Profile profile;
+  profile::Profile profile{};
   std::uint64_t days_later{};
-  data::RecordedRun recorded;
-  std::string sha256;  ///< of the record's rows as `export` writes them
+  record::Record record{};
+  std::string sha256{};  ///< of the record's rows as `export` writes them
 };
 
 /// A run that was recorded before, of whatever program.
@@ -93,7 +93,7 @@ bool belongs(const record::RunInfo& info, const profile::Profile& profile, const
              const StartOptions& start) {
   return info.profile_text == profile.text && info.rig_text == rig.text &&
          info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
-         info.program_version == GYROTHERM_VERSION &&
+         info.analogue_map_texts == analogue_map_texts_of(rig) && info.program_version == GYROTHERM_VERSION &&
          (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
 }
 
@@ -105,7 +105,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
   if (!is_number && !std::filesystem::exists(what))
     return failure(FaultKind::usage, "--verify-later",
                    fmt::format("\"{}\" is neither a number of days nor a record", what));
-  if (!is_number) return Run{.stage = what, .path = what, .profile = {}, .recorded = {}, .sha256 = {}};
+  if (!is_number) return Run{.stage = what, .path = what};
   if (!rig.simulated)
     return failure(FaultKind::usage, "--verify-later",
                    fmt::format("{} days cannot be waited for on a real rig; name the record of a later run", days));
@@ -115,9 +115,7 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
   return Run{.stage = fmt::format("{} days later", days),
              .path = fmt::format("{}-{}-days-later.db", random.path.substr(0, random.path.size() - 3), days),
              .profile = random.profile,
-             .days_later = random.days_later + days,
-             .recorded = {},
-             .sha256 = {}};
+             .days_later = random.days_later + days};
 }
 
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
@@ -135,13 +133,10 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
 
 Result<void> load(Console& console, Run& run) {
   if (auto checked = check_recorded_run(console, run.path, false); !checked) return checked;
-  const auto rows = record::read_record(run.path);
+  auto rows = record::read_record(run.path);
   if (!rows) return failure(rows.error());
-  auto dataset = data::make_dataset(*rows, run.path);
-  auto clusters = data::make_clusters(dataset);
-  if (!clusters) return failure(clusters.error());
-  run.recorded = {std::move(dataset), std::move(*clusters)};
-  run.sha256 = sha256(record::to_csv(*rows));
+  run.record = std::move(*rows);
+  run.sha256 = digest_of(run.record);
   return {};
 }
 
@@ -162,9 +157,7 @@ Result<Run> plan_run(const std::string& stage, const std::string& profile, const
   return Run{.stage = stage,
              .path = fmt::format("{}/{}.db", options.out, stage),
              .profile = std::move(*read),
-             .days_later = options.days_later,
-             .recorded = {},
-             .sha256 = {}};
+             .days_later = options.days_later};
 }
 
 /// Those on which a model is chosen. Read before anything moves: a run takes days, and a wrong name is told at once.
@@ -179,86 +172,38 @@ Result<std::vector<data::RecordedRun>> load_further(Console& console, const std:
   return further;
 }
 
-/// What the runs are held against is neither of the two that the report quotes, and each is one run.
-Result<void> check_apart(const Run& rate, const Run& random, const std::vector<data::RecordedRun>& further,
-                         const std::vector<Run>& later) {
-  std::vector<data::RecordedRun> all = further;
-  for (const Run& run : later) all.push_back(run.recorded);
-  return model::check_apart(rate.recorded.dataset, random.recorded.dataset, all);
+/// The runs of an experiment.
+struct Runs {
+  Run rate, random;
+  std::vector<Run> later;
+};
+
+Result<ExperimentRun> run_of_one_axis(const Run& run) {
+  return data::choose_axis(run.record.info, {}, run.path)
+      .and_then([&](const data::AxisChoice& of) { return recorded_run_of(run.record, run.path, of); })
+      .map([&](data::RecordedRun recorded) {
+        return ExperimentRun{.stage = run.stage,
+                             .profile = run.profile,
+                             .days_later = run.days_later,
+                             .recorded = std::move(recorded),
+                             .sha256 = run.sha256};
+      });
 }
 
-Result<model::Qualification> train_all(Console& console, const QualifyArguments& options, const Run& rate,
-                                       const Run& random, const std::vector<data::RecordedRun>& further,
-                                       Timings& timings) {
-  timings.begin("train three models");
-  auto models = train_models(rate.recorded, random.recorded, options.training, console.sink());
-  if (!models) return failure(models.error());
-  Result<void> written;
-  for_each_model(*models, [&](const char*, const model::TrainedModel& trained) {
-    if (!written) return;
-    const model::Model& model = trained.model;
-    written = replace_text_file(fmt::format("{}/model-{}.json", options.out, model.inputs), to_json(model));
-  });
-  if (!written) return failure(written.error());
-  const auto begins = [&](std::string_view method, std::string_view inputs) {
-    timings.begin(fmt::format("compare {} on {}", method, inputs));
-  };
-  auto comparison = train_compared(rate.recorded, random.recorded, options.training, begins, console.sink());
-  if (!comparison) return failure(comparison.error());
-  for (const std::string& warning : comparison->warnings) console.say(warning);
-  model::Qualification qualification{std::move(*models), std::move(*comparison)};
-  const auto chooses = [&](std::string_view method, std::string_view inputs) {
-    timings.begin(fmt::format("judge {} on {} by further records", method, inputs));
-  };
-  auto recommendation =
-      recommend_trained(qualification, rate.recorded, further, options.training, chooses, console.sink());
-  if (!recommendation) return failure(recommendation.error());
-  qualification.recommendation = std::move(*recommendation);
-  return qualification;
-}
-
-std::string describe_gyro(const rig::RigFile& rig) {
-  const auto& model = rig.gyro_model;
-  const auto stream =
-      rig.gyro.stream ? fmt::format("stream {} ({}), ", rig.gyro.stream->name, rig.gyro.stream->vendor) : std::string();
-  return fmt::format("{}{}, {:g} arcsec each", stream, stream.empty() ? "pulse counts" : "counts",
-                     rig.gyro.info.scale) +
-         (model.name.empty() ? "" : fmt::format("; thermal model \"{}\", film \"{}\"", model.name, model.film));
-}
-
-report::ReportedRig reported(const rig::RigFile& rig) {
-  report::ReportedRig reported{.name = rig.name,
-                               .title = rig.title,
-                               .gyro = describe_gyro(rig),
-                               .sha256 = sha256(rig.text),
-                               .is_virtual = rig.simulated,
-                               .gyro_model = rig.gyro_model.name,
-                               .gyro_film = rig.gyro_model.film,
-                               .gyro_model_sha256 = rig.gyro_model.text.empty() ? "" : sha256(rig.gyro_model.text),
-                               .thermometers = {}};
-  for (const auto& channel : channels_of(rig))
-    reported.thermometers.push_back({channel.name, channel.instrument, describe_calibration(channel)});
-  return reported;
-}
-
-report::Report report_of(const rig::RigFile& rig, const Run& rate, const Run& random, const std::vector<Run>& later,
-                         const model::Qualification& qualification, std::uint64_t seed) {
-  std::vector<report::ReportSourceLater> after;
-  for (const Run& run : later)
-    after.push_back({std::filesystem::path(run.stage).filename().string(), run.recorded, run.sha256});
-  report::Report report = report::make_report({.rig = reported(rig),
-                                               .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
-                                               .random = {random.recorded, random.sha256, sha256(random.profile.text)},
-                                               .later = std::move(after),
-                                               .qualification = qualification,
-                                               .program_version = GYROTHERM_VERSION,
-                                               .seed = seed,
-                                               .days_later = random.days_later});
-  std::vector<report::Limit> limits;
-  for (const Run* run : {&rate, &random})
-    for (const profile::AcceptLimit& limit : run->profile.accept) limits.push_back({limit.key, limit.at_most});
-  report.accept = held_against(report, limits);
-  return report;
+/// Of a rig with one axis.
+Result<AxisExperiment> experiment_of_one_axis(const Runs& runs, std::vector<data::RecordedRun> further) {
+  auto rate = run_of_one_axis(runs.rate);
+  if (!rate) return failure(rate.error());
+  auto random = run_of_one_axis(runs.random);
+  if (!random) return failure(random.error());
+  AxisExperiment experiment{
+      .rate = std::move(*rate), .random = std::move(*random), .later = {}, .further = std::move(further)};
+  for (const Run& run : runs.later) {
+    auto later = run_of_one_axis(run);
+    if (!later) return failure(later.error());
+    experiment.later.push_back(std::move(*later));
+  }
+  return experiment;
 }
 
 std::string result_table(const report::Report& report, const model::Qualification& qualification) {
@@ -300,71 +245,121 @@ std::string later_table(const report::Report& report) {
   return text + "\n";
 }
 
-/// Writes the report and says what came out.
-Result<Exit> conclude(Console& console, const QualifyArguments& options, const report::Report& report,
-                      const model::Qualification& qualification, Timings& timings) {
-  const std::string json = to_json(report);
-  const auto folder = options.out + "/report";
-  if (auto written = report::write_report(json, folder); !written) return failure(written.error());
+Result<void> write_timings(const QualifyArguments& options, Timings& timings) {
   timings.end();
-  if (auto written = replace_text_file(options.out + "/timings.json", timings.to_json()); !written)
-    return failure(written.error());
-  console.data(console.json ? json : result_table(report, qualification) + later_table(report));
-  console.say(timings.describe() + folder + "/report.html");
+  return replace_text_file(options.out + "/timings.json", timings.to_json());
+}
+
+Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
+  const auto& [trained, report] = outcome;
+  if (auto written = write_timings(options, timings); !written) return failure(written.error());
+  console.data(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
+  console.say(timings.describe() + options.out + "/report/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
     if (!limit.passed)
       console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
   return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
+Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
+                              const Runs& runs, std::vector<data::RecordedRun> further, Timings& timings) {
+  auto experiment = experiment_of_one_axis(runs, std::move(further));
+  if (!experiment) return failure(experiment.error());
+  std::vector<std::string> warnings;
+  const AxisOptions how{.folder = options.out, .training = options.training, .begins = [&](const std::string& stage) {
+                          timings.begin(stage);
+                        }};
+  const auto outcome = carry_out(*experiment, rig, how, console.sink(), warnings);
+  if (!outcome) return failure(outcome.error());
+  for (const std::string& warning : warnings) console.say(warning);
+  return conclude(console, options, *outcome, timings);
+}
+
+LotRun lot_run(Run run) {
+  return {.stage = std::move(run.stage),
+          .path = std::move(run.path),
+          .profile = std::move(run.profile),
+          .days_later = run.days_later,
+          .record = std::move(run.record),
+          .sha256 = std::move(run.sha256)};
+}
+
+Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,
+                         Timings& timings) {
+  LotExperiment lot{.out = options.out,
+                    .rate = lot_run(std::move(runs.rate)),
+                    .random = lot_run(std::move(runs.random)),
+                    .later = {},
+                    .compare = options.compare,
+                    .training = options.training};
+  for (Run& run : runs.later) lot.later.push_back(lot_run(std::move(run)));
+  timings.begin(fmt::format("train {} axes", data::axes_of(lot.rate.record.info).size()));
+  const auto summary = carry_out(console, lot, rig);
+  if (!summary) return failure(summary.error());
+  if (auto written = write_timings(options, timings); !written) return failure(written.error());
+  console.data(console.json ? to_json(*summary) : describe(*summary));
+  console.say(timings.describe() + options.out + "/lot.html");
+  return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
+}
+
+/// Records what is not recorded yet, and reads all of it.
+Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs& runs,
+                             Timings& timings) {
+  std::vector<Run*> all{&runs.rate, &runs.random};
+  for (Run& run : runs.later)
+    if (!is_recorded(run)) all.push_back(&run);
+  for (Run* run : all) {
+    timings.begin("record " + run->stage);
+    const StartOptions start{.seed = options.training.seed, .days_later = run->days_later};
+    if (auto recorded = record(console, *run, rig, start); !recorded) return recorded;
+  }
+  watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
+  timings.begin("read records");
+  for (Run* run : all)
+    if (auto loaded = load(console, *run); !loaded) return loaded;
+  return {};
+}
+
+Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig) {
+  auto rate = plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), rig, options);
+  if (!rate) return failure(rate.error());
+  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), rig, options);
+  if (!random) return failure(random.error());
+  Runs runs{.rate = std::move(*rate), .random = std::move(*random), .later = {}};
+  for (const std::string& what : options.later) {
+    auto planned = plan_later(what, rig, runs.random);
+    if (!planned) return failure(planned.error());
+    runs.later.push_back(std::move(*planned));
+  }
+  return runs;
+}
+
+bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
+
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
   if (!rig) return failure(rig.error());
-  auto rate = plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), *rig, options);
-  if (!rate) return failure(rate.error());
-  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), *rig, options);
-  if (!random) return failure(random.error());
-  std::vector<Run> later;
-  for (const std::string& what : options.later) {
-    auto planned = plan_later(what, *rig, *random);
-    if (!planned) return failure(planned.error());
-    later.push_back(std::move(*planned));
-  }
-  const auto further = load_further(console, options.further, rate->profile);
+  auto runs = plan_runs(options, *rig);
+  if (!runs) return failure(runs.error());
+  if (!options.further.empty() && !has_one_axis(*rig))
+    return failure(FaultKind::usage, "--further",
+                   "is for a rig with one axis; train on the records of each with --unit");
+  auto further = load_further(console, options.further, runs->rate.profile);
   if (!further) return failure(further.error());
-  for (Run& run : later)
+  for (Run& run : runs->later)
     if (auto loaded = is_recorded(run) ? load(console, run) : Result<void>(); !loaded) return failure(loaded.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
-  const std::uint64_t seed = options.training.seed;
   if (rig->simulated)
-    console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, seed,
+    console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
                             options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
-  std::vector<Run*> all{&*rate, &*random};
-  for (Run& run : later)
-    if (!is_recorded(run)) all.push_back(&run);
-  for (Run* run : all) {
-    timings.begin("record " + run->stage);
-    if (auto recorded = record(console, *run, *rig, {.seed = seed, .days_later = run->days_later}); !recorded)
-      return failure(recorded.error());
-  }
-  watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
-  timings.begin("read records");
-  for (Run* run : all)
-    if (auto loaded = load(console, *run); !loaded) return failure(loaded.error());
-  if (auto apart = check_apart(*rate, *random, *further, later); !apart) return failure(apart.error());
-  auto trained = train_all(console, options, *rate, *random, *further, timings);
-  if (!trained) return failure(trained.error());
-  std::vector<data::RecordedRun> after;
-  for (const Run& run : later) after.push_back(run.recorded);
-  if (!after.empty()) timings.begin("verify later");
-  if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
-  timings.begin("report");
-  return conclude(console, options, report_of(*rig, *rate, *random, later, *trained, seed), *trained, timings);
+  if (auto loaded = record_and_load(console, options, *rig, *runs, timings); !loaded) return failure(loaded.error());
+  if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), timings);
+  return qualify_one_axis(console, options, *rig, *runs, std::move(*further), timings);
 }
 
 }  // namespace
@@ -373,7 +368,8 @@ void add_qualify(Program& program) {
   auto [command, options] = add_command(
       program, "qualify",
       "The whole experiment: the rate program, the random program, three models and all methods, the report. "
-      "Run again, it goes on where it was.",
+      "Run again, it goes on where it was. On a rig with several axes each has models and a report of its own, and the "
+      "lot a summary.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for everything that is made")->required();
@@ -384,6 +380,8 @@ void add_qualify(Program& program) {
       ->check(not_negative());
   add_days_later(command, options.days_later);
   command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
+  command.add_flag("--compare", options.compare,
+                   "on a rig with several axes: every other method beside the three models too, as with one axis");
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out cycle: training takes about twice as long");

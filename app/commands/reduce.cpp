@@ -13,6 +13,7 @@ struct ReduceArguments {
   std::vector<std::string> runs;
   model::ReducedSetGoal goal;
   bool unverified = false;
+  data::AxisChoice axis;
 };
 
 std::string describe(const model::ReducedSetSummary& r) {
@@ -34,7 +35,8 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!model) return failure(model.error());
   std::vector<data::Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
+    auto recorded =
+        load_recorded_run(console, run, {options.clusters, options.unverified, axis_for(*model, options.axis)});
     if (!recorded) return failure(recorded.error());
     if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
     clusters.push_back(std::move(recorded->clusters));
@@ -66,6 +68,7 @@ void add_reduce(Program& program) {
                   "as few vectors as change no training cluster's prediction by more than this, in °/h")
       ->excludes(keep);
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }
 

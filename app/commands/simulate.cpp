@@ -42,18 +42,24 @@ std::string to_string(const drivers::MapLink& link, bool serial) {
   return link.kind == drivers::LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
 }
 
+std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::ServedLine& served) {
+  const bool serial = served.line.starts_with("serial:");
+  const auto* rtu = serial ? map.find(drivers::LinkKind::rtu) : nullptr;
+  const auto& link = rtu ? *rtu : map.link;
+  return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, map.name);
+}
+
 /// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
 std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& served) {
-  if (served.instrument == "chamber") {
-    const bool serial = served.line.starts_with("serial:");
-    const auto* rtu = serial ? rig.chamber_map.find(drivers::LinkKind::rtu) : nullptr;
-    const auto& link = rtu ? *rtu : rig.chamber_map.link;
-    return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, rig.chamber_map.name);
-  }
-  if (served.instrument == "gyro") return fmt::format("frames: {}", rig.gyro.frame.name);
+  if (served.instrument == "chamber") return modbus_in_words(rig.chamber_map, served);
+  for (const auto& line : rig.gyro_lines)
+    if (served.instrument == title_of(line, rig.units)) return fmt::format("frames: {}", line.frame.name);
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     if (served.instrument == fmt::format("thermometer {}", i + 1))
       return fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " "));
+  for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
+    if (served.instrument == rig::title_of_analogue(i))
+      return modbus_in_words(rig.analogue_inputs[i].map.registers, served);
   return {};
 }
 
@@ -123,7 +129,7 @@ void add_simulate(Program& program) {
       ->check(not_negative());
   command.add_option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
   command.add_flag("--full-rate", options.full_rate,
-                   "the gyro sends as many frames a second as its stream says, not one");
+                   "gyros send as many frames a second as their streams say, not one");
   command.add_flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
 }
 

@@ -13,11 +13,11 @@ constexpr Duration kAnswerWithin = std::chrono::seconds(5);
 struct TellArguments {
   std::string run;
   std::string word;
-  std::string note;
+  std::vector<std::string> texts;
 };
 
 Result<Exit> speak(Console& console, const TellArguments& options) {
-  const auto request = run::request_of(options.word, options.note);
+  const auto request = run::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
   const auto answer = run::tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());
@@ -40,11 +40,15 @@ void add_tell(Program& program) {
                   "resume: goes on; where the profile has asked for something, the text is the answer to it.\n"
                   "stop: ends the run and leaves the chamber as the rig file says.\n"
                   "abort: ends the run and makes the chamber safe.\n"
+                  "drop UNIT: nothing of this unit is recorded or judged any more, and why; the run goes on for the "
+                  "others.\n"
+                  "return UNIT: it is in the run again.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
   command.add_option("run", options.run, "the record")->required();
-  command.add_option("word", options.word, "pause, resume, stop, abort or note")->required();
-  command.add_option("text", options.note, "of the note, or with resume what was done");
+  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return or note")->required();
+  command.add_option("text", options.texts,
+                     "of the note; with resume what was done; with drop and return the unit, and why");
 }
 
 }  // namespace gyrotherm::app

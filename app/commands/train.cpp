@@ -17,6 +17,7 @@ struct TrainArguments {
   std::string out, clusters, folds = "auto", select, choose = "best";
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
   bool unverified = false;
+  data::AxisChoice axis;
   model::TrainingOptions training;
 };
 
@@ -28,7 +29,8 @@ std::string figures(const data::Figures& f) {
 std::string describe(const model::Model& model) {
   std::string text;
   for (const auto& run : model.trained_on)
-    text += fmt::format("{}trained on {}\n", run.simulated ? "SIMULATED: " : "", run.path);
+    text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
+                        is_named(run.of) ? in_words(run.of) + " of " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (std::isfinite(model.residual_std_deg_per_h))
@@ -78,7 +80,7 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
 Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   const auto training = training_options(options);
   if (!training) return failure(training.error());
-  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified});
+  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
   if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto model = train(records->datasets, records->clusters, *training, console.sink());
@@ -101,7 +103,8 @@ void add_train(Program& program) {
   command.add_option(
       "--inputs", options.training.inputs,
       "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, seven-point, "
-      "gradients, temperatures, rates, thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B; "
+      "gradients, temperatures, rates, thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B, self "
+      "(the unit's own temperature), aux:NAME; "
       "default: what "
       "the method is published with");
   auto* select = command.add_option(
@@ -131,6 +134,7 @@ void add_train(Program& program) {
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out fold: costs about as much again");
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());

@@ -21,6 +21,7 @@ struct VerifyArguments {
   std::string model, clusters, outside = "clamp";
   std::vector<std::string> runs;
   bool unverified = false;
+  data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
 
@@ -197,12 +198,14 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  const auto noise = noise_to_track(console, *model, options.tracking, options.unverified);
+  const auto noise =
+      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
   if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
   std::vector<model::Characterisation> starts;
   for (const auto& run : options.runs) {
-    const auto recorded = load_recorded_run(console, run, {options.clusters, options.unverified});
+    const auto recorded =
+        load_recorded_run(console, run, {options.clusters, options.unverified, axis_for(*model, options.axis)});
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
@@ -242,6 +245,7 @@ void add_verify(Program& program) {
   add_tracking_options(command, options.tracking,
                        "also judge how well the bias that is left can be followed while the gyro stands still, by a "
                        "Kalman filter and by what it is compared with");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }
 

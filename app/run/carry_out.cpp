@@ -132,7 +132,8 @@ Result<profile::Profile> read_profile(const std::string& path, const rig::RigFil
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {
     verdicts.push_back(profile::check_sensors(*profile, rig->limits.channels));
-    verdicts.push_back(profile::check_turns(*profile, rig->gyro.can_be_turned));
+    verdicts.push_back(
+        profile::check_turns(*profile, std::ranges::all_of(rig->units, &rig::UnitSettings::can_be_turned)));
   }
   std::optional<Fault> mistakes;
   for (const auto& verdict : verdicts)
@@ -252,6 +253,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
   run::RunController run_controller(on->profile, **rig, **store, on->state, first);
+  run_controller.leave_out(on->start.dropped_units);
   const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   run_controller.note(EventKind::resumed, text);

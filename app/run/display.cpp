@@ -27,18 +27,19 @@ std::string chamber_line(const Sample& sample) {
 
 }  // namespace
 
-void BiasMeter::see(const Reading<PulseCount>& reading) {
+void BiasMeter::see(const Reading<GyroCount>& reading) {
   if (seconds_.size() == kLength) seconds_.erase(seconds_.begin());
-  const bool counts = reading.value && reading.value->interval > Duration{};
-  seconds_.push_back(counts ? std::optional(*reading.value) : std::nullopt);
+  const bool counts = reading.value && reading.value->interval > Duration{} && index_ < reading.value->pulses.size();
+  seconds_.push_back(counts ? std::optional(Second{reading.value->pulses[index_], reading.value->interval})
+                            : std::nullopt);
 }
 
 /// 1 arcsec/s is 1 °/h exactly.
-DegreesPerHour BiasMeter::bias_of(const PulseCount& count) const {
-  const auto number = static_cast<double>(count.pulses);
+DegreesPerHour BiasMeter::bias_of(const Second& second) const {
+  const auto number = static_cast<double>(second.pulses);
   const double rate =
-      gyro_.kind == record::GyroKind::rate ? gyro_.scale * number : gyro_.scale * number / to_seconds(count.interval);
-  return {rate - gyro_.earth_rate.value_or(DegreesPerHour{}).value};
+      axis_.kind == record::GyroKind::rate ? axis_.scale * number : axis_.scale * number / to_seconds(second.interval);
+  return {rate - axis_.earth_rate.value_or(DegreesPerHour{}).value};
 }
 
 std::optional<DegreesPerHour> BiasMeter::last_second() const {
@@ -58,9 +59,29 @@ std::optional<DegreesPerHour> BiasMeter::mean() const {
 }
 
 Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
-    : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)), bias_(rig.gyro.info) {}
+    : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)) {
+  for (const auto& unit : rig.units) {
+    auto& axes = bias_.emplace_back();
+    for (std::size_t i = 0; i < unit.info.axes.size(); ++i) axes.emplace_back(unit.info.axes[i], i);
+  }
+}
 
-void Display::see(const Sample& sample) { bias_.see(sample.gyro); }
+void Display::see(const Sample& sample) {
+  for (std::size_t unit = 0; unit < sample.units.size() && unit < bias_.size(); ++unit)
+    for (auto& axis : bias_[unit]) axis.see(sample.units[unit].count);
+}
+
+/// Of one gyro alone both biases, of a unit among several the mean of each axis.
+std::string Display::unit_line(std::size_t unit) const {
+  const auto& axes = bias_[unit];
+  if (bias_.size() == 1 && axes.size() == 1)
+    return fmt::format("  bias {}, mean of 100 s {}", format_bias(axes[0].last_second()), format_bias(axes[0].mean()));
+  std::string line = fmt::format("  {} bias, mean of 100 s:", rig_.units[unit].info.name);
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    line += fmt::format(" {}{}", axes.size() > 1 ? rig_.units[unit].info.axes[i].name + " " : "",
+                        format_bias(axes[i].mean()));
+  return line;
+}
 
 std::string Display::headline(const Sample& sample, const RunStanding& standing) const {
   const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
@@ -89,8 +110,7 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunStanding&
     temperatures += fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
   }
   all.push_back(temperatures + " °C");
-  all.push_back(
-      fmt::format("  bias {}, mean of 100 s {}", format_bias(bias_.last_second()), format_bias(bias_.mean())));
+  for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
   for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
   return all;
 }

@@ -14,21 +14,28 @@
 
 namespace gyrotherm::app {
 
-/// The gyro's bias of the last second and of the last 100: rate by the counts, less what of the Earth's rate is known.
+/// The bias on one axis in the last second and in the last 100: rate by the counts, less what of the Earth's rate is
+/// known.
 class BiasMeter {
  public:
-  explicit BiasMeter(const record::GyroInfo& gyro) : gyro_(gyro) {}
-  void see(const Reading<PulseCount>& reading);
+  /// The axis numbered `index` of its unit.
+  explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
+  void see(const Reading<GyroCount>& reading);
   [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
   /// Takes the seconds among the last 100 that had a reading; nothing if there is none.
   [[nodiscard]] std::optional<DegreesPerHour> mean() const;
 
  private:
   static constexpr std::size_t kLength = 100;
-  [[nodiscard]] DegreesPerHour bias_of(const PulseCount& count) const;
+  struct Second {
+    std::int64_t pulses{};
+    Duration interval{};
+  };
+  [[nodiscard]] DegreesPerHour bias_of(const Second& second) const;
 
-  record::GyroInfo gyro_;
-  std::vector<std::optional<PulseCount>> seconds_;  ///< the newest last
+  record::AxisInfo axis_;
+  std::size_t index_;
+  std::vector<std::optional<Second>> seconds_;  ///< the newest last
 };
 
 class Display {
@@ -45,13 +52,14 @@ class Display {
   [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing) const;
 
  private:
+  [[nodiscard]] std::string unit_line(std::size_t unit) const;
   [[nodiscard]] std::string headline(const Sample& sample, const RunStanding& standing) const;
 
   Console& console_;
   const profile::Profile& profile_;
   const rig::RigFile& rig_;
   std::vector<record::Channel> channels_;
-  BiasMeter bias_;
+  std::vector<std::vector<BiasMeter>> bias_;  ///< of each unit's axes
   int shown_segment_ = -1;
   RunState shown_state_{};
 };

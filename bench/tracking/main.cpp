@@ -38,12 +38,12 @@ Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::strin
   laboratory.step();  // preparing took a second
   Eigen::VectorXd bias(static_cast<Eigen::Index>(record.slot.size()));
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    const double wander = laboratory.drift().value;  // of the second to come, turn-on included
-    const auto before = laboratory.pulses();
+    const double wander = laboratory.drift()[0].value;  // of the second to come, turn-on included
+    const auto before = laboratory.pulses()[0];
     laboratory.command({record.chamber_set_point_c[i]});
     laboratory.step();
-    bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias().value + wander;
-    if (laboratory.pulses() - before == std::llround(record.gyro[i])) continue;
+    bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias()[0].value + wander;
+    if (laboratory.pulses()[0] - before == std::llround(record.units[0].rotation[0][i])) continue;
     return failure(FaultKind::numeric, path, fmt::format("second {} comes out otherwise", record.slot[i]));
   }
   return bias;
@@ -87,7 +87,7 @@ Result<Residual> residual_of(const std::string& rate, const std::string& random,
   if (!record) return failure(record.error());
   const auto bias = true_bias(*record, random);
   if (!bias) return failure(bias.error());
-  const data::Dataset measured = data::make_dataset(*record, random);
+  const data::Dataset measured = data::make_dataset(*record, random, data::axes_of(record->info).front());
   data::Dataset truth = measured;
   truth.bias_deg_per_h = *bias;
   const auto clusters = data::make_clusters(measured), of_truth = data::make_clusters(truth);

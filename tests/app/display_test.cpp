@@ -9,10 +9,10 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr record::GyroInfo kGyro{.kind = record::GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
+const record::AxisInfo kGyro{.kind = record::GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
 
-Reading<PulseCount> counted(std::int64_t pulses) {
-  return {PulseCount{.pulses = pulses, .interval = std::chrono::seconds(1)}, {}};
+Reading<GyroCount> counted(std::int64_t pulses) {
+  return {GyroCount{.pulses = {pulses}, .interval = std::chrono::seconds(1)}, {}};
 }
 
 TEST(BiasMeter, IsTheRateLessTheEarths) {
@@ -51,7 +51,8 @@ struct Shown {
     profile.segments.resize(1);
     profile.segments[0].name = "cold";
     rig.simulated = true;
-    rig.gyro.info = kGyro;
+    rig.units = {rig::UnitSettings{}};
+    rig.units[0].info.axes = {kGyro};
     rig::ThermometerSettings entry;
     entry.calibrated.resize(2);
     entry.calibrated[0].name = "A";

@@ -63,7 +63,7 @@ void expect_same_up_to(std::size_t rows, const record::Record& record, const rec
   for (std::size_t i = 0; i < rows; ++i) {
     ASSERT_EQ(record.slot[i], twin.slot[i]);
     ASSERT_TRUE(record.progress[i] == twin.progress[i]) << "second " << i;
-    ASSERT_TRUE(same(record.gyro[i], twin.gyro[i])) << "second " << i;
+    ASSERT_TRUE(same(record.units[0].rotation[0][i], twin.units[0].rotation[0][i])) << "second " << i;
     ASSERT_TRUE(same(record.chamber_air_c[i], twin.chamber_air_c[i])) << "second " << i;
     for (std::size_t c = 0; c < record.thermometers_c.size(); ++c)
       ASSERT_TRUE(same(record.thermometers_c[c][i], twin.thermometers_c[c][i])) << "second " << i;
@@ -85,10 +85,12 @@ void expect_every_slot(const record::Record& record) {
 Sample sample_of(const record::Record& record, std::size_t i) {
   const auto time = from_seconds(record.time_s[i]);
   const Instant at{time, record.info.started_utc + time};
-  Sample sample{.slot = record.slot[i], .at = at, .chamber = {}, .thermometers = {}, .gyro = {}, .progress = {}};
+  Sample sample{.slot = record.slot[i], .at = at, .chamber = {}, .thermometers = {}, .units = {}, .progress = {}};
   sample.chamber = {ChamberState{Celsius{record.chamber_air_c[i]}, Celsius{record.chamber_set_point_c[i]}}, at};
   for (const auto& column : record.thermometers_c) sample.thermometers.push_back({Celsius{column[i]}, at});
-  sample.gyro = {PulseCount{static_cast<std::int64_t>(record.gyro[i]), from_seconds(record.gyro_interval_s[i])}, at};
+  sample.units = {{.count = {GyroCount{{static_cast<std::int64_t>(record.units[0].rotation[0][i])},
+                                       from_seconds(record.units[0].interval_s[i])},
+                             at}}};
   sample.progress = record.progress[i];
   sample.state = record.state[i];
   return sample;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "acquisition/record/record.hpp"
+#include "analysis/data/clusters.hpp"
 
 namespace gyrotherm::data {
 namespace {
@@ -15,7 +16,7 @@ record::Record four_seconds() {
   record::Record record;
   record.info.id = "r";
   record.info.thermometers = {{"A", "probe", {0.25}}};
-  record.info.gyro = {record::GyroKind::pulse_count, 0.5, std::nullopt};
+  record.info.units = {{.axes = {{.kind = record::GyroKind::pulse_count, .scale = 0.5}}}};
   record.info.cycles = {"first"};
   record.info.segments = {{"rest", true, {20}, {}, 0}, {"up", false, {30}, {1}, 0}};
   record.finished = true;
@@ -23,8 +24,10 @@ record::Record four_seconds() {
   record.time_s = {0.003, 1.001, 2.002, 3.004};
   record.set_point_c = {20, 20, 20, 21};
   record.thermometers_c = {{20, 20.5, std::nan(""), 21}};
-  record.gyro = {10, 12, 20, 20};
-  record.gyro_interval_s = {1, 1, 1, 0.5};
+  record.units = {{.rotation = {{10, 12, 20, 20}},
+                   .interval_s = {1, 1, 1, 0.5},
+                   .values = {},
+                   .true_bias_deg_per_h = {std::vector<double>(4, std::nan(""))}}};
   record.progress.resize(4);
   for (int i = 0; i < 4; ++i) {
     record.progress[i].segment = i / 2;
@@ -33,16 +36,20 @@ record::Record four_seconds() {
   return record;
 }
 
+Dataset dataset_of(const record::Record& record) {
+  return make_dataset(record, "run.db", choose_axis(record.info, {}, "run.db").value());
+}
+
 TEST(Dataset, CalibratesTemperaturesAndKeepsWhatIsMissing) {
-  const Dataset dataset = make_dataset(four_seconds(), "run.db");
+  const Dataset dataset = dataset_of(four_seconds());
   EXPECT_DOUBLE_EQ(dataset.temperature_c(0, 0), 20.25);
   EXPECT_TRUE(std::isnan(dataset.temperature_c(2, 0)));
 }
 
 TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
   record::Record record = four_seconds();
-  record.info.gyro.earth_rate = DegreesPerHour{4};
-  const Dataset dataset = make_dataset(record, "run.db");
+  record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
+  const Dataset dataset = dataset_of(record);
   EXPECT_EQ(dataset.bias_zero, "earth rate removed");
   EXPECT_FALSE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
@@ -50,7 +57,7 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
 }
 
 TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
-  const Dataset dataset = make_dataset(four_seconds(), "run.db");
+  const Dataset dataset = dataset_of(four_seconds());
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
   EXPECT_TRUE(dataset.zero_is_its_own);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), -0.5);
@@ -59,23 +66,23 @@ TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
 
 TEST(Dataset, AddsTheEarthRateWhereTheUnitIsTurnedAround) {
   record::Record record = four_seconds();
-  record.info.gyro.earth_rate = DegreesPerHour{4};
+  record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].unit.turned = true;
-  const Dataset dataset = make_dataset(record, "run.db");
+  const Dataset dataset = dataset_of(record);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(0), 0.5 * 10 - 4);
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2), 0.5 * 20 + 4);
-  record.info.gyro.earth_rate.reset();
-  const Dataset unknown = make_dataset(record, "run.db");
+  record.info.units[0].axes[0].earth_rate.reset();
+  const Dataset unknown = dataset_of(record);
   EXPECT_EQ(unknown.bias_zero, "nothing removed") << "a mean of one position would be wrong twofold in the other";
   EXPECT_DOUBLE_EQ(unknown.bias_deg_per_h(0), 5);
 }
 
 TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
   record::Record record = four_seconds();
-  record.info.gyro.earth_rate = DegreesPerHour{4};
+  record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
   record.info.segments[1].prompt = "turn the unit around";
   record.progress[3].in_segment = std::chrono::seconds(1);
-  const Dataset dataset = make_dataset(record, "run.db");
+  const Dataset dataset = dataset_of(record);
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(1))) << "nobody was asked for anything";
   EXPECT_TRUE(std::isnan(dataset.bias_deg_per_h(2)));
   EXPECT_FALSE(std::isnan(dataset.bias_deg_per_h(3)));
@@ -84,19 +91,19 @@ TEST(Dataset, HasNoBiasWhileTheUnitIsInPeoplesHands) {
 TEST(Dataset, TakesItsZeroFromTheFirstHoldThatHasABias) {
   record::Record record = four_seconds();
   record.info.segments[1].hold = true;
-  record.gyro[0] = record.gyro[1] = std::nan("");
-  const Dataset dataset = make_dataset(record, "run.db");
+  record.units[0].rotation[0][0] = record.units[0].rotation[0][1] = std::nan("");
+  const Dataset dataset = dataset_of(record);
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(2) + dataset.bias_deg_per_h(3), 0);
 }
 
 TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
   record::Record record = four_seconds();
-  EXPECT_TRUE(make_dataset(record, "run.db").true_bias_deg_per_h.array().isNaN().all());
-  EXPECT_TRUE(make_dataset(record, "run.db").zero_is_its_own);
-  record.true_bias_deg_per_h = {1, 2, 3, 4};
-  record.info.gyro.earth_rate = DegreesPerHour{4};
-  const Dataset dataset = make_dataset(record, "run.db");
+  EXPECT_TRUE(dataset_of(record).true_bias_deg_per_h.array().isNaN().all());
+  EXPECT_TRUE(dataset_of(record).zero_is_its_own);
+  record.units[0].true_bias_deg_per_h[0] = {1, 2, 3, 4};
+  record.info.units[0].axes[0].earth_rate = DegreesPerHour{4};
+  const Dataset dataset = dataset_of(record);
   EXPECT_EQ(dataset.true_bias_deg_per_h(3), 4) << "Earth's rate is not in it";
   EXPECT_FALSE(dataset.zero_is_its_own);
 }
@@ -104,10 +111,10 @@ TEST(Dataset, KnowsTheTrueBiasOfAVirtualGyroAlone) {
 TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
   record::Record record = four_seconds();
   record.info.imported = true;
-  record.info.gyro = {record::GyroKind::rate, 2, std::nullopt};
+  record.info.units = {{.axes = {{.kind = record::GyroKind::rate, .scale = 2}}}};
   record.info.segments.clear();
   record.progress.clear();
-  const Dataset dataset = make_dataset(record, "run.db");
+  const Dataset dataset = dataset_of(record);
   EXPECT_EQ(dataset.bias_zero, "nothing removed");
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(1), 24);
   EXPECT_DOUBLE_EQ(dataset.time_s(1), 1.001);
@@ -116,7 +123,7 @@ TEST(Dataset, RemovesNothingFromAnImportedRecordAndKeepsItsTimes) {
 }
 
 TEST(Dataset, CountsOurOwnTimeInSlots) {
-  const Dataset dataset = make_dataset(four_seconds(), "run.db");
+  const Dataset dataset = dataset_of(four_seconds());
   EXPECT_EQ(dataset.time_s(3), 3);
   EXPECT_EQ(dataset.segment(3), 1);
 }
@@ -125,19 +132,75 @@ TEST(Dataset, LetsGStandInForTheShell) {
   record::Record record = four_seconds();
   record.info.thermometers = {{"A", "", {}}, {"D", "", {}}, {"G", "", {}}};
   record.thermometers_c.resize(3, {1, 2, 3, 4});
-  const Dataset dataset = make_dataset(record, "run.db");
+  const Dataset dataset = dataset_of(record);
   EXPECT_EQ(dataset.three_point, (std::vector<std::string>{"A", "D", "G"}));
   EXPECT_TRUE(dataset.three_point_stand_in);
   EXPECT_EQ(dataset.gradients, dataset.thermometers);
 
-  record.info.three_point = {"A", "D", "shell"};
-  EXPECT_FALSE(make_dataset(record, "run.db").three_point_stand_in);
+  record.info.units[0].three_point = {"A", "D", "shell"};
+  EXPECT_FALSE(dataset_of(record).three_point_stand_in);
 }
 
 TEST(Dataset, SaysWhereItsGapsAre) {
   record::Record record = four_seconds();
   record.gaps = {{10, 19, "power cut"}};
-  EXPECT_EQ(make_dataset(record, "run.db").gaps_s.front(), (std::pair{10.0, 20.0}));
+  EXPECT_EQ(dataset_of(record).gaps_s.front(), (std::pair{10.0, 20.0}));
+}
+
+/// The unit of four_seconds() and one with two axes, a temperature of its own and a current.
+record::Record two_units() {
+  record::Record record = four_seconds();
+  record.info.thermometers = {{"A", "probe", {0.25}}, {"B", "probe", {}}, {"air", "probe", {}}};
+  record.info.thermometers[0].unit_under_test = "u1";
+  record.info.thermometers[1].unit_under_test = "u2";
+  record.info.thermometers[2].unit_under_test = "";
+  record.thermometers_c = {{20, 20.5, 20, 21}, {1, 2, 3, 4}, {5, 5, 5, 5}};
+  record.info.units[0].name = "u1";
+  record.info.units.push_back(
+      {.name = "u2",
+       .axes = {{.name = "x", .scale = 1}, {.name = "y", .scale = 2, .earth_rate = DegreesPerHour{3}}},
+       .values = {{"current", "mA", false}, {"inside", "°C", true}, {"outside", "°C", true}},
+       .gradients = {"B"}});
+  record.units.push_back({.rotation = {{1, 2, 3, 4}, {5, 6, 7, 8}},
+                          .interval_s = {1, 1, 1, 1},
+                          .values = {{7, 7, std::nan(""), 7}, {30, 31, 32, 33}, {40, 41, 42, 43}},
+                          .true_bias_deg_per_h = {{0, 0, 0, 0}, {1, 1, 1, 1}}});
+  return record;
+}
+
+TEST(Dataset, IsOfOneAxisOfOneUnit) {
+  const record::Record record = two_units();
+  const Dataset dataset = make_dataset(record, "run.db", {"u2", "y"});
+  EXPECT_EQ(dataset.of, (AxisChoice{"u2", "y"}));
+  EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 2 * 8 - 3);
+  EXPECT_EQ(dataset.true_bias_deg_per_h(0), 1);
+  EXPECT_EQ(dataset.thermometers, (std::vector<std::string>{"B", "air", "aux:current", "self", "aux:outside"}))
+      << "those on the unit, the rig's, and what the unit tells of itself";
+  EXPECT_EQ(dataset.temperature_c.col(3), Eigen::Vector4d(30, 31, 32, 33));
+  EXPECT_EQ(dataset.gradients, std::vector<std::string>{"B"});
+  EXPECT_EQ(make_dataset(record, "run.db", {"u1", ""}).thermometers, (std::vector<std::string>{"A", "air"}));
+}
+
+TEST(Dataset, OfARecordWithSeveralAxesMustBeChosen) {
+  const auto info = two_units().info;
+  const auto chosen = [&](const AxisChoice& wanted) { return choose_axis(info, wanted, "run.db"); };
+  EXPECT_EQ(chosen({.unit = "u1"}), (AxisChoice{"u1", ""})) << "it has one axis";
+  EXPECT_EQ(chosen({.axis = "y"}), (AxisChoice{"u2", "y"})) << "no other unit has such an axis";
+  EXPECT_EQ(text(chosen({}).error()), "run.db: has 3 axes, u1, u2.x, u2.y: choose one with --unit and --axis");
+  EXPECT_EQ(text(chosen({.unit = "u2"}).error()), "run.db: has 2 axes, u2.x, u2.y: choose one with --unit and --axis");
+  EXPECT_EQ(chosen({.unit = "u3"}).error().kind, FaultKind::usage);
+}
+
+TEST(Dataset, AClusterStandsWithoutWhatAUnitDidNotTell) {
+  record::Record record = two_units();
+  const auto clusters = make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4).value();
+  ASSERT_EQ(clusters.start_s.size(), 1);
+  EXPECT_TRUE(std::isnan(clusters.temperature_c(0, 2))) << "a second of its current is missing";
+  EXPECT_DOUBLE_EQ(clusters.temperature_c(0, 3), 31.5);
+  record.thermometers_c[0][1] = std::nan("");
+  EXPECT_EQ(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4)->start_s.size(), 1) << "another unit's";
+  record.thermometers_c[1][1] = std::nan("");
+  EXPECT_FALSE(make_clusters(make_dataset(record, "run.db", {"u2", "x"}), 4));
 }
 
 }  // namespace

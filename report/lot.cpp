@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/lot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/json.hpp"
+#include "plot/plot.hpp"
+#include "plot/svg.hpp"
+#include "report/html_page.hpp"
+#include "report/html_table.hpp"
+#include "report/views.hpp"
+
+namespace gyrotherm::report {
+
+namespace {
+
+std::string label_of(const LotAxis& axis) { return axis.axis.empty() ? axis.unit : axis.unit + "." + axis.axis; }
+
+double median_of_sorted(const std::vector<double>& sorted) {
+  const auto half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+}
+
+double median_of(std::vector<double> values) {
+  std::ranges::sort(values);
+  return median_of_sorted(values);
+}
+
+}  // namespace
+
+void describe(auto& form, Like<LotAxis> auto& axis) {
+  form("unit", axis.unit);
+  form("axis", axis.axis);
+  form("serial_number", axis.serial_number);
+  form("model", axis.model);
+  form("folder", axis.folder);
+  form("verdict", axis.verdict);
+  form("trouble", axis.trouble);
+  form("raw_std_deg_per_h", axis.raw_std_deg_per_h);
+  form("compensated_std_deg_per_h", axis.compensated_std_deg_per_h);
+  form("compensated_rmse_deg_per_h", axis.compensated_rmse_deg_per_h);
+  form("noise_floor_deg_per_h", axis.floor_deg_per_h);
+  form("expanded_uncertainty_deg_per_h", axis.expanded_deg_per_h);
+  form("missing_s", axis.missing_s);
+  form("raw_score", axis.raw_score);
+  form("compensated_score", axis.compensated_score);
+  form("stands_out", axis.stands_out);
+}
+
+void describe(auto& form, Like<Lot> auto& lot) {
+  form.derived("schema", kLotSchema);
+  form("rig", lot.rig_name);
+  form("title", lot.rig_title);
+  form("simulated", lot.simulated);
+  form("program_version", lot.program_version);
+  form("seed", lot.seed);
+  form("quick", lot.quick);
+  const auto verdict = verdict_of(lot);
+  form.derived("verdict", verdict.c_str());
+  form("axes", lot.axes);
+  form("events", lot.events);
+}
+
+void take_figures(const Report& report, LotAxis& axis) {
+  axis.verdict = verdict_of(report);
+  axis.raw_std_deg_per_h = report.random.raw.std;
+  const auto& left = report.random.residual.multi_point_t.all;
+  axis.compensated_std_deg_per_h = left.std;
+  axis.compensated_rmse_deg_per_h = left.rmse;
+  axis.floor_deg_per_h = report.random.floor.deg_per_h;
+  if (const auto& uncertainty = report.models.multi_point_t.uncertainty)
+    axis.expanded_deg_per_h = combined(uncertainty->budget.rows).expanded_deg_per_h;
+}
+
+std::vector<double> robust_scores(const std::vector<double>& values) {
+  constexpr double kOfNormal = 0.6745;  // the MAD of a normal distribution, in its standard deviations
+  constexpr std::size_t kFewest = 6;
+  std::vector<double> scores(values.size(), kNotKnown), known;
+  for (const double value : values)
+    if (value > 0) known.push_back(std::log(value));
+  if (known.size() < kFewest) return scores;
+  const double middle = median_of(known);
+  for (double& one : known) one = std::abs(one - middle);
+  const double deviation = median_of(known);
+  if (deviation == 0) return scores;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] > 0) scores[i] = kOfNormal * (std::log(values[i]) - middle) / deviation;
+  return scores;
+}
+
+void compare(Lot& lot) {
+  const auto column = [&](double LotAxis::*figure) {
+    std::vector<double> values;
+    for (const auto& axis : lot.axes) values.push_back(axis.*figure);
+    return robust_scores(values);
+  };
+  const auto raw = column(&LotAxis::raw_std_deg_per_h), compensated = column(&LotAxis::compensated_std_deg_per_h);
+  for (std::size_t i = 0; i < lot.axes.size(); ++i) {
+    auto& axis = lot.axes[i];
+    axis.raw_score = raw[i];
+    axis.compensated_score = compensated[i];
+    axis.stands_out = std::abs(raw[i]) > kStandsOut || std::abs(compensated[i]) > kStandsOut;
+  }
+}
+
+std::string verdict_of(const Lot& lot) {
+  const auto any = [&](const char* verdict) {
+    return std::ranges::any_of(lot.axes, [&](const auto& axis) { return axis.verdict == verdict; });
+  };
+  if (any("FAIL") || any("failed")) return "FAIL";
+  return any("PASS") ? "PASS" : "no limit";
+}
+
+std::string to_json(const Lot& lot) { return text_of(json_of(lot), 1) + "\n"; }
+
+namespace {
+
+std::string number(double value) { return std::isnan(value) ? "–" : fmt::format("{:.5f}", value); }
+std::string score(double value) { return std::isnan(value) ? "–" : fmt::format("{:+.1f}", value); }
+
+std::string remark_on(const LotAxis& axis) {
+  std::string remark = axis.trouble;
+  const auto add = [&](const std::string& more) { remark += (remark.empty() ? "" : "; ") + more; };
+  if (axis.stands_out) add("stands out");
+  if (axis.missing_s > 0) add(fmt::format("not read for {:.0f} s", axis.missing_s));
+  return remark;
+}
+
+/// Without the header.
+std::vector<std::vector<std::string>> rows_of(const Lot& lot, const std::string& only_unit) {
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& axis : lot.axes)
+    if (only_unit.empty() || axis.unit == only_unit)
+      rows.push_back({label_of(axis), axis.serial_number, axis.verdict, remark_on(axis), number(axis.raw_std_deg_per_h),
+                      number(axis.compensated_std_deg_per_h), number(axis.floor_deg_per_h),
+                      number(axis.expanded_deg_per_h), score(axis.raw_score), score(axis.compensated_score)});
+  return rows;
+}
+
+HtmlTable table_of(const Lot& lot, const std::string& only_unit = {}) {
+  HtmlTable table{.caption =
+                      "Random program, which no model has seen, °/h: standard deviation of the bias before and "
+                      "after compensation by multi-point with temperature; noise floor; U (k as in the budget) "
+                      "of a mean over 1 h; robust scores of both deviations among the lot",
+                  .header = {"axis", "serial number", "verdict", "", "raw", "compensated", "floor", "U", "score raw",
+                             "score comp."},
+                  .text_columns = 4,
+                  .style = "small"};
+  for (auto& row : rows_of(lot, only_unit)) {
+    for (auto& cell : row) cell = plot::escaped(cell);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+plot::Curve points(const Lot& lot, const char* name, const char* colour, double LotAxis::*figure, bool hollow) {
+  plot::Curve curve{.name = name, .colour = colour, .marker = plot::Marker::circle, .hollow = hollow, .line = false};
+  for (std::size_t i = 0; i < lot.axes.size(); ++i) {
+    curve.x.push_back(static_cast<double>(i));
+    curve.y.push_back(lot.axes[i].*figure);
+  }
+  return curve;
+}
+
+std::string figure_of(const Lot& lot) {
+  plot::Plot plot{
+      .id = "lot", .title = "Bias of every axis before and after compensation", .x = {}, .simulated = lot.simulated};
+  for (const auto& axis : lot.axes) plot.x.categories.push_back(label_of(axis));
+  plot::Panel panel;
+  panel.left = {.title = "°/h", .logarithmic = true};
+  panel.curves = {points(lot, "raw", plot::colour::kRaw, &LotAxis::raw_std_deg_per_h, false),
+                  points(lot, "compensated", plot::colour::kMultiPointT, &LotAxis::compensated_std_deg_per_h, false),
+                  points(lot, "noise floor", plot::colour::kBias, &LotAxis::floor_deg_per_h, true)};
+  plot.panels.push_back(std::move(panel));
+  return fmt::format(
+      "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias on the random program, which "
+      "no model has seen, and the noise floor of its holds.</figcaption>\n</figure>\n",
+      svg_of(plot));
+}
+
+std::string events_of(const Lot& lot) {
+  std::string html = "<ul class=\"warnings\">\n";
+  for (const auto& event : lot.events) html += "<li>" + plot::escaped(event) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+/// What has a name in the page of one axis has it once for each on the page of all.
+std::string with_names_of(std::string html, const std::string& axis) {
+  for (const std::string before : {" id=\"", "url(#", "href=\"#"}) {
+    for (auto at = html.find(before); at != std::string::npos; at = html.find(before, at + before.size()))
+      html.insert(at + before.size(), axis + "-");
+  }
+  return html;
+}
+
+std::string heading(const std::string& text) { return "<h2>" + plot::escaped(text) + "</h2>\n"; }
+
+/// To each unit's report, once.
+std::string links_of(const Lot& lot) {
+  std::string html = "<p>Reports:";
+  std::string last;
+  for (const auto& axis : lot.axes) {
+    if (axis.unit == last) continue;
+    last = axis.unit;
+    html += fmt::format(" <a href=\"{0}/report/report.html\">{0}</a>", plot::escaped(axis.unit));
+  }
+  return html + "</p>\n";
+}
+
+}  // namespace
+
+std::string describe(const Lot& lot) {
+  auto text = std::string(lot.simulated ? "SIMULATED\n" : "");
+  const auto line = [](const std::vector<std::string>& row) {
+    return fmt::format("{:<12} {:<12} {:<9} {:>9} {:>12} {:>9} {:>9} {:>7} {:>7}  {}\n", row[0], row[1], row[2], row[4],
+                       row[5], row[6], row[7], row[8], row[9], row[3]);
+  };
+  text += line({"axis", "serial", "verdict", "", "raw", "compensated", "floor", "U", "score", "score"});
+  for (const auto& row : rows_of(lot, "")) text += line(row);
+  for (const auto& event : lot.events) text += "  " + event + "\n";
+  return text;
+}
+
+std::string html_of(const Lot& lot) {
+  auto body = fmt::format("<p>{} axes of one rig, in one chamber, on the same two programs.{}</p>\n", lot.axes.size(),
+                          lot.quick ? " Models were tuned with a small swarm, for a try." : "");
+  body += links_of(lot) + html_of(table_of(lot)) + figure_of(lot);
+  body +=
+      "<p>An axis stands out whose score is beyond ±3.5 (Iglewicz and Hoaglin 1993): the distance of the logarithm "
+      "of its deviation from the lot’s median, over the median of all such distances.</p>\n";
+  if (!lot.events.empty()) body += heading("Units that fell silent or were dropped") + events_of(lot);
+  return html_of(HtmlPage{.title = "Lot summary – " + lot.rig_title,
+                          .kind = "Lot summary",
+                          .heading = "Temperature compensation of a lot of gyros",
+                          .subtitle = lot.rig_title,
+                          .simulated = lot.simulated,
+                          .body = body,
+                          .footer = "gyrotherm " + lot.program_version});
+}
+
+std::string html_of_unit(const Lot& lot, const std::string& unit,
+                         const std::vector<std::pair<std::string, Report>>& axes) {
+  auto body = html_of(table_of(lot, unit));
+  for (const auto& [axis, report] : axes)
+    body += fmt::format("<h1 id=\"axis-{0}\">Axis {0}</h1>\n", plot::escaped(axis)) +
+            with_names_of(body_of(report, all_figures(report)), axis);
+  const auto found = std::ranges::find(lot.axes, unit, &LotAxis::unit);
+  const auto serial = found == lot.axes.end() || found->serial_number.empty() ? "" : ", " + found->serial_number;
+  return html_of(HtmlPage{
+      .title = fmt::format("Calibration report – {}{}", unit, serial),
+      .kind = "Calibration report",
+      .heading = "Temperature compensation of gyro bias",
+      .subtitle = fmt::format("{}{} – {}", unit, serial, lot.rig_title),
+      .simulated = lot.simulated,
+      .body = body,
+      .footer = fmt::format("gyrotherm {} · made from the report.json of each axis alone", lot.program_version)});
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/fault_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "analysis/data/statistics.hpp"
+#include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/fusion/rest.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr std::size_t kHourOfClusters = 36;   ///< before a hop, with which it is compared
+constexpr std::size_t kMostRemembered = 600;  ///< vectors: some 17 h
+
+/// How what is left of an axis wanders. Where its training could not tell, white noise about an unknown constant.
+tracking::BiasNoise noise_of(const FusedAxes& axes, Eigen::Index a, const FusedUncertainty& uncertainty,
+                             double cluster_s) {
+  const Model& model = axes.models[static_cast<std::size_t>(a)];
+  const double start = std::sqrt(uncertainty.bias(a, a) + uncertainty.learnt(a, a));
+  if (model.residual_noise) {
+    tracking::BiasNoise noise = *model.residual_noise;
+    noise.start_deg_per_h = std::max(noise.start_deg_per_h, start);
+    return noise;
+  }
+  return {.angle_random_walk_deg_per_sqrt_h = std::sqrt(uncertainty.noise(a) * cluster_s / kSecondsPerHour),
+          .start_deg_per_h = start};
+}
+
+/// The wander of a parity whose white noise is 1, alike for all its numbers, so that a hop keeps its direction.
+tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
+                                    double cluster_s) {
+  const auto together = [&](auto of) {
+    Eigen::VectorXd variances(parity.cols());
+    for (Eigen::Index a = 0; a < variances.size(); ++a)
+      variances(a) = std::pow(of_axes[static_cast<std::size_t>(a)].*of, 2);
+    return std::sqrt((parity.cwiseAbs2() * variances).mean());
+  };
+  using Noise = tracking::BiasNoise;
+  return {.angle_random_walk_deg_per_sqrt_h = std::sqrt(cluster_s / kSecondsPerHour),
+          .instability_deg_per_h = together(&Noise::instability_deg_per_h),
+          .rate_random_walk_deg_per_h_per_sqrt_h = together(&Noise::rate_random_walk_deg_per_h_per_sqrt_h),
+          .start_deg_per_h = together(&Noise::start_deg_per_h)};
+}
+
+std::string named(const FusedAxes& axes, Eigen::Index a) { return axes.names[static_cast<std::size_t>(a)]; }
+
+}  // namespace
+
+const char* name(AlarmKind kind) {
+  return word_in<AlarmKind::undecided>({"parity", "parity_hop", "rest_hop", "gyro", "thermometer", "undecided"}, kind);
+}
+
+HopWatch::HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector)
+    : kind_(kind), spaces_(std::move(spaces)), detector_(std::move(detector)) {
+  for (const tracking::StateSpace& space : spaces_) trackers_.emplace_back(space);
+}
+
+Result<HopWatch> HopWatch::make(AlarmKind kind, const std::vector<std::string>& candidates,
+                                const Eigen::MatrixXd& effects, const std::vector<tracking::StateSpace>& spaces,
+                                const WatchOptions& options) {
+  auto detector = fusion::ChangeDetector::make({.dimension = static_cast<int>(spaces.size()),
+                                                .shift = 1,
+                                                .false_alarms_per_h = options.false_alarms_per_h,
+                                                .interval_s = spaces.front().interval_s});
+  if (!detector) return failure(detector.error());
+  HopWatch watch(kind, spaces, std::move(*detector));
+  watch.options_ = options;
+  watch.effects_ = effects;
+  watch.innovations_ = {.candidates = candidates, .effects = effects};
+  for (std::size_t i = 0; i < spaces.size(); ++i) {
+    const double settled = steady_state(spaces[i]).predicted.sum() + spaces[i].white;
+    watch.innovations_.effects.row(static_cast<Eigen::Index>(i)) /= std::sqrt(settled);
+  }
+  return watch;
+}
+
+std::optional<Alarm> HopWatch::push(const Eigen::VectorXd& vector, double end_s) {
+  if (!vector.allFinite()) {
+    for (tracking::BiasTracker& tracker : trackers_) (void)tracker.push(std::nan(""));
+    return std::nullopt;
+  }
+  recent_.push_back(vector);
+  if (recent_.size() > kMostRemembered) recent_.pop_front();
+  Eigen::VectorXd innovations(vector.size());
+  for (Eigen::Index i = 0; i < vector.size(); ++i) {
+    const tracking::TrackedInterval tracked = trackers_[static_cast<std::size_t>(i)].push(vector(i));
+    innovations(i) = tracked.innovation / std::sqrt(tracked.innovation_variance);
+  }
+  const auto change = detector_.push(innovations);
+  if (!change) return std::nullopt;
+  Alarm alarm = alarm_of(*change, end_s);
+  begin_anew(vector);
+  return alarm;
+}
+
+Alarm HopWatch::alarm_of(const fusion::Change& change, double end_s) const {
+  const auto steps = std::min<std::size_t>(static_cast<std::size_t>(change.steps), recent_.size());
+  const std::size_t before = std::min(recent_.size() - steps, kHourOfClusters);
+  const auto mean_of = [&](auto from, std::size_t count) {
+    return Eigen::VectorXd(std::accumulate(from, from + static_cast<std::ptrdiff_t>(count),
+                                           Eigen::VectorXd(Eigen::VectorXd::Zero(effects_.rows()))) /
+                           std::max<double>(1, static_cast<double>(count)));
+  };
+  const auto start = recent_.end() - static_cast<std::ptrdiff_t>(steps);
+  const Eigen::VectorXd by = mean_of(start, steps) - mean_of(start - static_cast<std::ptrdiff_t>(before), before);
+  Alarm alarm{.kind = kind_,
+              .at_s = end_s,
+              .since_s = end_s - static_cast<double>(steps) * spaces_.front().interval_s,
+              .until_s = end_s};
+  const auto isolation =
+      fusion::isolate(innovations_, change.root_sum(),
+                      {.false_alarm_probability = options_.false_alarm_probability, .margin = options_.margin});
+  if (!isolation) return alarm;
+  const std::string& likeliest = innovations_.candidates[static_cast<std::size_t>(isolation->likeliest)];
+  const Eigen::VectorXd effect = effects_.col(isolation->likeliest);
+  const double size = effect.dot(by) / effect.squaredNorm();
+  const double minutes = (end_s - alarm.since_s) / kSecondsPerMinute;
+  if (isolation->rivals.empty()) {
+    alarm.who = likeliest;
+    alarm.size = size;
+    alarm.statement = fmt::format("{} has hopped by {:.4f} °/h, some {:.0f} min before", likeliest, size, minutes);
+    return alarm;
+  }
+  std::string rivals;
+  for (const Eigen::Index rival : isolation->rivals)
+    rivals += ", " + innovations_.candidates[static_cast<std::size_t>(rival)];
+  alarm.statement =
+      fmt::format("a hop some {:.0f} min before of one that cannot be told: {}{}", minutes, likeliest, rivals);
+  return alarm;
+}
+
+/// As uncertain as the hop was large.
+void HopWatch::begin_anew(const Eigen::VectorXd& departure) {
+  trackers_.clear();
+  for (std::size_t i = 0; i < spaces_.size(); ++i) {
+    tracking::StateSpace space = spaces_[i];
+    space.start(0) += std::pow(departure(static_cast<Eigen::Index>(i)), 2);
+    trackers_.emplace_back(space);
+  }
+  recent_.clear();
+}
+
+Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
+                                    const std::optional<fusion::ThermometerParity>& thermometers, double cluster_s,
+                                    const WatchOptions& options) {
+  FaultWatch watch;
+  watch.set_ = set;
+  watch.cluster_s_ = cluster_s;
+  watch.options_ = options;
+  watch.in_ = members(set);
+  const FusedUncertainty uncertainty = uncertainty_of_means(axes, cluster_s);
+  std::vector<std::string> candidates;
+  std::vector<tracking::BiasNoise> noises;
+  std::vector<tracking::StateSpace> spaces;
+  Eigen::MatrixXd white = Eigen::MatrixXd::Identity(axes.axes(), axes.axes());
+  for (const Eigen::Index a : watch.in_) {
+    candidates.push_back(named(axes, a));
+    noises.push_back(noise_of(axes, a, uncertainty, cluster_s));
+    spaces.push_back(state_space(noises.back(), cluster_s));
+    white(a, a) = spaces.back().white;
+  }
+  const auto count = static_cast<Eigen::Index>(watch.in_.size());
+  if (const auto seen = geometry_of_set(axes, set, white); seen && count > 3) {
+    watch.parity_ = gains_of(*seen).parity;
+    const auto noise = noise_of_parity(watch.parity_, noises, cluster_s);
+    auto made = HopWatch::make(AlarmKind::parity_hop, candidates, watch.parity_,
+                               {static_cast<std::size_t>(count - 3), state_space(noise, cluster_s)}, options);
+    if (!made) return failure(made.error());
+    watch.hops_ = std::move(*made);
+  }
+  fusion::Voters voters{.axes = candidates, .whitening = {}, .sensitivity_deg_per_h_per_k = {}, .thermometers = {}};
+  const auto all = geometry_of_set(axes, set, uncertainty.differing());
+  if (axes.attitude && all) {
+    watch.expected_ = (all->directions * earth_in_fixture(*axes.attitude));
+    auto made =
+        HopWatch::make(AlarmKind::rest_hop, candidates, Eigen::MatrixXd::Identity(count, count), spaces, options);
+    if (!made) return failure(made.error());
+    watch.rest_ = std::move(*made);
+    fusion::Geometry reading = *all;
+    reading.covariance = uncertainty.noise(watch.in_).asDiagonal();
+    const auto test = rest_test(
+        reading, *axes.attitude,
+        {.mean_deg_per_h = Eigen::VectorXd::Zero(count), .covariance = uncertainty.bias(watch.in_, watch.in_)});
+    if (!test) return failure(test.error());
+    voters.whitening = test->whitening;
+  } else if (all && count > 3) {
+    voters.whitening = gains_of(*all).parity;
+  }
+  if (!thermometers || voters.whitening.rows() == 0) return watch;
+  voters.thermometers = *thermometers;
+  for (const std::string& one : thermometers->names) {
+    const auto at = std::ranges::find(axes.thermometers, one) - axes.thermometers.begin();
+    if (at == std::ssize(axes.thermometers)) return watch;  // of another record: they have no vote
+    watch.voting_thermometers_.push_back(at);
+  }
+  voters.sensitivity_deg_per_h_per_k = axes.sensitivity_deg_per_h_per_k(watch.in_, watch.voting_thermometers_);
+  watch.voters_ = std::move(voters);
+  return watch;
+}
+
+std::vector<Alarm> FaultWatch::push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
+                                    double end_s) {
+  std::vector<Alarm> alarms;
+  const Eigen::VectorXd of_these = rates(in_);
+  if (hops_)
+    if (auto alarm = hops_->push(parity_ * of_these, end_s)) alarms.push_back(std::move(*alarm));
+  if (rest_)
+    if (auto alarm = rest_->push(of_these - expected_, end_s)) alarms.push_back(std::move(*alarm));
+  if (auto alarm = voted(of_these, temperatures, end_s)) alarms.push_back(std::move(*alarm));
+  return alarms;
+}
+
+std::optional<Alarm> FaultWatch::voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
+                                       double end_s) const {
+  if (!voters_ || !rates.allFinite()) return std::nullopt;
+  const Eigen::RowVectorXd of_voters = temperatures(voting_thermometers_);
+  if (!of_voters.allFinite()) return std::nullopt;
+  const Eigen::VectorXd departures = expected_.size() > 0 ? Eigen::VectorXd(rates - expected_) : rates;
+  const fusion::Verdict verdict =
+      vote(*voters_, departures, of_voters,
+           {.false_alarm_probability = options_.false_alarm_probability, .margin = options_.margin});
+  if (verdict.kind == fusion::VerdictKind::accord) return std::nullopt;
+  return Alarm{.kind = verdict.kind == fusion::VerdictKind::gyro_hop             ? AlarmKind::gyro
+                       : verdict.kind == fusion::VerdictKind::broken_thermometer ? AlarmKind::thermometer
+                                                                                 : AlarmKind::undecided,
+               .at_s = end_s,
+               .since_s = end_s - cluster_s_,
+               .until_s = end_s,
+               .who = verdict.who,
+               .size = verdict.size,
+               .statement = verdict.reason};
+}
+
+Result<fusion::ThermometerParity> healthy_thermometers(const FusedAxes& healthy, double cluster_s) {
+  std::vector<Eigen::Index> columns;
+  std::vector<std::string> names;
+  std::vector<double> uncertainty_k;
+  for (std::size_t t = 0; t < healthy.thermometers.size(); ++t) {
+    const auto at = static_cast<Eigen::Index>(t);
+    if (healthy.sensitivity_deg_per_h_per_k.col(at).isZero(0)) continue;
+    columns.push_back(at);
+    names.push_back(healthy.thermometers[t]);
+    uncertainty_k.push_back(healthy.thermometer_in_a_year_k[t]);
+  }
+  const auto count = static_cast<int>(columns.size());
+  const Eigen::MatrixXd means =
+      cluster_means(healthy.time_s, healthy.temperature_c(Eigen::all, columns), cluster_s).mean;
+  const Eigen::MatrixXd known = means(data::finite_rows(means), Eigen::all);
+  const Eigen::VectorXd known_k = Eigen::Map<const Eigen::VectorXd>(uncertainty_k.data(), count);
+  int modes = 1;
+  if (known.rows() > 1 && count > 0) {
+    const Eigen::MatrixXd centred = known.rowwise() - known.colwise().mean();
+    const Eigen::MatrixXd covariance = centred.transpose() * centred / static_cast<double>(known.rows() - 1);
+    const Eigen::VectorXd variances = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvalues();
+    const auto stand_out = (variances.array() > known_k.cwiseAbs2().maxCoeff()).count();
+    modes = std::clamp(static_cast<int>(stand_out), 1, std::max(1, count - 2));
+  }
+  return fusion::thermometer_parity_of(means, names, known_k, modes);
+}
+
+ClusterMeans cluster_means(const Eigen::VectorXd& time_s, const Eigen::MatrixXd& rows, double cluster_s) {
+  ClusterMeans means;
+  const Eigen::Index count = rows.rows();
+  const auto length = static_cast<Eigen::Index>(std::lround(cluster_s));
+  means.end_s.resize(count / length + 1);
+  means.mean.resize(count / length + 1, rows.cols());
+  Eigen::Index made = 0;
+  for (Eigen::Index from = 0; from < count;) {
+    const double cluster = std::floor((time_s(from) - time_s(0)) / cluster_s);
+    Eigen::Index to = from;
+    while (to < count && std::floor((time_s(to) - time_s(0)) / cluster_s) == cluster) ++to;
+    if (to - from == length) {
+      means.end_s(made) = time_s(0) + (cluster + 1) * cluster_s;
+      means.mean.row(made++) = rows.middleRows(from, length).colwise().mean();
+    }
+    from = to;
+  }
+  means.end_s.conservativeResize(made);
+  means.mean.conservativeResize(made, rows.cols());
+  return means;
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/fused_axes.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "analysis/data/clusters.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/stream.hpp"
+#include "analysis/model/uncertainty.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr std::size_t kMostAxes = 64;
+constexpr double kRadian = std::numbers::pi / 180;
+constexpr double kNoRate = std::numeric_limits<double>::quiet_NaN();
+
+tl::unexpected<Fault> refused(const data::Dataset& dataset, std::string what) {
+  return failure(FaultKind::usage, dataset.path + ", axis " + in_words(dataset.of), std::move(what));
+}
+
+Result<void> check_axis(const CompensatedAxis& axis) {
+  const data::Dataset& dataset = axis.dataset;
+  if (!dataset.direction)
+    return refused(dataset, "the record does not say where it points: the rig file's axis needs a direction");
+  if (dataset.zero_is_its_own)
+    return refused(dataset,
+                   "the record does not say the Earth's rate on it: the rig file needs a [fixture] with its latitude");
+  if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
+  if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train it again");
+  return {};
+}
+
+/// The whole rate: what was removed is put back. Unknown where the unit was turned around, for its axes then point
+/// elsewhere.
+Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
+  Eigen::VectorXd rate = dataset.bias_deg_per_h.array() + dataset.earth_rate_deg_per_h.value_or(0);
+  for (Eigen::Index i = 0; i < rate.size(); ++i) {
+    const int segment = dataset.segment(i);
+    if (segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned) rate(i) = kNoRate;
+  }
+  return rate;
+}
+
+/// Compensates axis `a` of them, in blocks, so that a long record needs no second copy of itself.
+Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis& axis, Outside outside) {
+  auto stream = CompensationStream::open(axis.model, axis.dataset.thermometers, outside);
+  if (!stream) return failure(stream.error());
+  constexpr Eigen::Index kBlock = 10000;
+  const Eigen::VectorXd rate = whole_rate(axis.dataset);
+  for (Eigen::Index from = 0; from < rate.size(); from += kBlock) {
+    const Eigen::Index count = std::min(kBlock, rate.size() - from);
+    const data::SampleMatrix temperatures = axis.dataset.temperature_c.middleRows(from, count);
+    fused.rate_deg_per_h.col(a).segment(from, count) = stream->push(temperatures, rate.segment(from, count));
+    for (const Eigen::Index row : stream->rows_outside())
+      fused.outside[static_cast<std::size_t>(from + row)] |= AxisSet{1} << static_cast<unsigned>(a);
+  }
+  return {};
+}
+
+void add_thermometers(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+  for (const CompensatedAxis& axis : axes) {
+    const auto known_k = thermometers_in_use(axis.dataset).uncertainty_k;
+    for (std::size_t i = 0; i < axis.dataset.thermometers.size(); ++i) {
+      const std::string& name = axis.dataset.thermometers[i];
+      if (data::is_own_value(name) || std::ranges::count(fused.thermometers, name) > 0) continue;
+      fused.thermometers.push_back(name);
+      fused.thermometer_in_a_year_k.push_back(known_k[i]);
+      fused.temperature_c.conservativeResize(axis.dataset.time_s.size(), std::ssize(fused.thermometers));
+      fused.temperature_c.rightCols(1) = axis.dataset.temperature_c.col(static_cast<Eigen::Index>(i));
+    }
+  }
+}
+
+/// The slopes of all axes to all thermometers, °/h per K, at the clusters that all axes have.
+struct Slopes {
+  std::vector<Eigen::MatrixXd> of;  ///< per thermometer: clusters × axes
+};
+
+Result<Slopes> slopes_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+  std::vector<data::Clusters> clusters;
+  std::map<double, std::size_t> axes_at;  // start of a cluster → how many axes have it
+  for (const CompensatedAxis& axis : axes) {
+    auto made = data::make_clusters(axis.dataset, axis.model.cluster_length_s);
+    if (!made) return failure(made.error());
+    clusters.push_back(std::move(*made));
+    for (const double start : clusters.back().start_s) ++axes_at[start];
+  }
+  const auto common = std::ranges::count(axes_at, axes.size(), &std::pair<const double, std::size_t>::second);
+  Slopes slopes;
+  slopes.of.assign(fused.thermometers.size(), Eigen::MatrixXd::Zero(common, std::ssize(axes)));
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const auto found = sensitivities(axes[a].model, clusters[a]);
+    if (!found) return failure(found.error());
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index k = 0; k < clusters[a].start_s.size(); ++k)
+      if (axes_at[clusters[a].start_s(k)] == axes.size()) rows.push_back(k);
+    for (std::size_t t = 0; t < clusters[a].thermometers.size(); ++t) {
+      const auto at = std::ranges::find(fused.thermometers, clusters[a].thermometers[t]) - fused.thermometers.begin();
+      if (at == std::ssize(fused.thermometers)) continue;  // the unit's own
+      slopes.of[static_cast<std::size_t>(at)].col(static_cast<Eigen::Index>(a)) =
+          (*found)(rows, static_cast<Eigen::Index>(t));
+    }
+  }
+  return slopes;
+}
+
+/// What is said of a thermometer by the first model that asks for it, K.
+struct ThermometerBudget {
+  double drift_k{}, calibration_k{};
+};
+
+ThermometerBudget budget_of(const std::string& thermometer, const std::vector<CompensatedAxis>& axes) {
+  for (const CompensatedAxis& axis : axes) {
+    ThermometerBudget found;
+    for (const BudgetRow& row : axis.model.uncertainty->budget.rows) {
+      if (row.of != thermometer) continue;
+      if (row.source == Source::thermometer_drift) found.drift_k = drift_between_k(row, axis.dataset);
+      if (row.source == Source::thermometer_calibration) found.calibration_k = row.standard_uncertainty;
+    }
+    if (found.drift_k > 0 || found.calibration_k > 0) return found;
+  }
+  return {};
+}
+
+void add_slopes(FusedAxes& fused, const std::vector<CompensatedAxis>& axes, const Slopes& slopes) {
+  const Eigen::Index count = fused.axes();
+  fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, std::ssize(fused.thermometers));
+  fused.by_thermometer_drift = Eigen::MatrixXd::Zero(count, count);
+  fused.learnt = Eigen::MatrixXd::Zero(count, count);
+  for (std::size_t t = 0; t < fused.thermometers.size(); ++t) {
+    const std::vector<Eigen::Index> rows = data::finite_rows(slopes.of[t]);
+    if (rows.empty()) continue;
+    const Eigen::MatrixXd known = slopes.of[t](rows, Eigen::all);
+    fused.sensitivity_deg_per_h_per_k.col(static_cast<Eigen::Index>(t)) = known.colwise().mean().transpose();
+    const Eigen::MatrixXd products = known.transpose() * known / static_cast<double>(rows.size());
+    const ThermometerBudget budget = budget_of(fused.thermometers[t], axes);
+    fused.by_thermometer_drift += std::pow(budget.drift_k, 2) * products;
+    fused.learnt += std::pow(budget.calibration_k, 2) * products;
+  }
+}
+
+/// The budget's standard uncertainty of a source, in its unit; 0 if it has none.
+double standard_of(const Model& model, Source source) {
+  const auto& rows = model.uncertainty->budget.rows;
+  const auto at = std::ranges::find(rows, source, &BudgetRow::source);
+  return at == rows.end() ? 0 : at->standard_uncertainty;
+}
+
+Eigen::Vector3d points(const record::GyroUncertainty& known) {
+  const double azimuth = *known.azimuth_deg * kRadian, elevation = *known.elevation_deg * kRadian;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
+}
+
+/// Nothing where the record does not know how its axes stand.
+Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+  fusion::Attitude attitude;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const record::GyroUncertainty& known = axes[a].dataset.gyro_uncertainty;
+    if (!known.latitude_deg || !known.azimuth_deg || !known.elevation_deg) return std::nullopt;
+    sum += points(known) * fused.directions.row(static_cast<Eigen::Index>(a));
+    attitude.latitude_deg = *known.latitude_deg;
+    const auto widen = [&](double& widest, const std::optional<double>& said, Source source) {
+      widest = std::max(widest, said.value_or(standard_of(axes[a].model, source)));
+    };
+    widen(attitude.latitude_std_deg, known.latitude_uncertainty_deg, Source::latitude);
+    widen(attitude.azimuth_std_deg, known.azimuth_uncertainty_deg, Source::azimuth);
+    widen(attitude.tilt_std_deg, known.tilt_uncertainty_deg, Source::tilt);
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double handed = svd.matrixU().determinant() * svd.matrixV().determinant();
+  attitude.to_local =
+      svd.matrixU() * Eigen::Vector3d(1, 1, handed > 0 ? 1 : -1).asDiagonal() * svd.matrixV().transpose();
+  constexpr double kFits = 1e-3;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const Eigen::Vector3d turned = attitude.to_local * fused.directions.row(static_cast<Eigen::Index>(a)).transpose();
+    if ((turned - points(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
+      return refused(axes[a].dataset, "its direction in the fixture and its azimuth and elevation do not fit together");
+  }
+  return std::optional(attitude);
+}
+
+/// What the angles of the fixture that the models were trained on do to all axes together, and scale factors to each.
+void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const auto at = static_cast<Eigen::Index>(a);
+    for (const BudgetRow& row : axes[a].model.uncertainty->budget.rows)
+      if (row.source == Source::scale_factor) fused.learnt(at, at) += std::pow(contribution_deg_per_h(row), 2);
+  }
+  if (!fused.attitude) return;
+  double latitude = 0, azimuth = 0, tilt = 0;
+  for (const CompensatedAxis& axis : axes) {
+    latitude = std::max(latitude, standard_of(axis.model, Source::latitude) * kRadian);
+    azimuth = std::max(azimuth, standard_of(axis.model, Source::azimuth) * kRadian);
+    tilt = std::max(tilt, standard_of(axis.model, Source::tilt) * kRadian);
+  }
+  const Eigen::Vector3d earth = fusion::earth_rate(fused.attitude->latitude_deg);
+  Eigen::Matrix3d turns;  // of the Earth's rotation, by a turn about north, east and down; an error of latitude is east
+  turns << 0, earth(2), -earth(1), -earth(2), 0, earth(0), earth(1), -earth(0), 0;
+  const Eigen::Vector3d angles(tilt, std::hypot(tilt, latitude), azimuth);
+  const Eigen::MatrixXd columns =
+      fused.directions * fused.attitude->to_local.transpose() * turns * Eigen::Matrix3d(angles.asDiagonal());
+  fused.learnt += columns * columns.transpose();
+}
+
+}  // namespace
+
+Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside) {
+  if (axes.empty() || axes.size() > kMostAxes)
+    return failure(FaultKind::usage, "fusion", fmt::format("{} axes, expected 3 to {}", axes.size(), kMostAxes));
+  const data::Dataset& first = axes.front().dataset;
+  FusedAxes fused{.simulated = first.simulated,
+                  .run_id = first.run_id,
+                  .profile_name = first.profile_name,
+                  .segments = first.segments,
+                  .time_s = first.time_s,
+                  .segment = first.segment};
+  const auto count = std::ssize(axes);
+  fused.directions.resize(count, 3);
+  fused.rate_deg_per_h.resize(first.time_s.size(), count);
+  fused.outside.resize(static_cast<std::size_t>(first.time_s.size()));
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const CompensatedAxis& axis = axes[a];
+    if (auto checked = check_axis(axis); !checked) return failure(checked.error());
+    const auto at = static_cast<Eigen::Index>(a);
+    fused.names.push_back(in_words(axis.dataset.of));
+    fused.directions.row(at) =
+        Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
+    fused.models.push_back(axis.model);
+    fused.step_deg_per_h.push_back(axis.dataset.step_deg_per_h);
+    if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());
+  }
+  add_thermometers(fused, axes);
+  const auto slopes = slopes_of(fused, axes);
+  if (!slopes) return failure(slopes.error());
+  add_slopes(fused, axes, *slopes);
+  auto attitude = attitude_of(fused, axes);
+  if (!attitude) return failure(attitude.error());
+  fused.attitude = *attitude;
+  add_training(fused, axes);
+  return fused;
+}
+
+FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s) {
+  FusedUncertainty result{
+      .noise = Eigen::VectorXd::Zero(axes.axes()), .bias = axes.by_thermometer_drift, .learnt = axes.learnt};
+  for (Eigen::Index a = 0; a < axes.axes(); ++a) {
+    const Model& model = axes.models[static_cast<std::size_t>(a)];
+    const Budget& budget = model.uncertainty->budget;
+    const Budget over = at_averaging(budget, averaging_s);
+    // A prediction is of a trailing mean: what thermometers add is as large in a second as in that.
+    const Budget over_mean = at_averaging(budget, std::max(averaging_s, model.cluster_length_s));
+    for (std::size_t row = 0; row < over.rows.size(); ++row) {
+      const Source source = over.rows[row].source;
+      const double variance = std::pow(contribution_deg_per_h(over.rows[row]), 2);
+      if (source == Source::angle_random_walk) result.noise(a) += variance;
+      if (source == Source::thermometer_noise)
+        result.noise(a) += std::pow(contribution_deg_per_h(over_mean.rows[row]), 2);
+      const bool is_noise = source == Source::angle_random_walk || source == Source::thermometer_noise;
+      if (is_noise || source == Source::thermometer_drift || differs(source) == Differs::never) continue;
+      result.bias(a, a) += variance;
+    }
+    // The ends of a count are off by up to half a step each, uniformly: together by 1/√6 of a step.
+    constexpr double kTwoEnds = 6;
+    result.noise(a) += std::pow(axes.step_deg_per_h[static_cast<std::size_t>(a)] / averaging_s, 2) / kTwoEnds;
+  }
+  return result;
+}
+
+std::vector<Eigen::Index> members(AxisSet set) {
+  std::vector<Eigen::Index> all;
+  for (Eigen::Index a = 0; set != 0; ++a, set >>= 1)
+    if ((set & 1) != 0) all.push_back(a);
+  return all;
+}
+
+std::string names_in(const FusedAxes& axes, AxisSet set) {
+  std::string names;
+  for (const Eigen::Index a : members(set))
+    names += (names.empty() ? "" : "+") + axes.names[static_cast<std::size_t>(a)];
+  return names;
+}
+
+Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance) {
+  const std::vector<Eigen::Index> in = members(set);
+  std::vector<fusion::InputAxis> checked;
+  for (const Eigen::Index a : in)
+    checked.push_back({.name = axes.names[static_cast<std::size_t>(a)],
+                       .direction = axes.directions.row(a).transpose(),
+                       .independent_deg_per_h = std::sqrt(covariance(a, a))});
+  auto geometry = fusion::geometry_of(checked);
+  if (geometry) geometry->covariance = covariance(in, in);
+  return geometry;
+}
+
+Eigen::Vector3d earth_in_fixture(const fusion::Attitude& attitude) {
+  return attitude.to_local.transpose() * fusion::earth_rate(attitude.latitude_deg);
+}
+
+}  // namespace gyrotherm::model

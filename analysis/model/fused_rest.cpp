@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/fused_rest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/fusion/north.hpp"
+#include "analysis/fusion/rate_fusion.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+std::vector<double> numbers_of(const Eigen::VectorXd& vector) { return {vector.begin(), vector.end()}; }
+
+std::optional<RateError> error_of(const Eigen::MatrixX3d& rates, const Eigen::Vector3d& earth) {
+  RateError error;
+  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+  double squares = 0;
+  for (Eigen::Index k = 0; k < rates.rows(); ++k) {
+    if (!rates.row(k).allFinite()) continue;
+    const Eigen::RowVector3d by = rates.row(k) - earth.transpose();
+    sum += by;
+    squares += by.squaredNorm();
+    ++error.clusters;
+  }
+  if (error.clusters == 0) return std::nullopt;
+  const auto count = static_cast<double>(error.clusters);
+  error.rms_deg_per_h = std::sqrt(squares / count);
+  error.mean_deg_per_h = (sum / count).norm();
+  error.about_mean_deg_per_h = std::sqrt(std::max(0.0, squares / count - std::pow(error.mean_deg_per_h, 2)));
+  return error;
+}
+
+/// The first three axes, in order, that see all directions.
+AxisSet first_three(const FusedAxes& axes, const Eigen::MatrixXd& covariance) {
+  for (Eigen::Index a = 0; a < axes.axes(); ++a)
+    for (Eigen::Index b = a + 1; b < axes.axes(); ++b)
+      for (Eigen::Index c = b + 1; c < axes.axes(); ++c) {
+        const AxisSet set = (AxisSet{1} << static_cast<unsigned>(a)) | (AxisSet{1} << static_cast<unsigned>(b)) |
+                            (AxisSet{1} << static_cast<unsigned>(c));
+        if (geometry_of_set(axes, set, covariance)) return set;
+      }
+  return 0;
+}
+
+Eigen::MatrixX3d rates_of_set(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
+                              const Eigen::MatrixXd& readings) {
+  const auto geometry = geometry_of_set(axes, set, covariance);
+  if (!geometry) return Eigen::MatrixX3d::Constant(0, 3, 0);
+  return readings(Eigen::all, members(set)) * gains_of(*geometry).rate.transpose();
+}
+
+/// Seconds of one stretch, and who had a part in all of them.
+struct Stretch {
+  std::string name;
+  std::vector<Eigen::Index> rows;
+  AxisSet set{};
+};
+
+/// The last hour of each hold, in which a rate is known.
+std::vector<Stretch> stretches_of(const FusedAxes& axes, const FusedRun& run) {
+  constexpr std::size_t kFewest = 600;
+  std::vector<Stretch> stretches;
+  for (std::size_t segment = 0; segment < axes.segments.size(); ++segment) {
+    if (!axes.segments[segment].hold) continue;
+    Stretch stretch{.name = axes.segments[segment].name, .rows = {}, .set = ~AxisSet{0}};
+    for (Eigen::Index row = 0; row < axes.segment.size(); ++row)
+      if (axes.segment(row) == static_cast<int>(segment) && run.used[static_cast<std::size_t>(row)] != 0)
+        stretch.rows.push_back(row);
+    const auto quiet = static_cast<std::size_t>(data::kQuietSeconds);
+    if (stretch.rows.size() > quiet) stretch.rows.erase(stretch.rows.begin(), stretch.rows.end() - data::kQuietSeconds);
+    if (stretch.rows.size() < kFewest) continue;
+    // One second that contradicts itself does not take an axis from the stretch.
+    std::size_t fewest = 0;
+    for (Eigen::Index a = 0; a < axes.axes(); ++a) {
+      const auto has = [&](Eigen::Index row) {
+        return (run.used[static_cast<std::size_t>(row)] >> static_cast<unsigned>(a) & 1) != 0;
+      };
+      fewest = static_cast<std::size_t>(std::ranges::count_if(stretch.rows, has));
+      if (fewest * 100 < stretch.rows.size() * 99) stretch.set &= ~(AxisSet{1} << static_cast<unsigned>(a));
+    }
+    stretch.set &= (AxisSet{1} << static_cast<unsigned>(axes.axes() - 1)) |
+                   ((AxisSet{1} << static_cast<unsigned>(axes.axes() - 1)) - 1);
+    stretches.push_back(std::move(stretch));
+  }
+  return stretches;
+}
+
+/// The rate in a frame that is level, whose first axis heads as the fixture's does and whose third points down.
+fusion::FusedRate levelled(const fusion::FusedRate& rate, const fusion::Attitude& attitude, double heading_deg) {
+  const Eigen::Matrix3d turn = fusion::level_fixture(heading_deg).transpose() * attitude.to_local;
+  return {turn * rate.deg_per_h, turn * rate.covariance * turn.transpose()};
+}
+
+double said_heading(const fusion::Attitude& attitude) {
+  return std::atan2(attitude.to_local(1, 0), attitude.to_local(0, 0)) * kDegrees;
+}
+
+void add_heading(RestStretch& rest, const fusion::FusedRate& rate, const fusion::Attitude& attitude) {
+  const auto north =
+      north_of(levelled(rate, attitude, said_heading(attitude)), attitude.latitude_deg, attitude.tilt_std_deg);
+  if (!north) {
+    rest.no_heading = north.error().what;
+    return;
+  }
+  rest.heading_deg = north->heading_deg;
+  rest.heading_expanded_deg = north->expanded_deg;
+}
+
+void add_estimate(RestStretch& rest, const fusion::RestEstimate& estimate, double false_alarm_probability) {
+  rest.turn_deg = numbers_of(kDegrees * estimate.rotation_rad);
+  rest.turn_std_deg = numbers_of(kDegrees * estimate.rotation_covariance.diagonal().cwiseSqrt());
+  rest.bias_deg_per_h = numbers_of(estimate.bias_deg_per_h);
+  rest.bias_std_deg_per_h = numbers_of(estimate.bias_covariance.diagonal().cwiseMax(0).cwiseSqrt());
+  rest.statistic = estimate.statistic;
+  rest.limit = data::chi_squared_limit(false_alarm_probability, static_cast<double>(estimate.bias_deg_per_h.size()));
+}
+
+/// Nothing if the axes of the stretch do not see all directions.
+std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch, const FusionOptions& options) {
+  const fusion::Attitude& attitude = *axes.attitude;
+  const std::vector<Eigen::Index> in = members(stretch.set);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(std::ssize(in));
+  double count = 0;
+  for (const Eigen::Index row : stretch.rows) {
+    const Eigen::VectorXd readings = axes.rate_deg_per_h.row(row)(in).transpose();
+    if (!readings.allFinite()) continue;
+    mean += readings;
+    ++count;
+  }
+  const FusedUncertainty uncertainty = uncertainty_of_means(axes, std::max(1.0, count));
+  const auto geometry = geometry_of_set(axes, stretch.set, uncertainty.differing());
+  if (!geometry || count == 0) return std::nullopt;
+  mean /= count;
+  const fusion::Gains gains = gains_of(*geometry);
+  fusion::FusedRate rate = fused(gains, mean);
+  const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
+  rate.covariance += gains.rate * learnt * gains.rate.transpose();
+  RestStretch rest{.name = stretch.name,
+                   .start_s = axes.time_s(stretch.rows.front()),
+                   .end_s = axes.time_s(stretch.rows.back()) + 1};
+  rest.axes = geometry->names;
+  rest.rate = {numbers_of(rate.deg_per_h), numbers_of(kFusionCoverage * rate.covariance.diagonal().cwiseSqrt())};
+  rest.residual_deg_per_h = numbers_of(rate.deg_per_h - earth_in_fixture(attitude));
+  add_heading(rest, rate, attitude);
+  fusion::Geometry reading = *geometry;
+  reading.covariance = uncertainty.noise(in).asDiagonal();
+  const auto estimate =
+      at_rest(reading, mean, attitude,
+              {.mean_deg_per_h = Eigen::VectorXd::Zero(std::ssize(in)), .covariance = uncertainty.bias(in, in)});
+  if (estimate) add_estimate(rest, *estimate, options.watch.false_alarm_probability);
+  return rest;
+}
+
+/// The share of the components of means over clusters that lie within U of the axes that made their last second.
+std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
+                                   const ClusterMeans& means, const FusedRun& run) {
+  const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();
+  std::map<AxisSet, Eigen::RowVector3d> expanded;
+  double within = 0, known = 0;
+  for (Eigen::Index k = 0; k < means.end_s.size(); ++k) {
+    if (!means.mean.row(k).allFinite()) continue;
+    const auto last = std::ranges::lower_bound(run.time_s, means.end_s(k)) - run.time_s.begin() - 1;
+    const AxisSet set = run.used[static_cast<std::size_t>(last)];
+    const auto [at, is_new] = expanded.try_emplace(set, Eigen::RowVector3d::Zero());
+    if (const auto geometry = geometry_of_set(axes, set, uncertainty.differing()); is_new && geometry) {
+      const auto in = members(set);
+      const fusion::Gains gains = gains_of(*geometry);
+      const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
+      const Eigen::Matrix3d covariance = gains.covariance + gains.rate * learnt * gains.rate.transpose();
+      at->second = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+    }
+    within += static_cast<double>(((means.mean.row(k) - earth).cwiseAbs().array() <= at->second.array()).count());
+    known += 3;
+  }
+  return known > 0 ? std::optional(within / known) : std::nullopt;
+}
+
+void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
+  const Eigen::Vector3d earth = earth_in_fixture(*axes.attitude);
+  const ClusterMeans means = cluster_means(axes.time_s, run.rate_deg_per_h, options.cluster_s);
+  const Eigen::MatrixXd readings = cluster_means(axes.time_s, axes.rate_deg_per_h, options.cluster_s).mean;
+  const FusedUncertainty uncertainty = uncertainty_of_means(axes, options.cluster_s);
+  const AxisSet all = ~AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
+  FusionSummary& summary = run.summary;
+  summary.error = error_of(means.mean, earth);
+  const Eigen::MatrixXd differing = uncertainty.differing();
+  summary.of_all_axes = error_of(rates_of_set(axes, all, differing, readings), earth);
+  summary.of_three = error_of(rates_of_set(axes, first_three(axes, differing), differing, readings), earth);
+  const Eigen::VectorXd on_axes = axes.directions * earth;
+  for (Eigen::Index a = 0; a < axes.axes(); ++a) {
+    const Eigen::ArrayXd by = readings.col(a).array() - on_axes(a);
+    const auto known = static_cast<double>(by.isFinite().count());
+    summary.axes[static_cast<std::size_t>(a)].error_rms_deg_per_h =
+        std::sqrt(by.isFinite().select(by.square(), 0).sum() / known);
+  }
+  summary.within_expanded = share_within(axes, uncertainty, means, run);
+}
+
+}  // namespace
+
+void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run) {
+  if (!axes.attitude) return;
+  FusionSummary& summary = run.summary;
+  summary.latitude_deg = axes.attitude->latitude_deg;
+  summary.earth_deg_per_h = numbers_of(earth_in_fixture(*axes.attitude));
+  summary.said_heading_deg = said_heading(*axes.attitude);
+  judge_errors(axes, options, run);
+  Stretch together{.name = "all holds", .rows = {}, .set = ~AxisSet{0}};
+  for (const Stretch& stretch : stretches_of(axes, run)) {
+    auto rest = rest_of(axes, stretch, options);
+    if (!rest) continue;
+    summary.holds.push_back(std::move(*rest));
+    together.rows.insert(together.rows.end(), stretch.rows.begin(), stretch.rows.end());
+    together.set &= stretch.set;
+  }
+  if (!together.rows.empty()) summary.rest = rest_of(axes, together, options);
+}
+
+}  // namespace gyrotherm::model

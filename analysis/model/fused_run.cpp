@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/fused_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/model/fused_rest.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
+
+/// What fuses a set of axes in one second; computed when that set is met for the first time.
+struct SetOfAxes {
+  fusion::Gains gains;
+  fusion::FaultTest test;
+  Eigen::RowVector3d expanded_deg_per_h;
+};
+
+class Sets {
+ public:
+  explicit Sets(const FusedAxes& axes) : axes_(axes), second_(uncertainty_of_means(axes, 1)) {}
+  /// Null if these axes do not span space.
+  const SetOfAxes* operator()(AxisSet set) {
+    const auto [at, is_new] = known_.try_emplace(set);
+    if (is_new) at->second = made(set);
+    return at->second ? &*at->second : nullptr;
+  }
+
+ private:
+  [[nodiscard]] std::optional<SetOfAxes> made(AxisSet set) const {
+    const auto geometry = geometry_of_set(axes_, set, second_.differing());
+    if (!geometry) return std::nullopt;
+    SetOfAxes one{.gains = gains_of(*geometry), .test = {}, .expanded_deg_per_h = {}};
+    one.test = parity_test(one.gains, *geometry);
+    const auto in = members(set);
+    const Eigen::MatrixXd learnt = second_.learnt(in, in);
+    const Eigen::Matrix3d covariance = one.gains.covariance + one.gains.rate * learnt * one.gains.rate.transpose();
+    one.expanded_deg_per_h = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+    return one;
+  }
+  const FusedAxes& axes_;
+  FusedUncertainty second_;
+  std::map<AxisSet, std::optional<SetOfAxes>> known_;
+};
+
+AxisSet bit(Eigen::Index axis) { return AxisSet{1} << static_cast<unsigned>(axis); }
+
+AxisSet finite_in(const Eigen::Ref<const Eigen::VectorXd>& readings) {
+  AxisSet set = 0;
+  for (Eigen::Index a = 0; a < readings.size(); ++a)
+    if (std::isfinite(readings(a))) set |= bit(a);
+  return set;
+}
+
+/// Goes through a record; keeps who is left out.
+class Fusing {
+ public:
+  Fusing(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
+         const FusionOptions& options, FusedRun& run)
+      : axes_(axes), thermometers_(thermometers), options_(options), run_(run), sets_(axes) {
+    test_ = {.false_alarm_probability = options.watch.false_alarm_probability, .margin = options.watch.margin};
+    all_ = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
+  }
+  Result<void> second(Eigen::Index row);
+  Result<void> cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s);
+
+ private:
+  void note(Alarm alarm, double within_s);
+  void doubt(Alarm& alarm) const;
+  void leave_out(const Alarm& alarm);
+
+  const FusedAxes& axes_;
+  const std::optional<fusion::ThermometerParity>& thermometers_;
+  const FusionOptions& options_;
+  FusedRun& run_;
+  Sets sets_;
+  fusion::TestOptions test_;
+  std::optional<FaultWatch> watch_;
+  AxisSet all_{}, left_out_{};
+  int other_set_{};  ///< clusters in a row whose axes are not those that are watched
+};
+
+Result<void> Fusing::second(Eigen::Index row) {
+  const Eigen::VectorXd readings = axes_.rate_deg_per_h.row(row).transpose();
+  AxisSet set = finite_in(readings) & ~left_out_;
+  const SetOfAxes* fusing = sets_(set);
+  if (fusing == nullptr) return {};
+  const Eigen::VectorXd parity = fusing->gains.parity * readings(members(set));
+  const bool has_parity = parity.size() > 0;
+  if (has_parity) run_.statistic(row) = parity.squaredNorm();
+  const auto at = static_cast<std::size_t>(row);
+  if (const fusion::Finding found = examine(fusing->test, parity, test_); has_parity && found.fault) {
+    run_.contradicts[at] = true;
+    ++run_.summary.contradictions;
+    Alarm alarm{.kind = AlarmKind::parity,
+                .at_s = axes_.time_s(row),
+                .since_s = axes_.time_s(row),
+                .until_s = axes_.time_s(row),
+                .statement = fmt::format("χ² {:.3g} of {}, limit {:.3g}", found.statistic, found.freedom, found.limit)};
+    if (found.isolation && found.isolation->candidate) {
+      const Eigen::Index axis = members(set)[static_cast<std::size_t>(*found.isolation->candidate)];
+      alarm.who = axes_.names[static_cast<std::size_t>(axis)];
+      alarm.size = found.isolation->size;
+      if (const SetOfAxes* others = sets_(set & ~bit(axis))) {
+        set &= ~bit(axis);
+        fusing = others;
+      }
+    }
+    constexpr double kOneMatter_s = 600;
+    note(std::move(alarm), kOneMatter_s);
+  }
+  run_.rate_deg_per_h.row(row) = (fusing->gains.rate * readings(members(set))).transpose();
+  if ((axes_.outside[at] & set) == 0) run_.expanded_deg_per_h.row(row) = fusing->expanded_deg_per_h;
+  run_.used[at] = set;
+  return {};
+}
+
+/// One of the same kind and of the same axis that follows another is told with it.
+void Fusing::note(Alarm alarm, double within_s) {
+  auto& alarms = run_.summary.alarms;
+  const auto last = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
+    return before.kind == alarm.kind && before.who == alarm.who;
+  });
+  if (last != alarms.rend() && alarm.since_s - last->until_s <= within_s) {
+    last->until_s = alarm.until_s;
+    return;
+  }
+  alarms.push_back(std::move(alarm));
+}
+
+Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s) {
+  constexpr int kForGood = 6;
+  const AxisSet wanted = finite_in(rates) & ~left_out_;
+  const bool differs = !watch_ || watch_->set() != wanted;
+  other_set_ = differs ? other_set_ + 1 : 0;
+  const bool is_left_out = watch_ && (watch_->set() & left_out_) != 0;
+  if (differs && wanted != 0 && (!watch_ || is_left_out || other_set_ >= kForGood)) {
+    auto made = FaultWatch::make(axes_, wanted, thermometers_, options_.cluster_s, options_.watch);
+    if (!made) return failure(made.error());
+    watch_ = std::move(*made);
+    other_set_ = 0;
+  }
+  if (!watch_) return {};
+  std::vector<Alarm> alarms = watch_->push(rates, temperatures, end_s);
+  // A vote knows more than a sum: it is heard first.
+  std::ranges::stable_partition(alarms, [](const Alarm& alarm) { return alarm.kind == AlarmKind::thermometer; });
+  for (Alarm& alarm : alarms) {
+    doubt(alarm);
+    leave_out(alarm);
+    note(std::move(alarm), kSecondsPerHour);
+  }
+  return {};
+}
+
+/// A sum sees axes alone: what it says while the thermometers are voted to be at fault is a hop of nobody.
+void Fusing::doubt(Alarm& alarm) const {
+  if (alarm.kind != AlarmKind::rest_hop && alarm.kind != AlarmKind::parity_hop) return;
+  const auto& alarms = run_.summary.alarms;
+  const auto verdict = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
+    return before.kind == AlarmKind::thermometer && before.until_s + kSecondsPerHour >= alarm.at_s;
+  });
+  if (alarm.who.empty() || verdict == alarms.rend()) return;
+  alarm.who.clear();
+  alarm.size = 0;
+  alarm.statement += "; not believed, since a thermometer is voted to be at fault";
+}
+
+/// The mean square of the error of a rate vector of these axes, if each is off by so much; infinite if they do not see
+/// all directions.
+double mean_square_error(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
+                         const Eigen::VectorXd& off_deg_per_h) {
+  const auto geometry = geometry_of_set(axes, set, covariance);
+  if (!geometry) return std::numeric_limits<double>::infinity();
+  const fusion::Gains gains = gains_of(*geometry);
+  return gains.covariance.trace() + (gains.rate * off_deg_per_h(members(set))).squaredNorm();
+}
+
+void Fusing::leave_out(const Alarm& alarm) {
+  if (!options_.leave_out || alarm.who.empty()) return;
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(axes_.axes());
+  const auto axis = std::ranges::find(axes_.names, alarm.who) - axes_.names.begin();
+  const auto thermometer = std::ranges::find(axes_.thermometers, alarm.who) - axes_.thermometers.begin();
+  if (alarm.kind == AlarmKind::thermometer && thermometer < std::ssize(axes_.thermometers)) {
+    off = -alarm.size * axes_.sensitivity_deg_per_h_per_k.col(thermometer);
+  } else if (alarm.kind != AlarmKind::thermometer && axis < std::ssize(axes_.names)) {
+    off(axis) = alarm.size;
+  }
+  const Eigen::MatrixXd covariance = uncertainty_of_means(axes_, options_.cluster_s).differing();
+  AxisSet set = all_ & ~left_out_;
+  double least = mean_square_error(axes_, set, covariance, off);
+  for (bool better = true; better;) {
+    better = false;
+    AxisSet best = set;
+    for (const Eigen::Index a : members(set)) {
+      const double without = off(a) != 0 ? mean_square_error(axes_, set & ~bit(a), covariance, off) : least;
+      if (without >= least) continue;
+      least = without;
+      best = set & ~bit(a);
+      better = true;
+    }
+    set = best;
+  }
+  left_out_ = all_ & ~set;
+}
+
+void summarise_axes(const FusedAxes& axes, FusedRun& run) {
+  const FusedUncertainty second = uncertainty_of_means(axes, 1), hour = uncertainty_of_means(axes, kSecondsPerHour);
+  for (Eigen::Index a = 0; a < axes.axes(); ++a) {
+    const auto at = static_cast<std::size_t>(a);
+    FusedAxisSummary summary{.name = axes.names[at],
+                             .inputs = axes.models[at].inputs,
+                             .method = axes.models[at].method,
+                             .direction = {axes.directions(a, 0), axes.directions(a, 1), axes.directions(a, 2)}};
+    summary.second_std_deg_per_h = std::sqrt(second.noise(a) + second.bias(a, a));
+    summary.hour_std_deg_per_h = std::sqrt(hour.noise(a) + hour.bias(a, a) + hour.learnt(a, a));
+    summary.error_rms_deg_per_h = kNotFused;
+    summary.outside_s = std::ranges::count_if(axes.outside, [&](AxisSet outside) { return (outside & bit(a)) != 0; });
+    for (const AxisSet used : run.used) summary.left_out_s += used != 0 && (used & bit(a)) == 0 ? 1 : 0;
+    run.summary.axes.push_back(std::move(summary));
+  }
+}
+
+/// The rates where their models' budgets speak, and NaN elsewhere.
+Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
+  Eigen::MatrixXd rates = axes.rate_deg_per_h;
+  for (Eigen::Index row = 0; row < rates.rows(); ++row)
+    for (const Eigen::Index a : members(axes.outside[static_cast<std::size_t>(row)])) rates(row, a) = kNotFused;
+  return rates;
+}
+
+FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fusion::Geometry& geometry) {
+  const Eigen::Index rows = axes.time_s.size();
+  FusedRun run{.time_s = axes.time_s,
+               .rate_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNotFused),
+               .expanded_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNotFused),
+               .statistic = Eigen::VectorXd::Constant(rows, kNotFused),
+               .used = std::vector<AxisSet>(static_cast<std::size_t>(rows)),
+               .contradicts = std::vector<bool>(static_cast<std::size_t>(rows)),
+               .geometry = geometry,
+               .summary = {}};
+  run.summary.simulated = axes.simulated;
+  run.summary.run_id = axes.run_id;
+  run.summary.profile = axes.profile_name;
+  run.summary.false_alarm_probability = options.watch.false_alarm_probability;
+  run.summary.false_alarms_per_h = options.watch.false_alarms_per_h;
+  run.summary.latitude_deg = kNotFused;
+  const auto test = parity_test(gains_of(geometry), geometry);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.freedom());
+  run.summary.limit =
+      test.freedom() > 0 ? examine(test, none, {.false_alarm_probability = options.watch.false_alarm_probability}).limit
+                         : kNotFused;
+  return run;
+}
+
+}  // namespace
+
+Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
+                      const FusionOptions& options) {
+  const AxisSet all = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
+  const auto geometry = geometry_of_set(axes, all, uncertainty_of_means(axes, 1).differing());
+  if (!geometry) return failure(geometry.error());
+  FusedRun run = empty_run(axes, options, *geometry);
+  run.summary.thermometers_vote = thermometers.has_value();
+  const ClusterMeans rates = cluster_means(axes.time_s, rates_inside(axes), options.cluster_s);
+  const ClusterMeans temperatures = cluster_means(axes.time_s, axes.temperature_c, options.cluster_s);
+  Fusing fusing(axes, thermometers, options, run);
+  Eigen::Index cluster = 0;
+  for (Eigen::Index row = 0; row < axes.time_s.size(); ++row) {
+    // A cluster is watched once its last second has been fused.
+    for (; cluster < rates.end_s.size() && rates.end_s(cluster) <= axes.time_s(row); ++cluster) {
+      const auto watched =
+          fusing.cluster(rates.mean.row(cluster).transpose(), temperatures.mean.row(cluster), rates.end_s(cluster));
+      if (!watched) return failure(watched.error());
+    }
+    if (const auto fused = fusing.second(row); !fused) return failure(fused.error());
+  }
+  run.summary.seconds = axes.time_s.size();
+  run.summary.fused = std::ranges::count_if(run.used, [](AxisSet used) { return used != 0; });
+  summarise_axes(axes, run);
+  judge_at_rest(axes, options, run);
+  return run;
+}
+
+std::string to_json(const FusionSummary& summary) {
+  Json json{{"schema", kFusionSchema}};
+  json.update(json_of(summary));
+  return text_of(json, 1) + "\n";
+}
+
+}  // namespace gyrotherm::model

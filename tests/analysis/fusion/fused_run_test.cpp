@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/fused_run.hpp"
+
+#include <array>
+#include <limits>
+
+#include "analysis/data/chi_squared.hpp"
+#include "tests/analysis/fusion/thermal_body.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+using fusion::Draws;
+
+constexpr double kAngleRandomWalk = 3e-4;                    // °/√h
+constexpr double kSecond_deg_per_h = 60 * kAngleRandomWalk;  // u of a second
+constexpr double kTurnOn_deg_per_h = 0.001;
+constexpr double kLatitude_deg = 45;
+
+/// A model whose budget knows white noise and a turn-on.
+Model quiet_model() {
+  Model model;
+  model.inputs = "A";
+  model.method = "linear";
+  model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = kAngleRandomWalk, .start_deg_per_h = kTurnOn_deg_per_h};
+  model.uncertainty = {
+      .budget = {.averaging_s = 3600,
+                 .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = kAngleRandomWalk},
+                          {.source = Source::turn_on, .standard_uncertainty = kTurnOn_deg_per_h}}},
+      .sensitivities = {}};
+  return model;
+}
+
+/// A fixture of those axes at rest in one hold, level, heading north.
+FusedAxes at_rest(const std::vector<fusion::InputAxis>& axes, Eigen::Index seconds, std::uint64_t seed) {
+  FusedAxes fused{.simulated = true, .profile_name = "rest", .segments = {{}}};
+  fused.segments.front().name = "hold";
+  fused.segments.front().hold = true;
+  fused.time_s = Eigen::VectorXd::LinSpaced(seconds, 0, static_cast<double>(seconds - 1));
+  fused.segment = Eigen::VectorXi::Zero(seconds);
+  const auto count = std::ssize(axes);
+  fused.directions.resize(count, 3);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    fused.directions.row(a) = axes[static_cast<std::size_t>(a)].direction.transpose();
+    fused.names.push_back(axes[static_cast<std::size_t>(a)].name);
+    fused.models.push_back(quiet_model());
+  }
+  fused.step_deg_per_h.assign(axes.size(), 0);
+  fused.outside.assign(static_cast<std::size_t>(seconds), 0);
+  fused.by_thermometer_drift = fused.learnt = Eigen::MatrixXd::Zero(count, count);
+  fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, 0);
+  fused.temperature_c.resize(seconds, 0);
+  fused.attitude = fusion::Attitude{.to_local = Eigen::Vector3d(1, -1, -1).asDiagonal(),
+                                    .tilt_std_deg = 0.01,
+                                    .azimuth_std_deg = 0.02,
+                                    .latitude_deg = kLatitude_deg};
+  Draws draws(seed);
+  const Eigen::VectorXd mean =
+      fused.directions * earth_in_fixture(*fused.attitude) + kTurnOn_deg_per_h * draws.normal(count);
+  fused.rate_deg_per_h.resize(seconds, count);
+  for (Eigen::Index row = 0; row < seconds; ++row)
+    fused.rate_deg_per_h.row(row) = (mean + kSecond_deg_per_h * draws.normal(count)).transpose();
+  return fused;
+}
+
+FusedRun fused_run(const FusedAxes& axes, const FusionOptions& options = {}) {
+  auto run = fuse(axes, std::nullopt, options);
+  EXPECT_TRUE(run) << text(run.error());
+  return std::move(*run);
+}
+
+std::vector<fusion::InputAxis> regular_tetrad() {
+  return {fusion::axis("a", 1, 1, 1, 1), fusion::axis("b", 1, -1, -1, 1), fusion::axis("c", -1, 1, -1, 1),
+          fusion::axis("d", -1, -1, 1, 1)};
+}
+
+TEST(FusedRun, IsTheEarthsRotationWithinItsUncertainty) {
+  for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
+    const FusedRun run = fused_run(at_rest(regular_tetrad(), 4000, static_cast<std::uint64_t>(seed)));
+    ASSERT_TRUE(run.summary.rest);
+    const RestStretch& rest = *run.summary.rest;
+    EXPECT_EQ(rest.end_s - rest.start_s, 3600) << "the last hour";
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_LT(std::abs(rest.residual_deg_per_h[k]), 2.5 * rest.rate.expanded_deg_per_h[k]) << "seed " << seed;
+    ASSERT_TRUE(rest.heading_deg) << rest.no_heading;
+    EXPECT_LT(std::abs(*rest.heading_deg), 2.5 * *rest.heading_expanded_deg) << "seed " << seed;
+    EXPECT_EQ(run.summary.fused, 4000);
+  }
+}
+
+TEST(FusedRun, ContradictsItselfByChanceAsOftenAsWasAsked) {
+  FusionOptions options;
+  options.watch.false_alarm_probability = 0.01;
+  options.leave_out = false;
+  const double seconds = 20000;
+  for (const auto& axes : {regular_tetrad(), fusion::dodecahedron_axes(1)}) {
+    FusedAxes fused = at_rest(axes, static_cast<Eigen::Index>(seconds), 3);
+    const FusedRun run = fused_run(fused, options);
+    // The readings have no turn-on of their own drawn in each second: a little fewer than asked.
+    EXPECT_NEAR(static_cast<double>(run.summary.contradictions) / seconds, 0.01,
+                5 * fusion::spread_of_share(0.01, seconds));
+  }
+}
+
+TEST(FusedRun, LosesAnAxisInTheSecondInWhichItIsWrong) {
+  FusedAxes axes = at_rest(fusion::dodecahedron_axes(1), 1000, 1);
+  axes.rate_deg_per_h(500, 2) += 0.5;
+  const FusedRun run = fused_run(axes);
+  EXPECT_TRUE(run.contradicts[500]);
+  EXPECT_EQ(run.used[500], 0b111011u);
+  EXPECT_EQ(run.used[501], 0b111111u);
+  ASSERT_EQ(run.summary.alarms.size(), 1u);
+  EXPECT_EQ(run.summary.alarms[0].who, "c");
+  EXPECT_NEAR(run.summary.alarms[0].size, 0.5, 0.1);
+}
+
+TEST(FusedRun, OfFourAxesNamesAHopAtRestAndGoesOnWithoutIt) {
+  int named = 0, wrongly = 0;
+  for (int seed = 1; seed <= fusion::kSeeds; ++seed) {
+    FusedAxes axes = at_rest(regular_tetrad(), 40000, static_cast<std::uint64_t>(seed));
+    axes.rate_deg_per_h.col(1).tail(20000).array() += 0.01;
+    const FusedRun run = fused_run(axes);
+    const bool without_b = run.used.back() == 0b1101u;
+    named += without_b ? 1 : 0;
+    wrongly += !without_b && run.used.back() != 0b1111u ? 1 : 0;
+    if (without_b) {
+      EXPECT_LT(run.summary.error->rms_deg_per_h, run.summary.of_all_axes->rms_deg_per_h);
+    }
+    for (const Alarm& alarm : run.summary.alarms) EXPECT_GT(alarm.at_s, 20000) << "seed " << seed;
+  }
+  EXPECT_GE(named, fusion::kSeeds - 2);
+  EXPECT_LE(wrongly, 1);
+}
+
+/// Four axes whose models lean on the eight thermometers of a body; from half-way one of these is off by so much.
+FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
+  FusedAxes axes = at_rest(regular_tetrad(), seconds, 2);
+  axes.thermometers = {"A", "B", "C", "D", "E", "F", "G", "H"};
+  axes.thermometer_in_a_year_k.assign(fusion::kThermometers, fusion::kOwn_k);
+  axes.temperature_c.resize(seconds, fusion::kThermometers);
+  Draws draws(7);
+  axes.sensitivity_deg_per_h_per_k.resize(4, fusion::kThermometers);
+  for (Eigen::Index j = 0; j < fusion::kThermometers; ++j)
+    axes.sensitivity_deg_per_h_per_k.col(j) = 0.02 * draws.normal(4);
+  constexpr Eigen::Index kCluster = 100;
+  for (Eigen::Index row = 0; row < seconds; row += kCluster)
+    axes.temperature_c.middleRows(row, kCluster).rowwise() = fusion::temperatures(draws, fusion::kOwn_k);
+  const Eigen::Index half = seconds / 2;
+  axes.temperature_c.col(thermometer).tail(half).array() += off_k;
+  axes.rate_deg_per_h.bottomRows(half).rowwise() -=
+      off_k * axes.sensitivity_deg_per_h_per_k.col(thermometer).transpose();
+  return axes;
+}
+
+TEST(FusedRun, BlamesABrokenThermometerAndNoGyro) {
+  const auto run = fuse(on_a_body(20000, 3, 0.5), fusion::learnt_accord(), {});
+  ASSERT_TRUE(run) << text(run.error());
+  const auto& alarms = run->summary.alarms;
+  ASSERT_FALSE(alarms.empty());
+  EXPECT_EQ(alarms[0].kind, AlarmKind::thermometer);
+  EXPECT_EQ(alarms[0].who, "D");
+  EXPECT_NEAR(alarms[0].size, 0.5, 0.1);
+  EXPECT_EQ(alarms[0].at_s, 10100) << "the first mean that it is in";
+  for (const Alarm& alarm : alarms)
+    if (alarm.kind != AlarmKind::thermometer) {
+      EXPECT_EQ(alarm.who, "") << alarm.statement;
+    }
+}
+
+TEST(FusedRun, WithThermometersInAccordVotesAgainstNobody) {
+  const auto run = fuse(on_a_body(20000, 3, 0), fusion::learnt_accord(), {});
+  ASSERT_TRUE(run) << text(run.error());
+  EXPECT_TRUE(run->summary.alarms.empty()) << run->summary.alarms[0].statement;
+  EXPECT_TRUE(run->summary.thermometers_vote);
+}
+
+TEST(FusedRun, GoesOnWithThreeAxesWhileAFourthIsSilent) {
+  FusedAxes axes = at_rest(regular_tetrad(), 300, 1);
+  axes.rate_deg_per_h.col(3).segment(100, 50).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const FusedRun run = fused_run(axes);
+  EXPECT_EQ(run.used[120], 0b0111u);
+  EXPECT_TRUE(std::isnan(run.statistic(120))) << "three axes have no parity";
+  EXPECT_TRUE(run.rate_deg_per_h.row(120).allFinite());
+  EXPECT_GT(run.expanded_deg_per_h(120, 0), run.expanded_deg_per_h(99, 0));
+  EXPECT_EQ(run.used[150], 0b1111u);
+}
+
+TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
+  FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
+  axes.rate_deg_per_h(4, 0) = std::numeric_limits<double>::quiet_NaN();
+  const FusedRun run = fused_run(axes);
+  EXPECT_EQ(run.used[4], 0u);
+  EXPECT_TRUE(std::isnan(run.rate_deg_per_h(4, 1)));
+  EXPECT_EQ(run.summary.fused, 9);
+}
+
+TEST(FusedRun, HasNoUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
+  FusedAxes axes = at_rest(regular_tetrad(), 20000, 1);
+  for (std::size_t row = 10000; row < 10500; ++row) {
+    axes.rate_deg_per_h(static_cast<Eigen::Index>(row), 1) += 0.02;
+    axes.outside[row] = 0b0010;
+  }
+  const FusedRun run = fused_run(axes);
+  EXPECT_TRUE(run.rate_deg_per_h.row(10100).allFinite());
+  EXPECT_TRUE(run.expanded_deg_per_h.row(10100).hasNaN());
+  EXPECT_TRUE(run.expanded_deg_per_h.row(10600).allFinite());
+  EXPECT_TRUE(run.summary.alarms.empty());
+  EXPECT_EQ(run.summary.axes[1].outside_s, 500);
+}
+
+TEST(FusedRun, RefusesTwoAxes) {
+  auto axes = fusion::triad_axes(1);
+  axes.pop_back();
+  EXPECT_FALSE(fuse(at_rest(axes, 10, 1), std::nullopt, {}));
+}
+
+TEST(FusedRun, WithoutAnAttitudeSaysNothingOfTheEarth) {
+  FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
+  axes.attitude.reset();
+  const FusedRun run = fused_run(axes);
+  EXPECT_EQ(run.summary.fused, 1000);
+  EXPECT_FALSE(run.summary.rest);
+  EXPECT_FALSE(run.summary.error);
+  EXPECT_NE(to_json(run.summary).find("\"latitude_deg\": null"), std::string::npos);
+}
+
+TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
+  FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
+  axes.step_deg_per_h.assign(3, 0.1);
+  const double noise = std::pow(kSecond_deg_per_h, 2), step = 0.01 / 6;
+  EXPECT_NEAR(uncertainty_of_means(axes, 1).noise(0), noise + step, 1e-12);
+  EXPECT_NEAR(uncertainty_of_means(axes, 100).noise(0), noise / 100 + step / 1e4, 1e-12);
+  EXPECT_NEAR(uncertainty_of_means(axes, 100).bias(0, 0), std::pow(kTurnOn_deg_per_h, 2), 1e-12);
+}
+
+/// Two axes that share a thermometer, with opposite slopes, and one with its own.
+std::vector<CompensatedAxis> sharing_axes() {
+  std::vector<CompensatedAxis> axes;
+  const std::array<std::array<double, 3>, 3> directions = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (std::size_t a = 0; a < 3; ++a) {
+    data::Dataset dataset;
+    dataset.of = {.unit = std::string(1, static_cast<char>('x' + a))};
+    dataset.thermometers = {a < 2 ? "A" : "B"};
+    dataset.direction = directions[a];
+    dataset.earth_rate_deg_per_h = 0;
+    dataset.time_s = Eigen::VectorXd::LinSpaced(1000, 0, 999);
+    dataset.temperature_c = 20 + Eigen::ArrayXd::LinSpaced(1000, -5, 5);
+    dataset.bias_deg_per_h = Eigen::VectorXd::Zero(1000);
+    dataset.segment = dataset.cycle = Eigen::VectorXi::Constant(1000, -1);
+    dataset.set_point_c = Eigen::VectorXd::Constant(1000, 20);
+    Model model = quiet_model();
+    const double slope = a == 1 ? -0.2 : 0.1;
+    model.terms = {data::temperature_term(dataset.thermometers.front())};
+    model.scaling = {Eigen::RowVectorXd::Constant(1, 20), Eigen::RowVectorXd::Constant(1, 1)};
+    model.target_std_deg_per_h = 1;
+    model.function = methods::LinearModel{.weights = Eigen::VectorXd::Constant(1, slope), .b = 0};
+    model.input_min = Eigen::RowVectorXd::Constant(1, -50);
+    model.input_max = Eigen::RowVectorXd::Constant(1, 70);
+    model.uncertainty->budget.rows.push_back({.source = Source::thermometer_drift,
+                                              .of = dataset.thermometers.front(),
+                                              .standard_uncertainty = 0.05,
+                                              .sensitivity = std::abs(slope),
+                                              .assumed = true});
+    axes.push_back({std::move(dataset), std::move(model)});
+  }
+  return axes;
+}
+
+TEST(FusedAxes, ThatShareAThermometerAreWrongTogetherWithTheSignsOfTheirSlopes) {
+  const auto fused = fused_axes(sharing_axes());
+  ASSERT_TRUE(fused) << text(fused.error());
+  const Eigen::MatrixXd& shared = fused->by_thermometer_drift;
+  EXPECT_NEAR(shared(0, 0), std::pow(0.05 * 0.1, 2), 1e-10);
+  EXPECT_NEAR(shared(0, 1), -0.05 * 0.05 * 0.1 * 0.2, 1e-10);
+  EXPECT_NEAR(shared(0, 2), 0, 1e-12) << "another thermometer";
+  EXPECT_NEAR(fused->sensitivity_deg_per_h_per_k(1, 0), -0.2, 1e-6);
+  EXPECT_FALSE(fused->attitude) << "the record knows no azimuth";
+}
+
+TEST(FusedAxes, AreCompensatedByTrailingMeans) {
+  const auto fused = fused_axes(sharing_axes());
+  ASSERT_TRUE(fused);
+  EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is of 100 seconds";
+  // The mean of the last 100 s of 20 + (−5 … 5), less 20, by a slope of 0.1.
+  EXPECT_NEAR(fused->rate_deg_per_h(999, 0), -0.1 * (5 - 49.5 * 10 / 999), 1e-9);
+}
+
+TEST(FusedAxes, RefuseAnAxisWithoutADirectionOrAModelWithoutABudget) {
+  auto axes = sharing_axes();
+  axes[1].dataset.direction.reset();
+  const auto nowhere = fused_axes(axes);
+  ASSERT_FALSE(nowhere);
+  EXPECT_NE(text(nowhere.error()).find("axis y"), std::string::npos) << text(nowhere.error());
+  axes = sharing_axes();
+  axes[0].model.uncertainty.reset();
+  EXPECT_FALSE(fused_axes(axes));
+}
+
+TEST(ClusterMeans, LeaveOutAClusterInWhichASecondIsMissing) {
+  Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(300, 0, 299);
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(300, 1);
+  const auto whole = cluster_means(time, values, 100);
+  EXPECT_EQ(whole.end_s.size(), 3);
+  time.tail(150).array() += 1;
+  const auto cut = cluster_means(time, values, 100);
+  EXPECT_EQ(cut.end_s.size(), 2) << "149 is followed by 151";
+}
+
+}  // namespace
+}  // namespace gyrotherm::model

@@ -17,18 +17,21 @@ void add_import(Program& program);
 void add_export(Program& program);
 void add_thermal(Program& program);
 void add_train(Program& program);
+void add_type_prior(Program& program);
 void add_verify(Program& program);
 void add_placement(Program& program);
 void add_reduce(Program& program);
 void add_compensate(Program& program);
+void add_fuse(Program& program);
 void add_export_model(Program& program);
 void add_report(Program& program);
 
 namespace {
 
-constexpr auto kCommands = {add_qualify, add_run,       add_resume, add_status,     add_tell,         add_simulate,
-                            add_check,   add_devices,   add_import, add_export,     add_thermal,      add_train,
-                            add_verify,  add_placement, add_reduce, add_compensate, add_export_model, add_report};
+constexpr auto kCommands = {add_qualify,  add_run,        add_resume,     add_status,       add_tell,
+                            add_simulate, add_check,      add_devices,    add_import,       add_export,
+                            add_thermal,  add_train,      add_type_prior, add_verify,       add_placement,
+                            add_reduce,   add_compensate, add_fuse,       add_export_model, add_report};
 
 }  // namespace
 }  // namespace gyrotherm::app

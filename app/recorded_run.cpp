@@ -94,4 +94,10 @@ Result<model::Model> load_model(const std::string& path) {
   return model::model_from_json(*text, path);
 }
 
+Result<shared::TypePrior> load_type_prior(const std::string& path) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  return shared::type_prior_from_json(*text, path);
+}
+
 }  // namespace gyrotherm::app

@@ -8,6 +8,7 @@
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/model.hpp"
+#include "analysis/shared/type_prior.hpp"
 #include "app/command.hpp"
 #include "core/result.hpp"
 
@@ -44,5 +45,7 @@ struct RecordedRuns {
 
 /// Fails with bad_file.
 [[nodiscard]] Result<model::Model> load_model(const std::string& path);
+/// Fails with bad_file.
+[[nodiscard]] Result<shared::TypePrior> load_type_prior(const std::string& path);
 
 }  // namespace gyrotherm::app

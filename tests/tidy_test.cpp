@@ -43,8 +43,10 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"analysis/methods", {"core", "analysis/data", "analysis/svm"}},
     {"analysis/tracking", {"core", "analysis/data", "analysis/methods"}},
     {"analysis/fusion", {"core", "analysis/data"}},
+    {"analysis/shared", {"core", "analysis/data", "analysis/methods"}},
     {"analysis/model",
-     {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/tracking", "analysis/fusion"}},
+     {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/tracking", "analysis/fusion",
+      "analysis/shared"}},
     {"plot", {"core"}},
     {"thermal/reduced", {"core"}},
     {"thermal", {"core", "plot", "thermal/reduced"}},
@@ -56,7 +58,7 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"app",
      {"core", "drivers", "acquisition/io", "acquisition/record", "sequencer/profile", "sequencer/interlocks",
       "sequencer/run", "sequencer/watchdog", "rig", "analysis/data", "analysis/svm", "analysis/methods",
-      "analysis/model", "analysis/tracking", "report", "plot", "simulator"}},
+      "analysis/model", "analysis/tracking", "analysis/fusion", "analysis/shared", "report", "plot", "simulator"}},
     {"app/thermal", {"app", "core", "plot", "thermal", "thermal/reduced"}},
 };
 
@@ -75,6 +77,7 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"analysis/methods", {"Eigen/", "tbb/", "oneapi/"}},
     {"analysis/tracking", {"Eigen/"}},
     {"analysis/fusion", {"Eigen/"}},
+    {"analysis/shared", {"Eigen/"}},
     {"analysis/model", {"Eigen/", "tbb/", "oneapi/"}},
     {"plot", {"png.h"}},
     {"thermal/reduced", {"Eigen/"}},

@@ -176,6 +176,13 @@ void name_three_points(Dataset& dataset, const record::UnitInfo& unit) {
   dataset.three_point_stand_in = true;
 }
 
+std::string identity_of(const record::RunInfo& info, const record::UnitInfo& unit) {
+  if (!info.simulated) return unit.serial_number;
+  const bool is_one_of_several = info.units.size() > 1;
+  const std::string name = unit.serial_number.empty() && is_one_of_several ? unit.name : unit.serial_number;
+  return fmt::format("{}{}seed {}", name, name.empty() ? "" : ", ", info.seed);
+}
+
 std::string names_of(const std::vector<AxisChoice>& axes) {
   std::string names;
   for (const AxisChoice& axis : axes) names += (names.empty() ? "" : ", ") + in_words(axis);
@@ -197,6 +204,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.run_id = info.id;
   dataset.path = path;
   dataset.of = of;
+  dataset.identity = identity_of(info, at.unit);
   dataset.simulated = info.simulated;
   dataset.imported = info.imported;
   dataset.profile_name = info.profile_name;
@@ -205,6 +213,8 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.segments = info.segments;
   dataset.started_utc = info.started_utc;
   dataset.gyro_uncertainty = at.axis.uncertainty;
+  dataset.direction = at.axis.direction;
+  if (at.axis.kind == record::GyroKind::pulse_count) dataset.step_deg_per_h = at.axis.scale;
   if (at.axis.earth_rate) dataset.earth_rate_deg_per_h = at.axis.earth_rate->value;
   add_inputs(dataset, record, at);
   name_three_points(dataset, at.unit);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,7 +37,9 @@ struct AxisChoice {
 struct Dataset {
   std::string run_id;
   std::string path;
-  AxisChoice of;  ///< its unit under test and axis; the axis is empty where the unit has one
+  AxisChoice of;         ///< its unit under test and axis; the axis is empty where the unit has one
+  std::string identity;  ///< which gyro that is, as far as the record says: its serial number; of a virtual one the
+                         ///< seed too, which draws it ("seed 7"), and the unit's name if it is one of several
   bool simulated{};
   bool imported{};
   std::string profile_name;
@@ -61,7 +64,9 @@ struct Dataset {
   Duration started_utc{};
   std::vector<record::ThermometerUncertainty> thermometer_uncertainty;  ///< of each; empty: nothing is said
   record::GyroUncertainty gyro_uncertainty;
-  std::optional<double> earth_rate_deg_per_h;  ///< as removed
+  std::optional<double> earth_rate_deg_per_h;      ///< as removed
+  std::optional<std::array<double, 3>> direction;  ///< of the input axis in the fixture; of length 1
+  double step_deg_per_h{};                         ///< what one pulse in a second is; 0 where a rate was read
 };
 
 /// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where

@@ -10,26 +10,6 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Mean product of neighbours `lag` places apart, of centred values.
-struct Lagged {
-  double mean_product{};
-  int pairs{};
-};
-
-Lagged lagged(const Eigen::VectorXd& centred, const Eigen::Ref<const Eigen::VectorXi>& places, int lag) {
-  double sum = 0;
-  int pairs = 0;
-  Eigen::Index later = 0;
-  for (Eigen::Index k = 0; k < places.size(); ++k) {
-    while (later < places.size() && places(later) < places(k) + lag) ++later;
-    if (later == places.size()) break;
-    if (places(later) != places(k) + lag) continue;
-    sum += centred(k) * centred(later);
-    ++pairs;
-  }
-  return {pairs > 0 ? sum / pairs : 0, pairs};
-}
-
 /// Where each of these clusters stands, in whole clusters. A later record begins far behind the one before.
 Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Eigen::VectorXi places(static_cast<Eigen::Index>(rows.size()));
@@ -45,6 +25,22 @@ Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Ind
 
 }  // namespace
 
+LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
+                             const Eigen::Ref<const Eigen::VectorXi>& places, int lag) {
+  assert(centred.size() == places.size() && lag >= 0);
+  double sum = 0;
+  int pairs = 0;
+  Eigen::Index later = 0;
+  for (Eigen::Index k = 0; k < places.size(); ++k) {
+    while (later < places.size() && places(later) < places(k) + lag) ++later;
+    if (later == places.size()) break;
+    if (places(later) != places(k) + lag) continue;
+    sum += centred(k) * centred(later);
+    ++pairs;
+  }
+  return {pairs > 0 ? sum / pairs : 0, pairs};
+}
+
 EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                  const Eigen::Ref<const Eigen::VectorXi>& places) {
   assert(values.size() == places.size());
@@ -57,8 +53,8 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
   if (!(variance > 0)) return {count, count};
   double squares = 0, sum = 0;
   for (int lag = 1; lag < values.size(); ++lag) {
-    const Lagged at = lagged(centred, places, lag);
-    const double correlation = at.mean_product / variance;
+    const LaggedProduct at = lagged_product(centred, places, lag);
+    const double correlation = at.mean / variance;
     if (at.pairs < kLeast || std::abs(correlation) * std::sqrt(at.pairs) < kChance) break;
     squares += at.pairs * correlation * correlation;
     sum += at.pairs * correlation;

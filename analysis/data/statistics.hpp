@@ -22,6 +22,17 @@ template <class Values>
   return rows;
 }
 
+/// What values have to do with those some places later.
+struct LaggedProduct {
+  double mean{};  ///< of the products; 0 of no pair
+  int pairs{};
+};
+
+/// The mean product of values `lag` ≥ 0 places apart. The values are centred, and each stands at a whole place, rising:
+/// over their variance it is their autocorrelation.
+[[nodiscard]] LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
+                                           const Eigen::Ref<const Eigen::VectorXi>& places, int lag);
+
 /// How many independent values tell as much as these, which depend on their neighbours; 0 if that was not asked.
 struct EffectiveNumber {
   double of_std{};   ///< n²/(n + 2 Σ n_k ρ_k²): for the STD

@@ -10,6 +10,7 @@
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/kernel_methods.hpp"
 #include "analysis/methods/ridge_u.hpp"
+#include "analysis/methods/rprop.hpp"
 #include "analysis/svm/newton.hpp"
 #include "core/random.hpp"
 
@@ -28,30 +29,6 @@ Eigen::VectorXd clamped(const Eigen::VectorXd& logarithms) {
   out(inputs + 1) = clamp(out(inputs + 1), 0.001, 2);
   return out;
 }
-
-/// The steps of Rprop, one per logarithm.
-class Steps {
- public:
-  explicit Steps(Eigen::Index count)
-      : sizes_(Eigen::VectorXd::Constant(count, kFirst)), before_(Eigen::VectorXd::Zero(count)) {}
-
-  /// Longer where a derivative keeps its sign, half and no move where it turned.
-  [[nodiscard]] Eigen::VectorXd next(Eigen::VectorXd gradient) {
-    for (Eigen::Index k = 0; k < gradient.size(); ++k) {
-      const double agreement = gradient(k) * before_(k);
-      if (agreement > 0) sizes_(k) = std::min(sizes_(k) * 1.2, kLongest);
-      if (agreement >= 0) continue;
-      sizes_(k) = std::max(sizes_(k) * 0.5, kShortest);
-      gradient(k) = 0;
-    }
-    before_ = gradient;
-    return gradient.array().sign() * sizes_.array();
-  }
-
- private:
-  static constexpr double kFirst = 0.2, kLongest = 1, kShortest = 1e-6;
-  Eigen::VectorXd sizes_, before_;
-};
 
 constexpr std::size_t kAscents = 3;
 constexpr Eigen::Index kMostSamples = 400;  // for the likelihood
@@ -204,7 +181,7 @@ Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatri
   auto likelihood = marginal_likelihood(covariance_of(at), x, y);
   if (!likelihood) return failure(likelihood.error());
   Ascent best{.covariance = covariance_of(at), .log_likelihood = likelihood->log_value, .evaluations = 1};
-  Steps steps(at.size());
+  RpropSteps steps(at.size());
   while (best.evaluations < most && likelihood->gradient.cwiseAbs().maxCoeff() > kFlat) {
     at = clamped(at + steps.next(likelihood->gradient));
     likelihood = marginal_likelihood(covariance_of(at), x, y);

@@ -22,11 +22,12 @@ struct SourceInfo {
 };
 
 /// In the order of Source.
-constexpr std::array<SourceInfo, 13> kSources{{{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
+constexpr std::array<SourceInfo, 14> kSources{{{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
                                                {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
                                                {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
                                                {"thermometer noise", "°/h", Differs::within_a_run, WithTime::falls},
                                                {"model form", "°/h", Differs::within_a_run, WithTime::stays},
+                                               {"coefficients", "°/h", Differs::within_a_run, WithTime::stays},
                                                {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
                                                {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
                                                {"thermometer drift", "K", Differs::between_runs, WithTime::stays},

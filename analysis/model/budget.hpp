@@ -18,6 +18,7 @@ enum class Source {
   rate_random_walk,
   thermometer_noise,  ///< what the compensation itself adds, √Σ(c_i n_i)²
   model_form,         ///< held-out residual that neither noise nor hysteresis explains
+  coefficients,       ///< what a unit's own hours and its type leave open of them; of a model with a type prior
   hysteresis,
   turn_on,
   thermometer_drift,        ///< since the thermometer was calibrated
@@ -104,10 +105,11 @@ struct Uncertainty {
 [[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
 
 void describe(auto& form, Like<BudgetRow> auto& row) {
-  form("source", one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk,
-                                     Source::thermometer_noise, Source::model_form, Source::hysteresis, Source::turn_on,
-                                     Source::thermometer_drift, Source::thermometer_calibration, Source::latitude,
-                                     Source::azimuth, Source::tilt, Source::scale_factor}));
+  form("source",
+       one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk,
+                           Source::thermometer_noise, Source::model_form, Source::coefficients, Source::hysteresis,
+                           Source::turn_on, Source::thermometer_drift, Source::thermometer_calibration,
+                           Source::latitude, Source::azimuth, Source::tilt, Source::scale_factor}));
   form.if_there("of", !row.of.empty(), row.of);
   form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular}));

@@ -23,6 +23,10 @@ namespace gyrotherm::model {
 
 inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 
+/// The method of a model that was trained with a type prior (prior_training.hpp). It is none of the table's: those
+/// learn from one unit's clusters alone.
+inline constexpr const char* kTypePriorMethod = "type-prior";
+
 /// A record that a model was trained on, and which part of it.
 struct TrainingRecord {
   std::string run_id;
@@ -46,7 +50,7 @@ struct ReducedSetSummary {
 struct Model {
   std::string program_version;
   std::string inputs;             ///< "multi-point", "multi-point-t", "three-point" or the terms as given
-  std::string method;             ///< a name of the table of methods
+  std::string method;             ///< a name of the table of methods, or kTypePriorMethod
   double cluster_length_s = 100;  ///< of the means it was trained on
   std::vector<data::Term> terms;
   data::Scaling scaling;

@@ -216,7 +216,8 @@ void describe(auto& form, Like<Model> auto& model) {
   form("program_version", model.program_version);
   form("inputs", model.inputs);
   form("method", model.method);
-  form.expect("method", methods::find_method(model.method).has_value(), "expected a method that is known");
+  form.expect("method", model.method == kTypePriorMethod || methods::find_method(model.method).has_value(),
+              "expected a method that is known");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
   auto inputs = inputs_of(model);

@@ -5,12 +5,11 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <utility>
 
-#include "analysis/data/hold_noise.hpp"
 #include "analysis/data/input_noise.hpp"
+#include "analysis/model/making.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
@@ -130,15 +129,6 @@ std::string inputs_of(const TrainingOptions& options, const methods::Method& met
   return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
 }
 
-/// A run given twice would be held out and learnt from at once.
-Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
-  for (std::size_t i = 0; i < datasets.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (datasets[i].run_id == datasets[j].run_id)
-        return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
-  return {};
-}
-
 /// The one-standard-error rule knows what is simple of C, σ and ε alone.
 Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
   if (options.tuning.choice == svm::ChoiceRule::best || method.tunes_svr) return {};
@@ -208,35 +198,6 @@ svm::TuningOptions tuning_options_of(const TrainingOptions& options) {
   return tuning;
 }
 
-void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
-                    const std::vector<data::Clusters>& records) {
-  for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const data::Dataset& dataset = datasets[i];
-    const Eigen::Index count = records[i].start_s.size();
-    if (count == 0) continue;
-    model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
-                                static_cast<int>(count), records[i].start_s(0),
-                                records[i].start_s(count - 1) + records[i].length_s, dataset.of});
-    if (dataset.three_point_stand_in && model.inputs == "three-point") {
-      model.warnings.push_back(
-          fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
-    }
-  }
-}
-
-/// What the fit does on its own training clusters, and the range in which it was made.
-Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
-  const auto inputs = evaluate(model.terms, clusters);
-  if (!inputs) return failure(inputs.error());
-  model.input_min = inputs->colwise().minCoeff();
-  model.input_max = inputs->colwise().maxCoeff();
-  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, *inputs);
-  model.in_sample = figures_of(residual, clusters);
-  const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
-  model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");
-  return {};
-}
-
 void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& of_choice,
                       const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
@@ -246,24 +207,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
-  for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
-    if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
-      const std::string record = std::filesystem::path(datasets[i].path).filename().string();
-      model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
-    }
-  }
-}
-
-/// How what is left of held-out clusters wanders; nothing if they are too few.
-std::optional<tracking::BiasNoise> wander_of(const Model& model, const TrainingContext& context,
-                                             const std::vector<data::Dataset>& datasets) {
-  double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
-    floor_deg_per_h = noise_floor(context.records[i], datasets[i].segments).deg_per_h;
-  const auto noise =
-      tracking::noise_of_residual(model.leave_cycle_out_residual, context.training_set.clusters, floor_deg_per_h);
-  return noise ? std::optional(*noise) : std::nullopt;
+  warn_of_over_fit(model, datasets, records);
 }
 
 /// What held-out clusters say of the recipe, the nested answer too where it is asked for.
@@ -311,7 +255,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (const auto judged = judge_held_out(*model, *context, estimator, options.nested, progress); !judged) {
     return failure(judged.error());
   }
-  model->residual_noise = wander_of(*model, *context, datasets);
+  model->residual_noise = wander_of(*model, datasets, context->records, context->training_set.clusters);
   model->program_version = options.program_version;
   model->method = (*method)->name;
   model->inputs = inputs_of(options, **method);

@@ -166,15 +166,6 @@ void add_thermometer(std::vector<BudgetRow>& rows, const data::Dataset& dataset,
   drift.of = sensitivity.thermometer;
 }
 
-/// How far a thermometer may have walked between training, whose budget has `row`, and a run, K.
-double drift_between(const BudgetRow& row, const data::Dataset& dataset) {
-  const record::ThermometerUncertainty said = said_of(dataset, row.of);
-  const auto years = years_since_calibration(dataset, said);
-  if (row.assumed && !years) return row.standard_uncertainty;
-  const double in_a_year = said.drift_in_a_year.value_or(Kelvins{kDriftInAYear_k}).value;
-  return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
-}
-
 /// What comes with the Earth rate that is taken away, and with how the gyro was switched on.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
@@ -203,6 +194,15 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedO
     if (std::isfinite(noise_k(at))) squares += std::pow(one.rms * noise_k(at), 2);
   }
   return std::sqrt(squares);
+}
+
+/// What the model itself knows of its variance in each cluster, (°/h)²; beyond the trained range that of its nearer
+/// end.
+Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  return predict_with_std(model, within_range(model, *inputs, Outside::clamp).inputs)
+      .map([](const Prediction& predicted) -> Eigen::VectorXd { return predicted.std_deg_per_h.cwiseAbs2(); });
 }
 
 constexpr int kFewestEachWay = 3;
@@ -331,6 +331,14 @@ double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& datase
   return std::sqrt(squares);
 }
 
+double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
+  const record::ThermometerUncertainty said = said_of(dataset, row.of);
+  const auto years = years_since_calibration(dataset, said);
+  if (row.assumed && !years) return row.standard_uncertainty;
+  const double in_a_year = said.drift_in_a_year.value_or(Kelvins{kDriftInAYear_k}).value;
+  return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
+}
+
 Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
@@ -338,11 +346,17 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   std::vector<BudgetRow> rows = that_differ(at_averaging(trained.budget, clusters.length_s).rows);
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(slopes->rows());
   for (BudgetRow& row : rows) {
+    if (row.source == Source::coefficients && model.variance) {
+      const auto open = variance_of_function(model, clusters);
+      if (!open) return failure(open.error());
+      variance += *open;
+      continue;
+    }
     if (row.source != Source::thermometer_drift) {
       variance.array() += std::pow(contribution_deg_per_h(row), 2);
       continue;
     }
-    row.standard_uncertainty = drift_between(row, dataset);
+    row.standard_uncertainty = drift_between_k(row, dataset);
     const auto at = std::ranges::find(clusters.thermometers, row.of) - clusters.thermometers.begin();
     if (at == std::ssize(clusters.thermometers)) continue;
     variance.array() += (slopes->col(at).array() * row.standard_uncertainty).square();

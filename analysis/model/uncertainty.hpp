@@ -74,12 +74,18 @@ struct ThermometersInUse {
 /// it. 0 of a model that says nothing of its uncertainty.
 [[nodiscard]] double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset);
 
+/// How far the thermometer of a budget's row of drift may have walked between the training and the run of a record, K,
+/// as if its drift until the one and until the other were independent; where neither day of calibration is known, in a
+/// year.
+[[nodiscard]] double drift_between_k(const BudgetRow& row, const data::Dataset& dataset);
+
 /// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
 /// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
-/// independent: of one walk that is an upper limit. Where neither day of calibration is known, a year is between.
-/// `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
+/// independent: of one walk that is an upper limit. Where neither day of calibration is known, a year is between. What
+/// is open of coefficients counts by the model's variance in that cluster. `trained` is that of the model. NaN where an
+/// input is not known. Fails as sensitivities() does.
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);

@@ -13,14 +13,14 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr const char* kDeclarations =
+constexpr const char* kUncertaintyDeclarations =
     R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds,
    inside the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
 double @name@_uncertainty(void);
 
 )";
 
-constexpr const char* kDefinitions = R"(/* Standard uncertainty by source, in degrees per hour. */
+constexpr const char* kUncertaintyDefinitions = R"(/* Standard uncertainty by source, in degrees per hour. */
 static const double contribution[] = {
 @contributions@};
 
@@ -55,8 +55,8 @@ UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name) {
                                                                  {"k", c_number(all.coverage_factor)},
                                                                  {"contributions", contributions},
                                                                  {"expanded", c_number(all.expanded_deg_per_h)}};
-  return {.declarations = c_filled(kDeclarations, words),
-          .definitions = c_filled(kDefinitions, words),
+  return {.declarations = c_filled(kUncertaintyDeclarations, words),
+          .definitions = c_filled(kUncertaintyDefinitions, words),
           .test = c_filled(kTest, words)};
 }
 

@@ -3,7 +3,9 @@
 
 #include <cmath>
 
+#include "analysis/model/prior_training.hpp"
 #include "analysis/model/training.hpp"
+#include "analysis/model/uncertainty.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
@@ -14,7 +16,7 @@ namespace {
 
 struct TrainArguments {
   std::vector<std::string> runs;
-  std::string out, clusters, folds = "auto", select, choose = "best";
+  std::string out, clusters, folds = "auto", select, choose = "best", prior;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
   bool unverified = false;
   data::AxisChoice axis;
@@ -32,6 +34,7 @@ std::string describe(const model::Model& model) {
     text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
                         is_named(run.of) ? in_words(run.of) + " of " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
+  if (model.method == model::kTypePriorMethod) text += "  " + model.particulars + "\n";
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (std::isfinite(model.residual_std_deg_per_h))
     text += fmt::format("  residual std (n − p): {:.5g} °/h, p = {:.4g}\n", model.residual_std_deg_per_h,
@@ -49,6 +52,12 @@ std::string describe(const model::Model& model) {
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
     text += "    and chosen without it (nested): " + figures(*model.nested_leave_cycle_out) + "\n";
+  if (model.uncertainty) {
+    constexpr double kHour_s = 3600;
+    const auto combined = of_mean_over(*model.uncertainty, kHour_s);
+    text += fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f})\n", combined.expanded_deg_per_h,
+                        combined.coverage_factor);
+  }
   for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
   return text;
 }
@@ -77,18 +86,38 @@ Result<model::TrainingOptions> training_options(const TrainArguments& options) {
   return training;
 }
 
+/// By the records alone, or by the type's prior and them.
+Result<model::Model> train_by(Console& console, const TrainArguments& options, const RecordedRuns& records,
+                              const model::TrainingOptions& training) {
+  if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());
+  const auto prior = load_type_prior(options.prior);
+  if (!prior) return failure(prior.error());
+  return model::train_with_prior(*prior, records.datasets, records.clusters,
+                                 {.folds = training.folds, .program_version = training.program_version});
+}
+
 Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   const auto training = training_options(options);
   if (!training) return failure(training.error());
   const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
   if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto model = train(records->datasets, records->clusters, *training, console.sink());
+  const auto model = train_by(console, options, *records, *training);
   if (!model) return failure(model.error());
   const auto json = to_json(*model);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
   console.data(console.json ? json : describe(*model));
   return Exit::done;
+}
+
+/// With a prior the inputs are the type's, and nothing is chosen.
+void add_prior(CLI::App& command, TrainArguments& options) {
+  auto* prior = command.add_option("--prior", options.prior,
+                                   "what other units of the type have shown, as type-prior leaves it: method and "
+                                   "inputs are its own, and a few hours "
+                                   "of the unit's records are enough");
+  for (const auto* own : {"--inputs", "--select", "--threshold", "--method", "--choose", "--nested", "--quick"})
+    prior->excludes(command.get_option(own));
 }
 
 }  // namespace
@@ -139,6 +168,7 @@ void add_train(Program& program) {
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
   command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same");
+  add_prior(command, options);
 }
 
 }  // namespace gyrotherm::app

@@ -26,7 +26,7 @@ TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
 
 TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
   for (const auto* command : {"qualify", "run", "resume", "status", "simulate", "check", "import", "export", "train",
-                              "verify", "compensate", "export-model", "reduce", "report"}) {
+                              "verify", "type-prior", "compensate", "fuse", "export-model", "reduce", "report"}) {
     const auto ran = gyrotherm_with(std::string(command) + " --help");
     EXPECT_EQ(ran.exit_code, 0) << command;
     EXPECT_TRUE(ran.out.starts_with("Example: gyrotherm " + std::string(command))) << ran.out;

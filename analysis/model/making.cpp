@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/making.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/data/statistics.hpp"
+
+namespace gyrotherm::model {
+
+Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
+  for (std::size_t i = 0; i < datasets.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (datasets[i].run_id == datasets[j].run_id)
+        return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
+  return {};
+}
+
+void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
+                    const std::vector<data::Clusters>& records) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const data::Dataset& dataset = datasets[i];
+    const Eigen::Index count = records[i].start_s.size();
+    if (count == 0) continue;
+    model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
+                                static_cast<int>(count), records[i].start_s(0),
+                                records[i].start_s(count - 1) + records[i].length_s, dataset.of});
+    if (dataset.three_point_stand_in && model.inputs == "three-point") {
+      model.warnings.push_back(
+          fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
+    }
+  }
+}
+
+Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  model.input_min = inputs->colwise().minCoeff();
+  model.input_max = inputs->colwise().maxCoeff();
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, *inputs);
+  model.in_sample = figures_of(residual, clusters);
+  const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
+  model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");
+  return {};
+}
+
+void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
+                      const std::vector<data::Clusters>& records) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
+    if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
+      const std::string record = std::filesystem::path(datasets[i].path).filename().string();
+      model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
+    }
+  }
+}
+
+std::optional<tracking::BiasNoise> wander_of(const Model& model, const std::vector<data::Dataset>& datasets,
+                                             const std::vector<data::Clusters>& records, const data::Clusters& all) {
+  double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
+    floor_deg_per_h = noise_floor(records[i], datasets[i].segments).deg_per_h;
+  const auto noise = tracking::noise_of_residual(model.leave_cycle_out_residual, all, floor_deg_per_h);
+  return noise ? std::optional(*noise) : std::nullopt;
+}
+
+}  // namespace gyrotherm::model

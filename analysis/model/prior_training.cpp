@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/prior_training.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "analysis/data/statistics.hpp"
+#include "analysis/model/inputs.hpp"
+#include "analysis/model/making.hpp"
+#include "analysis/model/uncertainty.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+using RowNumbers = std::vector<Eigen::Index>;
+
+/// One unit's own clusters, all of which have every input: record by record, and one after the other.
+struct OwnClusters {
+  std::vector<data::Clusters> records;
+  data::Clusters all;
+  Eigen::Index without_input{};  ///< clusters that were left out
+};
+
+Result<OwnClusters> own_clusters(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+                                 const std::vector<data::Clusters>& clusters) {
+  OwnClusters own;
+  const InputPlan plan{.fixed = prior.terms, .candidates = {}, .rule = {}};
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const auto whole = rows_with_inputs(plan, clusters[i]);
+    if (!whole) return failure(whole.error());
+    if (whole->empty()) return failure(FaultKind::usage, datasets[i].path, "no cluster has a value of every input");
+    own.without_input += clusters[i].start_s.size() - std::ssize(*whole);
+    own.records.push_back(pick(clusters[i], *whole));
+  }
+  return concatenate(own.records).map([&](data::Clusters&& all) {
+    own.all = std::move(all);
+    return std::move(own);
+  });
+}
+
+/// What these rows of all clusters leave of each record, those without any left out.
+std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumbers& rows) {
+  std::vector<data::Clusters> within;
+  auto row = rows.begin();
+  Eigen::Index first = 0;
+  for (const data::Clusters& record : own.records) {
+    const Eigen::Index end = first + record.start_s.size();
+    RowNumbers inside;
+    for (; row != rows.end() && *row < end; ++row) inside.push_back(*row - first);
+    if (!inside.empty()) within.push_back(pick(record, inside));
+    first = end;
+  }
+  return within;
+}
+
+/// The folds; of records that are too short for any a single one, of which nothing is learnt but from the type.
+Result<data::FoldPlan> folds_of(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
+                                data::FoldOptions options) {
+  options.programs = programs_of(datasets);
+  auto plan = plan_folds(own.records, options);
+  if (plan || options.kind != data::FoldKind::automatic) return plan;
+  data::Fold all;
+  for (Eigen::Index row = 0; row < own.all.start_s.size(); ++row) all.held_out.push_back(row);
+  return data::FoldPlan{{std::move(all)}, "all at once, by the type alone"};
+}
+
+/// In °/h as it stands: the target's mean is 0 and its STD 1.
+methods::LinearModel plane_of(const Eigen::VectorXd& coefficients) {
+  return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
+}
+
+/// A constant as a Gaussian that is so wide as to be one, beside the inputs themselves: with its signal and root 1 the
+/// variance is (z, 1)ᵀS(z, 1), S the covariance of slopes and constant.
+methods::PredictiveVariance variance_of(const shared::TypePrior& prior, const shared::LearntUnit& unit,
+                                        const Eigen::VectorXd& careful) {
+  constexpr double kWide = 1e12;
+  const Eigen::Index inputs = careful.size() - 1;
+  const Eigen::VectorXd apart = unit.coefficients.mean - careful;
+  const Eigen::MatrixXd open = unit.coefficients.covariance + apart * apart.transpose();
+  RowNumbers slopes_first;
+  for (Eigen::Index i = 1; i <= inputs; ++i) slopes_first.push_back(i);
+  slopes_first.push_back(0);
+  return {.centres = data::SampleMatrix::Zero(1, prior.scaling.std.size()),
+          .lengths = Eigen::RowVectorXd::Constant(inputs, kWide),
+          .signal = 1,
+          .noise = prior.noise.white_deg_per_h,
+          .posterior = open(slopes_first, slopes_first),
+          .root = Eigen::MatrixXd::Ones(1, 1)};
+}
+
+std::string particulars_of(const shared::TypePrior& prior) {
+  constexpr double kSecondsInAnHour = 3600;
+  return fmt::format(
+      "{}type \"{}\" of {} units ({}); of their bias {:.2g} °/h wander over {:.2g} h and {:.2g} °/h of a mean are "
+      "noise",
+      prior.simulated ? "SIMULATED: " : "", prior.type, prior.units.size(), fmt::join(prior.units, "; "),
+      prior.noise.wander_deg_per_h, prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.white_deg_per_h);
+}
+
+/// The function, its inputs and all that is known of it without a look at any cluster.
+Model assemble(const shared::TypePrior& prior, const shared::LearntUnit& unit) {
+  const Eigen::VectorXd careful = careful_coefficients(prior, unit);
+  Model model;
+  model.method = kTypePriorMethod;
+  std::vector<std::string> names;
+  for (const data::Term& term : prior.terms) names.push_back(to_string(term));
+  model.inputs = fmt::format("{}", fmt::join(names, ","));
+  model.cluster_length_s = prior.cluster_length_s;
+  model.terms = prior.terms;
+  model.scaling = prior.scaling;
+  model.target_std_deg_per_h = 1;
+  model.function = plane_of(careful);
+  model.effective_parameters = unit.effective_parameters;
+  model.particulars = particulars_of(prior);
+  model.variance = variance_of(prior, unit, careful);
+  return model;
+}
+
+Result<Model> model_of(const shared::TypePrior& prior, const std::vector<data::Clusters>& records) {
+  return learn_unit(prior, records).map([&](const shared::LearntUnit& unit) { return assemble(prior, unit); });
+}
+
+Result<void> judge_held_out(Model& model, const shared::TypePrior& prior, const OwnClusters& own,
+                            const data::FoldPlan& folds) {
+  Eigen::VectorXd residual =
+      Eigen::VectorXd::Constant(own.all.start_s.size(), std::numeric_limits<double>::quiet_NaN());
+  for (const data::Fold& fold : folds.folds) {
+    const auto without = model_of(prior, records_within(own, fold.training));
+    if (!without) return failure(without.error());
+    const auto predicted = predict(*without, pick(own.all, fold.held_out));
+    if (!predicted) return failure(predicted.error());
+    residual(fold.held_out) = own.all.bias_deg_per_h(fold.held_out) - *predicted;
+  }
+  model.folds = folds.statement;
+  model.leave_cycle_out = figures_of(residual, own.all);
+  model.leave_cycle_out_residual = std::move(residual);
+  return {};
+}
+
+/// √E[(z, 1)ᵀS(z, 1)] over what the unit goes through: z varies as the type's units do about a mean of its own, which
+/// the errors of its thermometers make. Of the mean over its own clusters, c, that is E(M + E)⁻¹c, M the spread and E
+/// the covariance of the errors; the rest is where in the program these clusters lie. Nearly equal thermometers have
+/// steep slopes against each other, so that hundredths of a kelvin between them count.
+double coefficients_deg_per_h(const shared::TypePrior& prior, const shared::LearntUnit& unit,
+                              const methods::PredictiveVariance& variance) {
+  const Eigen::Index inputs = prior.scaling.std.size();
+  const Eigen::MatrixXd& errors = prior.error_covariance;
+  Eigen::VectorXd mean = Eigen::VectorXd::Ones(inputs + 1);
+  mean.head(inputs) = errors * (prior.term_spread + errors).ldlt().solve(unit.centre);
+  const auto slopes = variance.posterior.topLeftCorner(inputs, inputs);
+  return std::sqrt(mean.dot(variance.posterior * mean) + slopes.cwiseProduct(prior.term_spread).sum());
+}
+
+double square_of(const std::vector<BudgetRow>& rows, Source source) {
+  double square = 0;
+  for (const BudgetRow& row : rows)
+    if (row.source == source) square += std::pow(contribution_deg_per_h(row), 2);
+  return square;
+}
+
+/// What the type knows better than a few hours of one unit.
+void add_type(std::vector<BudgetRow>& rows, const shared::TypePrior& prior, double coefficients) {
+  const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
+  const double explained = square_of(rows, Source::hysteresis) + square_of(rows, Source::flicker) +
+                           square_of(rows, Source::rate_random_walk);
+  const double form = std::sqrt(std::max(0.0, std::pow(prior.noise.wander_deg_per_h, 2) - explained));
+  auto row = std::ranges::find(rows, Source::model_form, &BudgetRow::source);
+  if (row == rows.end()) row = rows.insert(row, {.source = Source::model_form});
+  if (row->standard_uncertainty < form) {
+    row->standard_uncertainty = form;
+    row->degrees_of_freedom = freedom;
+  }
+  rows.insert(row + 1,
+              {.source = Source::coefficients, .standard_uncertainty = coefficients, .degrees_of_freedom = freedom});
+}
+
+void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+          const OwnClusters& own) {
+  if (own.without_input > 0) {
+    model.warnings.push_back(fmt::format("clusters without all inputs were left out: {} of {}", own.without_input,
+                                         own.without_input + own.all.start_s.size()));
+  }
+  for (const data::Dataset& dataset : datasets) {
+    if (!dataset.identity.empty() && std::ranges::find(prior.units, dataset.identity) != prior.units.end()) {
+      model.warnings.push_back(
+          fmt::format("{}: the prior was learnt from this gyro ({}) too: what it has shown counts twice", dataset.path,
+                      dataset.identity));
+    }
+    if (dataset.simulated != prior.simulated) {
+      model.warnings.push_back(fmt::format("{}: the record is {}, the prior is {}", dataset.path,
+                                           dataset.simulated ? "SIMULATED" : "of a real gyro",
+                                           prior.simulated ? "SIMULATED" : "of real gyros"));
+    }
+  }
+}
+
+}  // namespace
+
+Result<shared::TypePrior> learn_prior(const data::Dataset& first, const std::vector<shared::UnitClusters>& units,
+                                      const PriorOptions& options) {
+  constexpr double kTurnOn_deg_per_h = 0.001;
+  const std::string inputs =
+      options.inputs.empty() && !first.gradients.empty() ? "seven-point," + first.gradients.front() : options.inputs;
+  const auto plan = plan_inputs(inputs, first);
+  if (!plan) return failure(plan.error());
+  if (!plan->candidates.empty()) {
+    return failure(FaultKind::usage, "--inputs",
+                   fmt::format("\"{}\" selects inputs; those of a type are known beforehand", inputs));
+  }
+  return learn_type_prior(
+      units, {.type = options.type,
+              .terms = plan->fixed,
+              .turn_on_deg_per_h = first.gyro_uncertainty.turn_on_repeatability_deg_per_h.value_or(kTurnOn_deg_per_h),
+              .thermometer_uncertainty_k = thermometers_in_use(first).uncertainty_k,
+              .quick = options.quick,
+              .simulated = options.simulated});
+}
+
+Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+                               const std::vector<data::Clusters>& clusters, const PriorTrainingOptions& options) {
+  if (datasets.empty() || datasets.size() != clusters.size())
+    return failure(FaultKind::usage, "training", "needs at least one record");
+  if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
+  const auto own = own_clusters(prior, datasets, clusters);
+  if (!own) return failure(own.error());
+  const auto folds = folds_of(*own, datasets, options.folds);
+  if (!folds) return failure(folds.error());
+  const auto unit = learn_unit(prior, own->records);
+  if (!unit) return failure(unit.error());
+  Result<Model> model = assemble(prior, *unit);
+  if (const auto judged = judge_held_out(*model, prior, *own, *folds); !judged) return failure(judged.error());
+  model->program_version = options.program_version;
+  model->residual_noise = wander_of(*model, datasets, own->records, own->all);
+  record_sources(*model, datasets, own->records);
+  if (const auto judged = judge_in_sample(*model, own->all); !judged) return failure(judged.error());
+  model->input_min = model->input_min.cwiseMin(prior.input_min);
+  model->input_max = model->input_max.cwiseMax(prior.input_max);
+  auto uncertainty = uncertainty_of(*model, {datasets, own->records, model->leave_cycle_out_residual});
+  if (!uncertainty) return failure(uncertainty.error());
+  add_type(uncertainty->budget.rows, prior, coefficients_deg_per_h(prior, *unit, *model->variance));
+  model->uncertainty = std::move(*uncertainty);
+  warn(*model, prior, datasets, *own);
+  warn_of_over_fit(*model, datasets, own->records);
+  return model;
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "analysis/model/prior_training.hpp"
+#include "app/command.hpp"
+#include "app/recorded_run.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct TypePriorArguments {
+  std::vector<std::string> records;
+  std::string out;
+  bool unverified = false;
+  data::AxisChoice axis;
+  model::PriorOptions prior;
+};
+
+/// "u7=rate.db", or a record alone.
+struct NamedRecord {
+  std::string unit;  ///< empty: the record says it
+  std::string path;
+};
+
+/// A "=" behind a "/" belongs to a path.
+NamedRecord parse_named_record(const std::string& word) {
+  const auto at = word.find('=');
+  if (at == std::string::npos || word.find('/') < at) return {{}, word};
+  return {word.substr(0, at), word.substr(at + 1)};
+}
+
+Result<std::string> unit_of(const NamedRecord& named, const data::Dataset& dataset) {
+  if (!named.unit.empty()) return named.unit;
+  if (!dataset.identity.empty()) return dataset.identity;
+  return failure(FaultKind::usage, named.path,
+                 "does not say which gyro it is of, for it has no serial number: give it as UNIT=" + named.path);
+}
+
+struct SeenRun {
+  std::string run_id, path;
+  data::AxisChoice of;
+};
+
+/// Everything that the type is learnt from. Of the samples those of the first record are kept.
+struct RecordedUnits {
+  std::optional<data::Dataset> first;
+  std::vector<shared::UnitClusters> units;  ///< in the order in which they are first named
+  std::vector<SeenRun> seen;
+  bool simulated{};
+};
+
+Result<void> check_unseen(const RecordedUnits& units, const data::Dataset& dataset) {
+  for (const SeenRun& other : units.seen)
+    if (other.run_id == dataset.run_id && other.of == dataset.of)
+      return failure(FaultKind::usage, dataset.path, fmt::format("is the same run as {}", other.path));
+  return {};
+}
+
+Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::RecordedRun recorded) {
+  data::Dataset& dataset = recorded.dataset;
+  if (const auto unseen = check_unseen(units, dataset); !unseen) return unseen;
+  const auto name = unit_of(named, dataset);
+  if (!name) return failure(name.error());
+  auto unit = std::ranges::find(units.units, *name, &shared::UnitClusters::unit);
+  if (unit == units.units.end()) unit = units.units.insert(unit, {*name, {}});
+  unit->runs.push_back(std::move(recorded.clusters));
+  units.simulated = units.simulated || dataset.simulated;
+  units.seen.push_back({dataset.run_id, dataset.path, dataset.of});
+  if (!units.first) units.first = std::move(dataset);
+  return {};
+}
+
+Result<RecordedUnits> load_units(Console& console, const TypePriorArguments& options) {
+  RecordedUnits units;
+  for (const std::string& word : options.records) {
+    const NamedRecord named = parse_named_record(word);
+    auto recorded = load_recorded_run(console, named.path, {{}, options.unverified, options.axis});
+    if (!recorded) return failure(recorded.error());
+    if (const auto added = add_record(units, named, std::move(*recorded)); !added) return failure(added.error());
+  }
+  return units;
+}
+
+std::string describe(const shared::TypePrior& prior, const std::vector<shared::UnitClusters>& units) {
+  constexpr double kSecondsInAnHour = 3600;
+  std::string text =
+      fmt::format("{}type \"{}\" of {} units\n", prior.simulated ? "SIMULATED: " : "", prior.type, prior.units.size());
+  for (const shared::UnitClusters& unit : units) {
+    double seconds = 0;
+    for (const data::Clusters& run : unit.runs) seconds += static_cast<double>(run.start_s.size()) * run.length_s;
+    text += fmt::format("  {}: {} record{}, {:.1f} h\n", unit.unit, unit.runs.size(), unit.runs.size() == 1 ? "" : "s",
+                        seconds / kSecondsInAnHour);
+  }
+  text += fmt::format("  {:<14} {:>12} {:>12}  °/h per STD of the input\n", "", "mean", "of a unit ±");
+  const auto row = [&](const std::string& name, Eigen::Index at) {
+    text += fmt::format("  {:<14} {:>12.5f} {:>12.5f}\n", name, prior.next_unit.mean(at),
+                        std::sqrt(std::max(0.0, prior.next_unit.covariance(at, at))));
+  };
+  row("constant", 0);
+  for (std::size_t k = 0; k < prior.terms.size(); ++k) row(to_string(prior.terms[k]), static_cast<Eigen::Index>(k) + 1);
+  text += fmt::format(
+      "  unexplained: {:.5f} °/h of a mean over {:g} s, {:.5f} °/h that wanders over {:.1f} h; turn-on {:.5f} °/h, as "
+      "the "
+      "first record says\n",
+      prior.noise.white_deg_per_h, prior.cluster_length_s, prior.noise.wander_deg_per_h,
+      prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.turn_on_deg_per_h);
+  return text;
+}
+
+Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options) {
+  const auto units = load_units(console, options);
+  if (!units) return failure(units.error());
+  model::PriorOptions how = options.prior;
+  how.simulated = units->simulated;
+  const auto prior = model::learn_prior(*units->first, units->units, how);
+  if (!prior) return failure(prior.error());
+  const auto json = to_json(*prior);
+  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
+  console.data(console.json ? json : describe(*prior, units->units));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_type_prior(Program& program) {
+  auto [command, options] = add_command(
+      program, "type-prior",
+      "Learns what units of one type have in common, so that few hours of the next one are enough (train --prior).",
+      "gyrotherm type-prior u1/rate.db u1/random.db u2/rate.db u3/rate.db --out prior.json", learn_and_write);
+  command
+      .add_option(
+          "records", options.records,
+          "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT they belong together by "
+          "the gyro's serial number; virtual ones by their seed")
+      ->required();
+  command.add_option("--out", options.out, "the prior")->required();
+  command.add_option("--type", options.prior.type, "what the type is called, for people");
+  command.add_option("--inputs", options.prior.inputs,
+                     "words and terms as of train, none that selects; default: seven-point and the temperature of the "
+                     "first gradient thermometer");
+  command.add_flag("--quick", options.prior.quick, "a try: how coefficients vary together is not learnt");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

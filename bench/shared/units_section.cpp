@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "analysis/data/input_noise.hpp"
+#include "analysis/methods/kernel_methods.hpp"
+#include "analysis/methods/ridge_u.hpp"
+#include "analysis/model/inputs.hpp"
+#include "analysis/model/uncertainty.hpp"
+#include "analysis/shared/type_prior.hpp"
+#include "bench/shared/sections.hpp"
+
+namespace gyrotherm::bench {
+namespace {
+
+constexpr double kSecondsPerHour = 3600;
+constexpr std::array kShownHours = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 62};
+constexpr int kLastHour = 62;  // the whole rate run
+
+/// What one way of learning says of one unit's random run after so many hours of its rate run.
+struct Judged {
+  double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square over the run
+  double error{};                                              ///< to the truth, root mean square
+  double shape{};                                              ///< the same, mean removed
+  double held = std::numeric_limits<double>::quiet_NaN();      ///< share of means whose error is within U
+  double drift{};  ///< what errors of the thermometers as after a year, k = 1, would add
+};
+
+Judged judge(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, const Eigen::VectorXd& truth) {
+  const Eigen::VectorXd error = predicted - truth;
+  Judged judged{.error = root_mean_square(error), .shape = root_mean_square(error.array() - error.mean())};
+  if (expanded.size() == 0) return judged;
+  judged.expanded = root_mean_square(expanded);
+  judged.held = (error.cwiseAbs().array() <= expanded.array()).cast<double>().mean();
+  return judged;
+}
+
+/// The ways of learning that are compared.
+enum Way { kWithPrior, kAlone, kRidgeU, kTypeMean, kWays };
+constexpr std::array<const char*, kWays> kWayNames = {"type prior", "alone", "`ridge-u`",
+                                                      "mean of the others, own constant"};
+
+using ByHour = std::vector<std::array<Judged, kWays>>;
+
+/// The clusters of the first hours; all of them at the last.
+data::Clusters first_hours(const data::Clusters& clusters, int hours) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k)
+    if (hours >= kLastHour || clusters.start_s(k) + clusters.length_s <= hours * kSecondsPerHour) rows.push_back(k);
+  return pick(clusters, rows);
+}
+
+/// What is known without any unit of the type: the constant and each slope per STD are within some °/h of 0, which is
+/// fifty times what they are. The noises are the type's, as if they were known.
+shared::TypePrior nothing_known(const shared::TypePrior& type) {
+  shared::TypePrior nothing = type;
+  nothing.next_unit.mean.setZero();
+  nothing.next_unit.covariance.setIdentity();
+  return nothing;
+}
+
+/// √(wᵀCw), w the slopes of the unscaled terms and C what the thermometers' uncertainty in use makes of these.
+Result<double> drift_of(const std::vector<data::Term>& terms, const Eigen::VectorXd& slopes, const VirtualUnit& unit) {
+  const auto uncertainty = model::thermometers_in_use(unit.random.dataset).uncertainty_k;
+  const auto covariance = data::input_covariance(terms, unit.random.clusters, uncertainty);
+  if (!covariance) return failure(covariance.error());
+  return std::sqrt(slopes.dot(*covariance * slopes));
+}
+
+Result<Judged> judge_prior(const shared::TypePrior& prior, const data::Clusters& own, const VirtualUnit& unit) {
+  std::vector<data::Clusters> runs;
+  if (own.start_s.size() > 0) runs.push_back(own);
+  const auto coefficients = learn_unit(prior, runs);
+  if (!coefficients) return failure(coefficients.error());
+  const auto predicted = predict(prior, *coefficients, unit.random.clusters);
+  if (!predicted) return failure(predicted.error());
+  auto judged = judge(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
+  const Eigen::VectorXd slopes = careful_coefficients(prior, *coefficients).tail(prior.scaling.std.size());
+  const auto drift = drift_of(prior.terms, slopes.cwiseQuotient(prior.scaling.std.transpose()), unit);
+  if (!drift) return failure(drift.error());
+  judged.drift = *drift;
+  return judged;
+}
+
+Result<Judged> judge_ridge(const shared::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit,
+                           const std::vector<double>& uncertainty_k) {
+  const auto inputs = evaluate(type.terms, own), used = evaluate(type.terms, unit.random.clusters);
+  const auto covariance = data::input_covariance(type.terms, own, uncertainty_k);
+  if (!inputs || !used || !covariance) return failure(FaultKind::usage, unit.name, "lacks an input");
+  const auto plane = methods::penalised_plane(*inputs, own.bias_deg_per_h, *covariance);
+  auto judged = judge((*used * plane.weights).array() + plane.b, {}, unit.random_truth_deg_per_h);
+  const auto drift = drift_of(type.terms, plane.weights, unit);
+  if (!drift) return failure(drift.error());
+  judged.drift = *drift;
+  return judged;
+}
+
+/// The slopes of the type's mean, and the constant that the own clusters have beside them.
+Result<Judged> judge_mean(const shared::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
+  const auto none = learn_unit(type, {});
+  if (!none) return failure(none.error());
+  const shared::LearntUnit& mean = *none;
+  const auto here = predict(type, mean, own), there = predict(type, mean, unit.random.clusters);
+  if (!here || !there) return failure(here ? there.error() : here.error());
+  const double constant = own.start_s.size() > 0 ? (own.bias_deg_per_h - here->bias_deg_per_h).mean() : 0;
+  return judge(there->bias_deg_per_h.array() + constant, {}, unit.random_truth_deg_per_h);
+}
+
+Result<ByHour> judge_by_hours(const shared::TypePrior& type, const VirtualUnit& unit) {
+  const auto uncertainty = model::thermometers_in_use(unit.rate.dataset).uncertainty_k;
+  ByHour all;
+  for (int hours = 0; hours <= kLastHour; ++hours) {
+    const data::Clusters own = first_hours(unit.rate.clusters, hours);
+    std::array<Judged, kWays>& judged = all.emplace_back();
+    const auto with = judge_prior(type, own, unit);
+    const auto mean = judge_mean(type, own, unit);
+    if (!with || !mean) return failure(with ? mean.error() : with.error());
+    judged[kWithPrior] = *with;
+    judged[kTypeMean] = *mean;
+    if (hours == 0) {  // nothing is known and nothing is compensated
+      judged[kAlone] = judged[kRidgeU] =
+          judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
+      continue;
+    }
+    const auto alone = judge_prior(nothing_known(type), own, unit);
+    const auto ridge = judge_ridge(type, own, unit, uncertainty);
+    if (!alone || !ridge) return failure(alone ? ridge.error() : alone.error());
+    judged[kAlone] = *alone;
+    judged[kRidgeU] = *ridge;
+  }
+  return all;
+}
+
+struct Figure {
+  const char* name;
+  double Judged::*value;
+  double scale;
+};
+constexpr std::array kFigures = {
+    Figure{"U (k = 2), 10⁻³ °/h", &Judged::expanded, 1000},
+    Figure{"error to the truth, RMS, 10⁻³ °/h", &Judged::error, 1000},
+    Figure{"the same without its mean, 10⁻³ °/h", &Judged::shape, 1000},
+    Figure{"share of errors within U, %", &Judged::held, 100},
+    Figure{"what a year of the thermometers adds (k = 1), 10⁻³ °/h", &Judged::drift, 1000}};
+
+MeanWithError over_units(const std::vector<ByHour>& units, int hours, Way way, double Judged::*value) {
+  std::vector<double> values;
+  for (const ByHour& unit : units) values.push_back(unit[static_cast<std::size_t>(hours)][way].*value);
+  return with_error(values);
+}
+
+void print_tables(const std::vector<ByHour>& units) {
+  for (const Figure& figure : kFigures) {
+    fmt::print("\n**{}**, mean over the units ± its standard error\n\n| own hours |", figure.name);
+    for (const int hours : kShownHours) fmt::print(" {} |", hours);
+    fmt::print("\n|---|");
+    for ([[maybe_unused]] const int hours : kShownHours) fmt::print("---|");
+    for (int way = 0; way < kWays; ++way) {
+      if (std::isnan(over_units(units, kLastHour, static_cast<Way>(way), figure.value).mean)) continue;
+      fmt::print("\n| {} |", kWayNames[static_cast<std::size_t>(way)]);
+      for (const int hours : kShownHours) {
+        const auto found = over_units(units, hours, static_cast<Way>(way), figure.value);
+        if (std::isnan(found.mean)) {
+          fmt::print(" – |");
+        } else {
+          fmt::print(" {:.2f} ± {:.2f} |", figure.scale * found.mean, figure.scale * found.error);
+        }
+      }
+    }
+    fmt::print("\n");
+  }
+}
+
+/// What the prior takes from the error, unit by unit.
+void print_differences(const std::vector<ByHour>& units) {
+  fmt::print("\n**Error with the type prior less that without, unit by unit**, 10⁻³ °/h\n\n| own hours |");
+  for (const int hours : kShownHours) fmt::print(" {} |", hours);
+  fmt::print("\n|---|");
+  for ([[maybe_unused]] const int hours : kShownHours) fmt::print("---|");
+  for (const Way way : {kAlone, kRidgeU}) {
+    fmt::print("\n| less {} |", kWayNames[way]);
+    for (const int hours : kShownHours) {
+      std::vector<double> differences;
+      for (const ByHour& unit : units) {
+        const auto& at = unit[static_cast<std::size_t>(hours)];
+        differences.push_back(1000 * (at[kWithPrior].error - at[way].error));
+      }
+      const auto found = with_error(differences);
+      fmt::print(" {:+.2f} ± {:.2f} |", found.mean, found.error);
+    }
+  }
+  fmt::print("\n");
+}
+
+/// The first hour from which on the unit's U without the prior is no more than `wanted`; an hour after the last: never.
+int first_hour_with(const ByHour& unit, double wanted) {
+  int first = kLastHour + 1;
+  for (; first > 1; --first)
+    if (!(unit[static_cast<std::size_t>(first - 1)][kAlone].expanded <= wanted)) break;
+  return first;
+}
+
+/// How many more hours units need without the prior for the U that it gives after so many, unit by unit. Who never gets
+/// there counts as if an hour after the last were enough.
+struct SavedHours {
+  MeanWithError hours;
+  int never{};  ///< units
+};
+
+SavedHours saved_at_equal_u(const std::vector<ByHour>& units, int hours_with_prior) {
+  SavedHours saved;
+  std::vector<double> all;
+  for (const ByHour& unit : units) {
+    const int first = first_hour_with(unit, unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].expanded);
+    if (first > kLastHour) ++saved.never;
+    all.push_back(first - hours_with_prior);
+  }
+  saved.hours = with_error(all);
+  return saved;
+}
+
+/// Until when another way errs more than the prior after so many hours, unit by unit, by more than two standard errors;
+/// −1: until the end.
+int first_hour_as_good(const std::vector<ByHour>& units, Way way, int hours_with_prior) {
+  for (int hours = 1; hours <= kLastHour; ++hours) {
+    std::vector<double> more;
+    for (const ByHour& unit : units)
+      more.push_back(unit[static_cast<std::size_t>(hours)][way].error -
+                     unit[static_cast<std::size_t>(hours_with_prior)][kWithPrior].error);
+    const auto found = with_error(more);
+    if (found.mean <= 2 * found.error) return hours;
+  }
+  return -1;
+}
+
+void print_savings(const std::vector<ByHour>& units) {
+  fmt::print(
+      "\n**Hours that units without the type prior need for what it gives after so many**: for equal U as a mean over "
+      "the units (who never gets there counts as {}); until the error is no longer greater by two standard errors, "
+      "unit "
+      "by unit\n\n| own hours with the prior | equal U, alone: more hours | never, of {} units | error, alone | error, "
+      "`ridge-u` |\n|---|---|---|---|---|",
+      kLastHour + 1, units.size());
+  const auto cell = [](int hours, int needed) {
+    return needed < 0 ? fmt::format("more than {}", kLastHour) : fmt::format("{} ({:+})", needed, needed - hours);
+  };
+  for (const int hours : kShownHours) {
+    const SavedHours saved = saved_at_equal_u(units, hours);
+    fmt::print("\n| {} | {:+.1f} ± {:.1f} | {} | {} | {} |", hours, saved.hours.mean, saved.hours.error, saved.never,
+               cell(hours, first_hour_as_good(units, kAlone, hours)),
+               cell(hours, first_hour_as_good(units, kRidgeU, hours)));
+  }
+  fmt::print("\n");
+}
+
+std::vector<shared::UnitClusters> others_of(const std::vector<VirtualUnit>& units, std::size_t left_out) {
+  std::vector<shared::UnitClusters> others;
+  for (std::size_t i = 0; i < units.size(); ++i)
+    if (i != left_out) others.push_back({units[i].name, {units[i].rate.clusters, units[i].random.clusters}});
+  return others;
+}
+
+}  // namespace
+
+Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::string& inputs) {
+  const auto plan = model::plan_inputs(inputs, units.front().rate.dataset);
+  if (!plan) return failure(plan.error());
+  if (!plan->candidates.empty()) return failure(FaultKind::usage, inputs, "selects: give inputs that are known");
+  const auto turn_on = units.front().rate.dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h;
+  std::vector<ByHour> judged;
+  fmt::print(
+      "\nPriors, each of the other units:\n\n| next unit | white, wander, 10⁻³ °/h | over h | correlations drawn "
+      "to 0 as by units |\n|---|---|---|---|\n");
+  for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
+    const auto others = others_of(units, left_out);
+    const auto type = shared::learn_type_prior(
+        others, {.type = "virtual",
+                 .terms = plan->fixed,
+                 .turn_on_deg_per_h = turn_on.value_or(0.001),
+                 .thermometer_uncertainty_k = model::thermometers_in_use(units[left_out].rate.dataset).uncertainty_k});
+    if (!type) return failure(type.error());
+    fmt::print("| {} | {:.2f}, {:.2f} | {:.1f} | {} |\n", units[left_out].name, 1000 * type->noise.white_deg_per_h,
+               1000 * type->noise.wander_deg_per_h, type->noise.wander_time_s / kSecondsPerHour,
+               type->correlations_worth_units > 0 ? fmt::format("{:.0f}", type->correlations_worth_units) : "all");
+    std::fflush(stdout);
+    auto by_hours = judge_by_hours(*type, units[left_out]);
+    if (!by_hours) return failure(by_hours.error());
+    judged.push_back(std::move(*by_hours));
+  }
+  print_tables(judged);
+  print_differences(judged);
+  print_savings(judged);
+  return {};
+}
+
+}  // namespace gyrotherm::bench

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <variant>
 
@@ -122,12 +123,27 @@ Result<void> LiveRows::read_line(std::string_view line) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (++line_ == 1 && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
   if (trimmed(line).empty()) return {};
+  if (header_.empty() && line.starts_with('#')) {
+    comments_.emplace_back(trimmed(line.substr(1)));
+    return {};
+  }
   if (auto parted = cut(line, ',', fields_); !parted) {
     parted.error().where = fmt::format("{}:{}:{}", source_, line_, parted.error().where);
     return parted;
   }
-  if (!header_.empty()) return read_row();
+  return header_.empty() ? read_header() : read_row();
+}
+
+Result<void> LiveRows::read_header() {
   for (const Field& field : fields_) header_.emplace_back(field.text);
+  if (!choose_) {
+    columns_.resize(header_.size());
+    std::iota(columns_.begin(), columns_.end(), std::size_t{});
+    return {};
+  }
+  auto chosen = choose_(header_, comments_);
+  if (!chosen) return failure(chosen.error());
+  columns_ = std::move(*chosen);
   return {};
 }
 
@@ -136,7 +152,8 @@ Result<void> LiveRows::read_row() {
     return mistake(1, fmt::format("{} fields, expected {}", fields_.size(), header_.size()));
   }
   const std::size_t before = numbers_.size();
-  for (const Field& field : fields_) {
+  for (const std::size_t at : columns_) {
+    const Field& field = fields_[at];
     numbers_.push_back(std::numeric_limits<double>::quiet_NaN());
     if (field.text.empty()) continue;
     const auto number = number_in(field.text);
@@ -186,6 +203,20 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   if (info.simulated) add(out, "# SIMULATED: the instruments were virtual\n");
   fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", one_line(info.id), one_line(info.profile_name),
                  one_line(info.rig_name), finished ? "" : ", not finished");
+  for (const UnitInfo& unit : info.units)
+    for (std::size_t axis = 0; axis < unit.axes.size(); ++axis)
+      if (const auto& rate = unit.axes[axis].earth_rate)
+        fmt::format_to(std::back_inserter(out), "# axis {}: scale {}, earth rate {}\n",
+                       one_line(axis_label(unit, axis)), unit.axes[axis].scale, rate->value);
+  for (const Channel& channel : info.thermometers) {
+    const std::string name = one_line(channel.name);
+    if (!channel.polynomial.empty()) {
+      fmt::format_to(std::back_inserter(out), "# thermometer {}: polynomial {}\n", name,
+                     fmt::join(channel.polynomial, " "));
+    } else if (channel.offset.value != 0) {
+      fmt::format_to(std::back_inserter(out), "# thermometer {}: offset {}\n", name, channel.offset.value);
+    }
+  }
 }
 
 std::string title_of(const ChannelColumn& column, const RunInfo& info) {

@@ -33,36 +33,47 @@ struct Field {
 /// The finite number that the whole text is, with a decimal point; a sign may stand before it.
 [[nodiscard]] std::optional<double> number_in(std::string_view text);
 
-// A text table of numbers that arrives in pieces: a header, then rows, fields between commas.
+// A text table of numbers that arrives in pieces: perhaps comments, lines that begin with #; a header; then rows,
+// fields between commas.
 
 class LiveRows {
  public:
-  /// `source` begins the place of each mistake: "stdin" makes "stdin:12:3".
-  explicit LiveRows(std::string source) : source_(std::move(source)) {}
+  /// Which columns are read, and in what order, by the header and by the comments before it. What the others hold is
+  /// nobody's business.
+  using Choose = std::function<Result<std::vector<std::size_t>>(const std::vector<std::string>& header,
+                                                                const std::vector<std::string>& comments)>;
+  /// `source` begins the place of each mistake: "stdin" makes "stdin:12:3". Without `choose` all columns are read.
+  explicit LiveRows(std::string source, Choose choose = {}) : source_(std::move(source)), choose_(std::move(choose)) {}
 
   /// Reads the lines that are whole by now; what is left waits for the next piece. Blank lines are passed over. Fails
-  /// with bad_file at the first mistake: a row of more or fewer fields than the header, a field that is no finite
-  /// number, a line longer than kLongestLine. The rows before it are there.
+  /// with bad_file at the first mistake: a row of more or fewer fields than the header, a field of a column that is
+  /// read and is no finite number, a line longer than kLongestLine; or as `choose` does. The rows before it are there.
   [[nodiscard]] Result<void> take(std::string_view piece);
   /// Reads the last line, which need not end. Fails like take, and if not even a header has come.
   [[nodiscard]] Result<void> finish();
 
-  /// The fields of the first line; none until it has come.
+  /// The fields of the first line that is no comment; none until it has come.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
-  /// The rows read since the last forget_rows, one after the other, each as long as the header. An empty field is NaN.
+  /// The columns that are read: places in the header.
+  [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
+  /// The rows read since the last forget_rows, one after the other, each as long as columns(). An empty field is NaN.
   [[nodiscard]] const std::vector<double>& numbers() const { return numbers_; }
   void forget_rows() { numbers_.clear(); }
 
  private:
   Result<void> read_line(std::string_view line);
+  Result<void> read_header();
   Result<void> read_row();
   [[nodiscard]] tl::unexpected<Fault> mistake(std::size_t column, std::string what) const;
 
   std::string source_;
+  Choose choose_;
   std::string rest_;    ///< the beginning of a line whose end has not come
   std::size_t line_{};  ///< the one being read, from 1
   std::vector<Field> fields_;
+  std::vector<std::string> comments_;
   std::vector<std::string> header_;
+  std::vector<std::size_t> columns_;
   std::vector<double> numbers_;
 };
 
@@ -71,8 +82,10 @@ class LiveRows {
 struct Record;
 
 /// The record as text: comment lines with `#` that say what it is ("SIMULATED" first, if it is), a header of names with
-/// units, one row per sample; an empty field where there is no value. Quoted as in RFC 4180, lines end with LF; numbers
-/// are the shortest that read back to the same value.
+/// units, one row per sample; an empty field where there is no value. Comments also say what makes a bias of the
+/// numbers and a temperature of the readings, where the record knows it: "axis u1.x: scale 0.1, earth rate 10.04"
+/// (°/h), "thermometer A: offset 0.01" (K), "thermometer A: polynomial 0 1.001". Quoted as in RFC 4180, lines end with
+/// LF; numbers are the shortest that read back to the same value.
 [[nodiscard]] std::string to_csv(const Record& record);
 /// The same text, piece by piece: that of a record with many channels is larger than the record.
 void write_csv(const Record& record, const std::function<void(std::string_view)>& sink);

@@ -17,13 +17,12 @@
 #include "analysis/model/stream.hpp"
 #include "analysis/tracking/rest_tracker.hpp"
 #include "app/bias_tracking.hpp"
+#include "app/compensation_table.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
 
 namespace gyrotherm::app {
 namespace {
-
-constexpr std::string_view kBiasColumn = "bias", kRestColumn = "at_rest";
 
 struct CompensateArguments {
   std::string model, outside = "clamp";
@@ -53,38 +52,29 @@ std::string lines_of(const Eigen::VectorXd& values, const std::optional<double>&
 class Compensation {
  public:
   using Noise = std::optional<tracking::BiasNoise>;
-  /// The header names the thermometers, then "bias" and, where the bias is tracked, perhaps "at_rest".
-  [[nodiscard]] static Result<Compensation> open(const model::Model& model, std::vector<std::string> header,
+  [[nodiscard]] static Result<Compensation> open(const model::Model& model, CompensationTable table,
                                                  model::Outside outside, const Noise& noise,
                                                  const std::optional<double>& expanded);
 
+  [[nodiscard]] const CompensationTable& table() const { return table_; }
   [[nodiscard]] std::string answer(const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
 
  private:
-  explicit Compensation(model::CompensationStream stream) : stream_(std::move(stream)) {}
+  Compensation(CompensationTable table, model::CompensationStream stream)
+      : table_(std::move(table)), stream_(std::move(stream)) {}
 
+  CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
-  bool says_rest_ = false;          ///< the last column does
   std::optional<double> expanded_;  ///< U, °/h, for a column of its own
 };
 
-Result<Compensation> Compensation::open(const model::Model& model, std::vector<std::string> header,
-                                        model::Outside outside, const Noise& noise,
-                                        const std::optional<double>& expanded) {
-  const bool says_rest = noise && header.back() == kRestColumn;
-  if (says_rest) header.pop_back();
-  if (header.size() < 2 || header.back() != kBiasColumn) {
-    return failure(FaultKind::bad_file, "stdin:1:1",
-                   fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas",
-                               noise ? " and, if you like, \"at_rest\"" : ""));
-  }
-  header.pop_back();
-  auto stream = model::CompensationStream::open(model, std::move(header), outside);
+Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
+                                        const Noise& noise, const std::optional<double>& expanded) {
+  auto stream = model::CompensationStream::open(model, table.thermometers(), outside);
   if (!stream) return failure(stream.error());
-  Compensation compensation(std::move(*stream));
-  compensation.says_rest_ = says_rest;
+  Compensation compensation(std::move(table), std::move(*stream));
   compensation.expanded_ = expanded;
   if (noise) {
     const int rows = rows_in_cluster(model);
@@ -94,16 +84,13 @@ Result<Compensation> Compensation::open(const model::Model& model, std::vector<s
 }
 
 std::string Compensation::answer(const record::LiveRows& rows) {
-  const auto columns = static_cast<Eigen::Index>(rows.header().size());
+  const auto columns = static_cast<Eigen::Index>(rows.columns().size());
   const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
-  const Eigen::Index bias = columns - (says_rest_ ? 2 : 1);
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  Eigen::VectorXd compensated = stream_.push(numbers.leftCols(bias), numbers.col(bias));
+  Eigen::VectorXd compensated = stream_.push(table_.temperatures_c(numbers), table_.bias_deg_per_h(numbers));
   if (!tracker_) return lines_of(compensated, expanded_, stream_.rows_outside());
-  for (Eigen::Index row = 0; row < count; ++row) {
-    const bool at_rest = !says_rest_ || numbers(row, bias + 1) > 0;
-    compensated(row) -= tracker_->push(compensated(row), at_rest).deg_per_h;
-  }
+  for (Eigen::Index row = 0; row < count; ++row)
+    compensated(row) -= tracker_->push(compensated(row), table_.at_rest(numbers, row)).deg_per_h;
   return lines_of(compensated, expanded_, stream_.rows_outside());
 }
 
@@ -144,22 +131,26 @@ class StandardInput {
 };
 
 /// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once. `open` is called
-/// with the header.
-Result<void> answer(Console& console, const std::function<Result<Compensation>(std::vector<std::string>)>& open,
-                    std::string_view head, std::optional<Compensation>& compensation) {
+/// with the header and the comments before it.
+using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
+                                                const std::vector<std::string>& comments)>;
+Result<void> answer(Console& console, const Open& open, std::string_view head,
+                    std::optional<Compensation>& compensation) {
+  const auto choose = [&](const std::vector<std::string>& header,
+                          const std::vector<std::string>& comments) -> Result<std::vector<std::size_t>> {
+    auto opened = open(header, comments);
+    if (!opened) return failure(opened.error());
+    compensation.emplace(std::move(*opened));
+    console.data(head);
+    return compensation->table().columns();
+  };
   StandardInput input;
-  record::LiveRows rows("stdin");
+  record::LiveRows rows("stdin", choose);
   for (bool more = true; more && std::ferror(stdout) == 0;) {
     const auto piece = input.next();
     if (!piece) return failure(piece.error());
     more = !piece->empty();
     const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
-    if (!compensation && !rows.header().empty()) {
-      auto opened = open(rows.header());
-      if (!opened) return failure(opened.error());
-      compensation = std::move(*opened);
-      console.data(head);
-    }
     if (!rows.numbers().empty()) console.data(compensation->answer(rows));
     rows.forget_rows();
     if (!read) return failure(read.error());
@@ -202,8 +193,11 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);
   std::optional<Compensation> compensation;
-  const auto open = [&](std::vector<std::string> header) {
-    return Compensation::open(*model, std::move(header), *outside, *noise, *expanded);
+  const auto open = [&](const std::vector<std::string>& header,
+                        const std::vector<std::string>& comments) -> Result<Compensation> {
+    auto table = CompensationTable::of(header, comments, *model, axis_for(*model, options.axis), noise->has_value());
+    if (!table) return failure(table.error());
+    return Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
   };
   const auto answered =
       answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
@@ -219,10 +213,11 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
 }  // namespace
 
 void add_compensate(Program& program) {
-  auto [command, options] = add_command(program, "compensate",
-                                        "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
-                                        "\"A,B,C,bias\", writes the compensated bias.",
-                                        "gyrotherm compensate model.json < rows.csv", compensate);
+  auto [command, options] =
+      add_command(program, "compensate",
+                  "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
+                  "\"A,B,C,bias\", or what export makes of a record; writes the compensated bias.",
+                  "gyrotherm compensate model.json < rows.csv", compensate);
   command.add_option("model", options.model, "the model")->required();
   command.add_option("--outside", options.outside,
                      "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "

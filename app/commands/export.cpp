@@ -1,20 +1,94 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+
 #include "acquisition/record/csv.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/model/stream.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
 struct ExportArguments {
-  std::string run, out;
+  std::string run, out, model, outside = "clamp";
+  bool compensated = false;
   bool unverified = false;
+  data::AxisChoice axis;
 };
 
+/// What a model makes of each second of a record.
+struct CompensatedRows {
+  data::Dataset dataset;
+  Eigen::VectorXd compensated_deg_per_h;
+  std::vector<Eigen::Index> outside;  ///< rows with an input beyond the trained range
+  double averaging_s{};
+  std::optional<double> expanded_deg_per_h;  ///< U of a mean over so many seconds
+};
+
+Result<CompensatedRows> compensate(const ExportArguments& options) {
+  const auto outside = model::parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
+  if (!dataset) return failure(dataset.error());
+  auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
+  if (!stream) return failure(stream.error());
+  CompensatedRows rows;
+  rows.compensated_deg_per_h = stream->push(dataset->temperature_c, dataset->bias_deg_per_h);
+  rows.averaging_s = model->cluster_length_s;
+  rows.outside = stream->rows_outside();
+  if (model->uncertainty)
+    rows.expanded_deg_per_h = of_mean_over(*model->uncertainty, model->cluster_length_s).expanded_deg_per_h;
+  rows.dataset = std::move(*dataset);
+  return rows;
+}
+
+void add_number(std::string& text, double value) {
+  text += ',';
+  if (std::isfinite(value)) fmt::format_to(std::back_inserter(text), "{}", value);
+}
+
+std::string table_of(const CompensatedRows& rows) {
+  const data::Dataset& dataset = rows.dataset;
+  std::string text = dataset.simulated ? "# SIMULATED: the instruments were virtual\n" : "";
+  text += fmt::format(
+      "# run {}, {}; temperatures are calibrated, inputs of the model are their means over the last {:g} s"
+      "\ntime [s]",
+      dataset.run_id, dataset.bias_zero, rows.averaging_s);
+  for (const std::string& thermometer : dataset.thermometers) text += "," + thermometer + " [°C]";
+  text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
+  for (Eigen::Index row = 0; row < dataset.time_s.size(); ++row) {
+    fmt::format_to(std::back_inserter(text), "{}", dataset.time_s(row));
+    for (const double temperature : dataset.temperature_c.row(row)) add_number(text, temperature);
+    add_number(text, dataset.bias_deg_per_h(row));
+    add_number(text, rows.compensated_deg_per_h(row));
+    const bool has_budget = rows.expanded_deg_per_h && std::isfinite(rows.compensated_deg_per_h(row)) &&
+                            !std::ranges::binary_search(rows.outside, row);
+    add_number(text, has_budget ? *rows.expanded_deg_per_h : record::kMissing);
+    text += '\n';
+  }
+  return text;
+}
+
+Result<void> write_table(const ExportArguments& options) {
+  if (!options.compensated) return record::export_record(options.run, options.out);
+  if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
+  const auto rows = compensate(options);
+  if (!rows) return failure(rows.error());
+  return replace_text_file(options.out, table_of(*rows));
+}
+
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
-  const auto done = check_recorded_run(console, options.run, options.unverified).and_then([&] {
-    return record::export_record(options.run, options.out);
-  });
+  const auto done =
+      check_recorded_run(console, options.run, options.unverified).and_then([&] { return write_table(options); });
   return done ? Result<Exit>(Exit::done) : failure(done.error());
 }
 
@@ -25,6 +99,12 @@ void add_export(Program& program) {
                                         "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->required();
   command.add_option("--out", options.out, "the table")->required();
+  command.add_flag("--compensated", options.compensated,
+                   "of one axis: calibrated temperatures, bias, compensated bias and its U");
+  command.add_option("--model", options.model, "the model that compensates");
+  command.add_option("--outside", options.outside,
+                     "inputs outside the trained range: clamp (default), refuse or extrapolate");
+  add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }
 

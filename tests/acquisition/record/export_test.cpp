@@ -37,6 +37,9 @@ TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
   EXPECT_EQ(to_csv(small_record()),
             "# SIMULATED: the instruments were virtual\n"
             "# run 0123456789abcdef0123456789abcdef of a profile on a rig\n"
+            "# axis gyro: scale 0.1, earth rate 10.636\n"
+            "# thermometer A: offset 0.1\n"
+            "# thermometer shell-1.b: offset -0.25\n"
             "slot,time [s],set point [°C],chamber air [°C],chamber set point [°C],A [°C],shell-1.b [°C],"
             "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase,true bias [°/h]\n"
             "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping,0.02\n"
@@ -49,7 +52,31 @@ TEST(Export, OfARealUnfinishedRunSaysSo) {
   record.finished = false;
   record.info.profile_name = "two\nlines";
   EXPECT_EQ(
-      to_csv(record).rfind("# run 0123456789abcdef0123456789abcdef of two lines on a rig, not finished\nslot,", 0), 0u);
+      to_csv(record).rfind("# run 0123456789abcdef0123456789abcdef of two lines on a rig, not finished\n# axis", 0),
+      0u);
+}
+
+TEST(Export, SaysWhatCalibratesAReading) {
+  Record record = small_record();
+  record.info.thermometers[0].offset = Kelvins{-0.012};
+  record.info.thermometers[1].polynomial = {0.1, 1.001};
+  const std::string table = to_csv(record);
+  EXPECT_NE(table.find("# thermometer A: offset -0.012\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("# thermometer shell-1.b: polynomial 0.1 1.001\n"), std::string::npos) << table;
+}
+
+TEST(LiveRowsOfExport, ReadTheColumnsThatAreChosenAndLeaveTheOthersAlone) {
+  std::vector<std::string> said;
+  LiveRows rows("test", [&](const std::vector<std::string>& header, const std::vector<std::string>& comments) {
+    said = comments;
+    return Result<std::vector<std::size_t>>(std::vector<std::size_t>{header.size() - 1, 1});
+  });
+  ASSERT_TRUE(rows.take("# a comment\nslot,time,words,bias\n0,1,\"hold, hot\",0.5\n1,2,,\n"));
+  EXPECT_EQ(said, std::vector<std::string>{"a comment"});
+  ASSERT_EQ(rows.numbers().size(), 4u);
+  EXPECT_EQ(rows.numbers()[0], 0.5);
+  EXPECT_EQ(rows.numbers()[1], 1);
+  EXPECT_TRUE(std::isnan(rows.numbers()[2]));
 }
 
 TEST(Export, WritesTheWholeFileOrNone) {

@@ -43,6 +43,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(whole.header() == pieces.header() && same(whole.numbers(), pieces.numbers()));
   require(whole.header().empty() ? whole.numbers().empty() : whole.numbers().size() % whole.header().size() == 0);
   for (const double number : whole.numbers()) require(!std::isinf(number));
+  LiveRows last("fuzz", [](const std::vector<std::string>& header, const std::vector<std::string>&) {
+    return Result<std::vector<std::size_t>>(std::vector<std::size_t>{header.size() - 1});
+  });
+  const auto one_column = read_in_pieces(last, text, size);
+  require(!one || one_column.has_value());
   return 0;
 }
 

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/compensation_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "acquisition/record/csv.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot";
+
+/// "A [°C]" without its unit.
+std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
+std::string_view unit_in(std::string_view title) {
+  const auto at = title.rfind(" [");
+  return at == std::string_view::npos ? std::string_view() : title.substr(at + 2, title.size() - at - 3);
+}
+
+std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name) {
+  const auto is_it = [&](const std::string& title) { return name_in(title) == name; };
+  const auto at = std::ranges::find_if(header, is_it);
+  return at == header.end() ? std::nullopt : std::optional<std::size_t>(at - header.begin());
+}
+
+std::set<std::string> inputs_of(const model::Model& model) {
+  std::set<std::string> names;
+  for (const data::Term& term : model.terms) {
+    for (const data::Factor& factor : term.factors) {
+      names.insert(factor.first);
+      if (!factor.second.empty()) names.insert(factor.second);
+    }
+  }
+  return names;
+}
+
+/// What the comments say of "thermometer A" or "axis u1.x": the text after it; empty if they say nothing.
+std::string_view said_of(const std::vector<std::string>& comments, const std::string& what) {
+  for (const std::string& comment : comments)
+    if (comment.starts_with(what + ": ")) return std::string_view(comment).substr(what.size() + 2);
+  return {};
+}
+
+/// The number after a word of what is said.
+std::optional<double> number_after(std::string_view said, std::string_view word) {
+  const auto at = said.find(word);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view rest = said.substr(at + word.size());
+  return record::number_in(record::trimmed(rest.substr(0, rest.find(','))));
+}
+
+record::Channel calibration_of(const std::vector<std::string>& comments, const std::string& thermometer) {
+  constexpr std::string_view kPolynomial = "polynomial ";
+  record::Channel channel;
+  std::string_view said = said_of(comments, "thermometer " + thermometer);
+  channel.offset.value = number_after(said, "offset ").value_or(0);
+  if (!said.starts_with(kPolynomial)) return channel;
+  said.remove_prefix(kPolynomial.size());
+  while (!said.empty()) {
+    const auto end = std::min(said.find(' '), said.size());
+    channel.polynomial.push_back(record::number_in(said.substr(0, end)).value_or(0));
+    said.remove_prefix(std::min(end + 1, said.size()));
+  }
+  return channel;
+}
+
+/// How export calls what an axis' unit tells of itself: "u1.temperature", without the unit where a rig has no name for
+/// it.
+std::string own_title(const std::string& input, const data::AxisChoice& axis) {
+  const std::string prefix = is_named(axis) ? axis.unit + "." : std::string();
+  return prefix + (input == data::kSelf ? "temperature" : input.substr(data::kAux.size()));
+}
+
+}  // namespace
+
+Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& header,
+                                                const std::vector<std::string>& comments, const model::Model& model,
+                                                const data::AxisChoice& axis, bool tracked) {
+  CompensationTable table;
+  if (header.front() != kFirstOfExport) {
+    const bool says_rest = tracked && header.back() == kRest;
+    const std::size_t bias = header.size() - (says_rest ? 2 : 1);
+    if (bias < 1 || bias >= header.size() || name_in(header[bias]) != kBias)
+      return failure(
+          FaultKind::bad_file, "stdin:1:1",
+          fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or what "
+                      "export makes of a record",
+                      tracked ? " and, if you like, \"at_rest\"" : ""));
+    for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
+    for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
+    table.says_rest_ = says_rest;
+    return table;
+  }
+  for (const std::string& input : inputs_of(model)) {
+    const bool is_own = data::is_own_value(input);
+    const auto column = find(header, is_own ? own_title(input, axis) : input);
+    if (!column) return failure(FaultKind::usage, "stdin", fmt::format("has no column for \"{}\"", input));
+    table.columns_.push_back(*column);
+    table.thermometers_.push_back(input);
+    table.calibrations_.push_back(is_own ? record::Channel{} : calibration_of(comments, input));
+  }
+  const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
+  const auto rotation = find(header, label);
+  if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("has no axis \"{}\"", label));
+  const std::string_view said = said_of(comments, "axis " + label);
+  const auto scale = number_after(said, "scale "), earth_rate = number_after(said, "earth rate ");
+  if (!scale || !earth_rate)
+    return failure(FaultKind::bad_file, "stdin",
+                   fmt::format("does not say the Earth's rate on {}, without which there is no bias", label));
+  table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses")};
+  table.columns_.push_back(*rotation);
+  if (!table.rotation_->over_interval) return table;
+  const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;
+  const auto interval = find(header, unit + " interval");
+  if (!interval) return failure(FaultKind::usage, "stdin", fmt::format("has no column \"{} interval\"", unit));
+  table.columns_.push_back(*interval);
+  return table;
+}
+
+data::SampleMatrix CompensationTable::temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  data::SampleMatrix temperatures = rows.leftCols(this->temperatures());
+  for (std::size_t k = 0; k < calibrations_.size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    for (Eigen::Index row = 0; row < rows.rows(); ++row)
+      temperatures(row, column) = calibrated(calibrations_[k], Celsius{temperatures(row, column)}).value;
+  }
+  return temperatures;
+}
+
+Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  Eigen::VectorXd bias = rows.col(temperatures());
+  if (!rotation_) return bias;
+  bias *= rotation_->scale;
+  if (rotation_->over_interval) bias.array() /= rows.col(temperatures() + 1).array();
+  return bias.array() - rotation_->earth_rate_deg_per_h;
+}
+
+bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
+  return !says_rest_ || rows(row, temperatures() + 1) > 0;
+}
+
+}  // namespace gyrotherm::app
